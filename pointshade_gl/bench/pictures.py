@@ -1,0 +1,64 @@
+"""How close a picture comes to the ray-traced truth: PSNR away from edges, holes, spill."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..camera import Camera
+from .tracing import Hits
+
+SAME_DEPTH = 0.01  # two depths this close, relative, are one surface
+
+
+@dataclass(frozen=True)
+class PictureScore:
+    """psnr in dB over drawn pixels that the source saw, more than 2 pixels away from any edge of a surface;
+    holes, the share of the co-visible pixels where nothing was drawn; spill, the share of the drawn pixels that
+    show one surface where another one or nothing belongs."""
+
+    psnr: float
+    holes: float
+    spill: float
+
+
+def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
+    """Pixels within `reach` of another surface or of nothing."""
+    edge = np.zeros(hits.surface.shape, bool)
+    for axis in (0, 1):
+        step = np.diff(hits.surface, axis=axis) != 0
+        before, after = [slice(None)] * 2, [slice(None)] * 2
+        before[axis], after[axis] = slice(None, -1), slice(1, None)
+        edge[tuple(before)] |= step
+        edge[tuple(after)] |= step
+    for _ in range(reach - 1):
+        grown = np.pad(edge, 1)
+        edge = grown[1:-1, 1:-1] | grown[:-2, 1:-1] | grown[2:, 1:-1] | grown[1:-1, :-2] | grown[1:-1, 2:]
+    return edge
+
+
+def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np.ndarray:
+    """Pixels of `hits` that the source camera saw too: all four source pixels round the point show its surface there."""
+    inside = np.linalg.inv(pose)
+    points = hits.points @ inside[:3, :3].T + inside[:3, 3]
+    seen = (hits.surface >= 0) & (points[..., 2] > 0)
+    z = np.where(seen, points[..., 2], 1)
+    u = np.floor(camera.fx * points[..., 0] / z + camera.cx).astype(int)
+    v = np.floor(camera.fy * points[..., 1] / z + camera.cy).astype(int)
+    for du, dv in ((0, 0), (1, 0), (0, 1), (1, 1)):
+        column, row = np.clip(u + du, 0, camera.width - 1), np.clip(v + dv, 0, camera.height - 1)
+        seen &= (column == u + du) & (row == v + dv) & (source.surface[row, column] == hits.surface)
+        seen &= abs(source.depth[row, column] - z) < SAME_DEPTH * z
+    return seen
+
+
+def score_picture(image: np.ndarray, surface: np.ndarray, truth: np.ndarray, hits: Hits, seen: np.ndarray) -> PictureScore:
+    """image (h, w, 4) uint8 and the surface (h, w) that each of its pixels shows, -1 for none, against the truth:
+    sRGB (h, w, 3), 0..255, of `hits`; seen (h, w) from `co_visible`."""
+    drawn = image[..., 3] > 0
+    judged = drawn & seen & ~near_edge(hits)
+    error = image[judged][:, :3].astype(float) - np.round(truth[judged])
+    psnr = 10 * np.log10(255**2 / max((error**2).mean(), 1e-12))
+    spill = (surface[drawn] != hits.surface[drawn]).mean()
+    return PictureScore(float(psnr), float((seen & ~drawn).sum() / seen.sum()), float(spill))

@@ -1,0 +1,128 @@
+"""Analytic surfaces, ray-traced in float64: the truth that pictures and normals are measured against."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..camera import Camera, check_pose
+from ..frame import Frame
+from ..shading import Light, Material
+
+Array = NDArray[np.float64]
+Albedo = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """`meet(origin, directions)` gives distance factors (inf = miss) and unit normals; `albedo(points)` linear RGB."""
+
+    meet: Callable[[Array, Array], tuple[Array, Array]]
+    albedo: Albedo
+
+
+@dataclass(frozen=True)
+class Hits:
+    """What a camera sees, per pixel (h, w): z depth (0 = nothing), world points and normals, albedo, surface number."""
+
+    depth: Array
+    points: Array
+    normals: Array
+    albedo: Array
+    surface: NDArray[np.int64]
+
+
+def sphere(centre: ArrayLike, radius: float, albedo: Albedo) -> Surface:
+    middle = np.asarray(centre, float)
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        a = (rays * rays).sum(-1)
+        b = rays @ (middle - origin)
+        q = b * b - a * ((middle - origin) @ (middle - origin) - radius**2)
+        t = np.where(q > 0, (b - np.sqrt(np.maximum(q, 0))) / a, np.inf)
+        normals = (origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - middle) / radius
+        return np.where(t > 0, t, np.inf), normals
+
+    return Surface(meet, albedo)
+
+
+def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> Surface:
+    n = np.asarray(normal, float) / np.linalg.norm(normal)
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        slant = rays @ n
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = ((np.asarray(point, float) - origin) @ n) / slant
+        return np.where(np.isfinite(t) & (t > 0), t, np.inf), np.broadcast_to(n, rays.shape)
+
+    return Surface(meet, albedo)
+
+
+def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = None) -> Hits:
+    """The nearest surface through every pixel's centre."""
+    matrix = check_pose(pose)
+    u, v = np.meshgrid(np.arange(camera.width, dtype=float), np.arange(camera.height, dtype=float))
+    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones_like(u)], -1)
+    rays = rays @ matrix[:3, :3].T  # length along the optical axis stays 1, so t is z
+    depth = np.full(u.shape, np.inf)
+    normals, albedo = np.zeros(rays.shape), np.zeros(rays.shape)
+    number = np.full(u.shape, -1)
+    for k, surface in enumerate(surfaces):
+        t, n = surface.meet(matrix[:3, 3], rays)
+        nearer = t < depth
+        depth[nearer], normals[nearer], number[nearer] = t[nearer], n[nearer], k
+        albedo[nearer] = surface.albedo(matrix[:3, 3] + t[nearer][:, None] * rays[nearer])
+    depth = np.where(number >= 0, depth, 0)
+    normals *= np.where((normals * rays).sum(-1, keepdims=True) > 0, -1, 1)
+    return Hits(depth, matrix[:3, 3] + depth[..., None] * rays, normals, albedo, number)
+
+
+def shade(hits: Hits, light: Light, material: Material, eye: ArrayLike) -> Array:
+    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64."""
+    v = np.asarray(eye, float) - hits.points
+    v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)
+    if light.position is not None:
+        to_light = np.array(light.position) - hits.points
+        distance = np.linalg.norm(to_light, axis=-1, keepdims=True)
+        kc, kl, kq = light.attenuation
+        strength = 1 / (kc + kl * distance + kq * distance**2)
+    else:
+        assert light.direction is not None, "a traced light needs a position or a direction"
+        to_light, strength = np.broadcast_to(-np.array(light.direction), v.shape), np.ones((*v.shape[:-1], 1))
+        distance = np.linalg.norm(to_light, axis=-1, keepdims=True)
+    to_light = to_light / distance
+    NoL = (hits.normals * to_light).sum(-1, keepdims=True)
+    r = 2 * NoL * hits.normals - to_light
+    glint = material.specular * np.maximum((r * v).sum(-1, keepdims=True), 0) ** material.shininess * (NoL > 0)
+    arriving = strength * np.array(light.color) * light.intensity
+    total = material.ambient * hits.albedo + arriving * (material.diffuse * hits.albedo * np.maximum(NoL, 0) + glint)
+    return np.where(hits.surface[..., None] >= 0, np.clip(total, 0, 1), 0)
+
+
+def encode(linear: Array) -> Array:
+    """Linear RGB to sRGB, 0..255, not rounded."""
+    return 255 * np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
+
+
+def decode(encoded: Array) -> Array:
+    """sRGB, 0..255, to linear RGB."""
+    x = encoded / 255
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
+
+
+def as_frame(hits: Hits, camera: Camera, pose: ArrayLike | None = None) -> Frame:
+    """The frame that a perfect depth camera would have taken."""
+    return Frame(np.round(encode(hits.albedo)).astype(np.uint8), hits.depth, camera, pose)
+
+
+def sphere_and_wall() -> list[Surface]:
+    """The scene of the picture tests: a smooth sphere before a slanted wall, textured in slow waves."""
+
+    def waves(points: Array) -> Array:
+        x, y, z = points[..., 0], points[..., 1], points[..., 2]
+        return 0.5 + 0.25 * np.stack([np.sin(9 * x + 4 * y), np.sin(7 * y - 5 * z), np.cos(8 * x - 6 * z)], -1)
+
+    return [sphere((0.05, 0.02, 1.5), 0.4, waves), plane((0.15, -0.1, -1), (0, 0, 2.4), waves)]

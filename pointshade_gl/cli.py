@@ -1,0 +1,245 @@
+"""The command line: `pointshade render`, `normals`, `info`. Files and numbers in, one line about the result out."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from .frame import Frame
+    from .renderer import Renderer
+    from .shading import Light
+
+STARTED = time.perf_counter()
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Depth and colour pictures become lit objects, on the GPU.",
+)
+
+FRAME, LIGHT, VIEW = "Frame", "Light and surface", "View"
+Input = Annotated[
+    str | None,
+    typer.Argument(metavar="[INPUT]", help="A folder with color.*, depth.*, intrinsics.json; or 'vase' (the default)."),
+]
+Color = Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)]
+Depth = Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)]
+Intrinsics = Annotated[
+    str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
+]
+Fov = Annotated[
+    float | None, typer.Option(metavar="DEG", help="Vertical field of view, without intrinsics.", rich_help_panel=FRAME)
+]
+DepthScale = Annotated[
+    float | None, typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME)
+]
+DepthKind = Annotated[
+    str | None, typer.Option(metavar="KIND", help="z, ray, plane, inverse or disparity.", rich_help_panel=FRAME)
+]
+Normals = Annotated[str, typer.Option(metavar="METHOD", help="How normals are estimated.", rich_help_panel=FRAME)]
+MaxDepthStep = Annotated[
+    str | None,
+    typer.Option(metavar="M", help="Depth step that ends a surface: metres, or '3%'.", rich_help_panel=FRAME),
+]
+Device = Annotated[int, typer.Option(metavar="N", help="Which GPU (Linux).")]
+Lights = Annotated[
+    list[str] | None,
+    typer.Option(metavar="X,Y,Z", help="Point light, metres, world axes; repeatable.", rich_help_panel=LIGHT),
+]
+Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
+
+
+@app.command()
+def render(
+    output: Output,
+    input: Input = None,  # noqa: A002 (the word that the help shows)
+    color: Color = None,
+    depth: Depth = None,
+    intrinsics: Intrinsics = None,
+    fov: Fov = None,
+    depth_scale: DepthScale = None,
+    depth_kind: DepthKind = None,
+    normals: Normals = "auto",
+    max_depth_step: MaxDepthStep = None,
+    shading: Annotated[
+        str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)
+    ] = "phong",
+    light: Lights = None,
+    ambient: Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)] = 0.1,
+    diffuse: Annotated[float, typer.Option(help="Strength of the matt reflection.", rich_help_panel=LIGHT)] = 0.9,
+    specular: Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)] = 0.3,
+    shininess: Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)] = 32.0,
+    splat: Annotated[str, typer.Option(help="footprint or round.", rich_help_panel=VIEW)] = "footprint",
+    yaw: Annotated[float, typer.Option(help="Degrees to the right round the object.", rich_help_panel=VIEW)] = 0.0,
+    pitch: Annotated[float, typer.Option(help="Degrees upwards round the object.", rich_help_panel=VIEW)] = 0.0,
+    dolly: Annotated[
+        float, typer.Option(help="Share of the way towards the object; below 0 moves away.", rich_help_panel=VIEW)
+    ] = 0.0,
+    pose: Annotated[
+        Path | None, typer.Option(help="4x4 camera-to-world, instead of yaw, pitch, dolly.", rich_help_panel=VIEW)
+    ] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture.", rich_help_panel=VIEW)] = None,
+    device: Device = 0,
+) -> None:
+    """Light a frame and write the picture; without INPUT the built-in vase."""
+    from .camera import orbit_pose
+    from .images import check_writable, save_image
+    from .readers import load_pose
+    from .shading import Material
+
+    check_writable(output)
+    frame = _load(input, color, depth, intrinsics, fov, depth_scale, depth_kind)
+    with _renderer(device) as renderer, _spinner("rendering"):
+        start = time.perf_counter()
+        image = renderer.render(
+            frame,
+            light=[_light(text) for text in light] if light else None,
+            material=Material(ambient, diffuse, specular, shininess),
+            camera=frame.camera.fitted(*_size(size)) if size else None,
+            pose=load_pose(pose) if pose else orbit_pose(frame.pose, frame.pivot, yaw, pitch, dolly),
+            normals=normals,
+            shading=shading,
+            splat=splat,
+            max_depth_step=max_depth_step,
+        )
+        spent = time.perf_counter() - start
+        save_image(output, image)
+        what = f"{image.shape[1]}x{image.shape[0]} pixels from {frame.points_known} points"
+        _report(output, what, renderer, spent)
+
+
+@app.command("normals")
+def write_normals(
+    output: Output,
+    input: Input = None,  # noqa: A002
+    color: Color = None,
+    depth: Depth = None,
+    intrinsics: Intrinsics = None,
+    fov: Fov = None,
+    depth_scale: DepthScale = None,
+    depth_kind: DepthKind = None,
+    normals: Normals = "auto",
+    max_depth_step: MaxDepthStep = None,
+    device: Device = 0,
+) -> None:
+    """Estimate normals: .npy holds (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
+    from .images import check_writable, normals_to_rgb, save_image
+
+    check_writable(output)
+    frame = _load(input, color, depth, intrinsics, fov, depth_scale, depth_kind)
+    with _renderer(device) as renderer, _spinner("estimating normals"):
+        start = time.perf_counter()
+        result = renderer.estimate_normals(frame, normals, max_depth_step=max_depth_step)
+        spent = time.perf_counter() - start
+        save_image(output, result if output.suffix == ".npy" else normals_to_rgb(result))
+        _report(output, f"{frame.points_known} normals by {normals}", renderer, spent)
+
+
+@app.command()
+def info(
+    benchmark: Annotated[bool, typer.Option("--benchmark", help="Also time the passes on 307 200 points.")] = False,
+    device: Device = 0,
+) -> None:
+    """Tell what draws: GL vendor, renderer, version, limits."""
+    from . import __version__
+
+    with _renderer(device) as renderer:
+        print(f"{'pointshade_gl':16s}{__version__}")
+        for name, value in renderer.context.limits().items():
+            print(f"{name:16s}{value}")
+        if benchmark:
+            from .bench.stages import time_stages
+
+            with _spinner("timing"):
+                rows = time_stages(renderer)
+            for name, milliseconds in rows:
+                print(f"{name:16s}{milliseconds:8.2f} ms")
+
+
+def main() -> None:
+    """Runs the command line; every expected error becomes one sentence: exit code 2, or 1 without GL."""
+    try:
+        app()
+    except (ValueError, TypeError, OSError) as error:
+        _fail(error, 2)
+    except RuntimeError as error:
+        from .errors import ContextError
+
+        if not isinstance(error, ContextError):
+            raise
+        _fail(error, 1)
+
+
+def _fail(error: Exception, code: int) -> None:
+    print(f"pointshade: {' '.join(str(error).split())}", file=sys.stderr)
+    raise SystemExit(code) from None
+
+
+def _load(source: str | None, color: Any, depth: Any, intrinsics: Any, fov: Any, scale: Any, kind: Any) -> Frame:
+    from .readers import builtin_folder, load_frame
+
+    if source is None and color is None and depth is None:
+        source = "vase"
+    folder = builtin_folder(source) if source else None
+    return load_frame(
+        folder, color=color, depth=depth, intrinsics=intrinsics, fov=fov, depth_scale=scale, depth_kind=kind
+    )
+
+
+@contextmanager
+def _renderer(device: int) -> Iterator[Renderer]:
+    from .renderer import Renderer
+
+    with Renderer(device=device) as renderer:
+        if renderer.context.is_software:
+            name = renderer.context.renderer
+            print(f"note: {name} is a software renderer: pictures are right, but slow", file=sys.stderr)
+        yield renderer
+
+
+@contextmanager
+def _spinner(text: str) -> Iterator[None]:
+    """Shows on a terminal that work goes on; elsewhere silent."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+def _report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
+    total = time.perf_counter() - STARTED
+    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms (all in all {total * 1e3:.0f} ms)")
+
+
+def _numbers(text: str, count: int, separator: str, what: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.lower().split(separator)]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        raise ValueError(f"{what}, got {text!r}")
+    return numbers
+
+
+def _light(text: str) -> Light:
+    from .shading import Light
+
+    x, y, z = _numbers(text, 3, ",", "--light takes three numbers X,Y,Z in metres")
+    return Light(position=(x, y, z))
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, height = _numbers(text, 2, "x", "--size takes WIDTHxHEIGHT in pixels, such as 640x480")
+    if width < 1 or height < 1 or width % 1 or height % 1:
+        raise ValueError(f"--size takes WIDTHxHEIGHT in whole pixels above 0, got {text!r}")
+    return int(width), int(height)

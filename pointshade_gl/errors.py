@@ -1,0 +1,9 @@
+"""The two errors that Python has no word for; everything else is ValueError, TypeError or OSError."""
+
+
+class ContextError(RuntimeError):
+    """No usable OpenGL context: none on this machine, too old, or used from another thread or process."""
+
+
+class ShaderError(RuntimeError):
+    """A shader cannot be assembled or compiled; the message names file and line."""

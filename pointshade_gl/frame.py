@@ -1,0 +1,114 @@
+"""A frame: one depth picture, one colour picture, the camera that took them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .camera import Camera, check_pose
+
+PROBE = 40_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A depth picture with its colours, checked once and never changed afterwards.
+
+    color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
+            Where its alpha is 0 the depth counts as missing.
+    depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN and infinite mean missing
+            and become 0. Kept as read-only float32.
+    camera  Camera of the depth picture
+    pose    (4, 4) camera-to-world; None is the identity
+
+    Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
+    """
+
+    color: NDArray[np.uint8] | None
+    depth: NDArray[np.float32]
+    camera: Camera
+    pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
+
+    def __init__(self, color: ArrayLike | None, depth: ArrayLike, camera: Camera, pose: ArrayLike | None = None):
+        object.__setattr__(self, "camera", camera)
+        object.__setattr__(self, "pose", check_pose(pose))
+        object.__setattr__(self, "color", None if color is None else _check_color(color))
+        object.__setattr__(self, "depth", _check_depth(depth, camera))
+        if self.color is not None and self.color.shape[2] == 4:
+            object.__setattr__(self, "depth", _cut_out(self.depth, self.color))
+        self.depth.flags.writeable = False
+
+    @cached_property
+    def points_known(self) -> int:
+        """How many pixels have a depth."""
+        return int(np.count_nonzero(self.depth))
+
+    @cached_property
+    def pivot(self) -> NDArray[np.float64]:
+        """(3,) the middle of the object, world: the median of the known points, (0, 0, 1) ahead without any.
+
+        Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
+        """
+        h, w = self.depth.shape
+        step = max(1, round((h * w / PROBE) ** 0.5))
+        v, u = np.mgrid[0:h:step, 0:w:step]
+        z = self.depth[::step, ::step].astype(np.float64)
+        if not z.any():
+            v, u = np.nonzero(self.depth)
+            z = self.depth[v, u].astype(np.float64)
+        known = z > 0
+        if not known.any():
+            return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
+        c, z = self.camera, z[known]
+        x, y = (u[known] - c.cx) / c.fx * z, (v[known] - c.cy) / c.fy * z
+        return self.pose[:3, :3] @ np.median([x, y, z], axis=1) + self.pose[:3, 3]
+
+    @cached_property
+    def scale(self) -> float:
+        """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
+        ahead = self.pose[:3, 2] @ (self.pivot - self.pose[:3, 3])
+        return float(ahead)
+
+
+def _check_color(color: Any) -> NDArray[np.uint8]:
+    array = np.asarray(color)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
+    if array.dtype != np.uint8:
+        hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
+        raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
+    array = np.array(array, order="C")
+    array.flags.writeable = False
+    return array
+
+
+def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
+    array = np.asarray(depth)
+    if array.ndim != 2 or 0 in array.shape:
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
+    if array.dtype.kind in "iu":
+        raise TypeError(f"depth is {array.dtype}: divide it by its depth_scale (1000 for millimetres) to get metres")
+    if array.dtype.kind != "f":
+        raise TypeError(f"depth must be floating point metres, got {array.dtype}")
+    if array.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"camera is for {camera.width}x{camera.height} pixels, depth is {array.shape[1]}x{array.shape[0]}: "
+            f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
+        )
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = array.astype(np.float32, order="C")  # always a copy: the caller may go on writing into hers
+        # one test for all that is missing: NaN compares false, what overflows float32 has become infinite
+        result[~((result > 0) & (result < np.inf))] = 0
+    return result
+
+
+def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Depth without the pixels whose colour is fully transparent."""
+    h, w = depth.shape
+    rows = (np.arange(h) * 2 + 1) * color.shape[0] // (2 * h)
+    columns = (np.arange(w) * 2 + 1) * color.shape[1] // (2 * w)
+    return np.where(color[..., 3][np.ix_(rows, columns)] > 0, depth, np.float32(0))

@@ -1,0 +1,86 @@
+"""Shader files -> programs: splices includes, and translates the driver's line numbers back to files."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import moderngl
+
+from ..errors import ShaderError
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
+# Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
+_DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
+
+
+@cache
+def shader_folder() -> Path:
+    """The folder of the shaders: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parent.parent
+    for folder in (package / "shaders", package.parent / "shaders"):
+        if folder.is_dir():
+            return folder
+    raise ShaderError(f"no folder 'shaders' in {package} or beside it: the installation is incomplete")
+
+
+def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, int]]]:
+    """The text of a shader with its includes in place, and for each line of it (file, line)."""
+    folder = folder or shader_folder()
+    lines: list[str] = []
+    origin: list[tuple[str, int]] = []
+    done: set[str] = set()
+
+    def take(part: str, wanted_by: str) -> None:
+        if part in done:
+            return
+        done.add(part)
+        path = folder / part
+        if not path.is_file():
+            raise ShaderError(f'{wanted_by}: cannot include "{part}": no such file')
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if found := _INCLUDE.match(line):
+                take(found[1], f"{part}:{number}")
+            else:
+                lines.append(line)
+                origin.append((part, number))
+
+    take(name, name)
+    return "\n".join(lines) + "\n", origin
+
+
+def build_program(
+    context: moderngl.Context, vertex: str, fragment: str, folder: Path | None = None
+) -> moderngl.Program:
+    """A program from two shader files. Raises ShaderError with file and line of the driver's complaints."""
+    vertex_text, vertex_origin = splice(vertex, folder)
+    fragment_text, fragment_origin = splice(fragment, folder)
+    try:
+        return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
+    except moderngl.Error as error:
+        log = str(error)
+        origin = vertex_origin if "vertex_shader" in log else fragment_origin
+        raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
+
+
+def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
+    """The driver's complaints with the lines they mean, `common/phong.glsl:3: error: ...`; '' if none is found."""
+    found = []
+    for match in _DRIVER_LINE.finditer(log):
+        number = int(match[1])
+        if 0 < number <= len(origin):
+            file, line = origin[number - 1]
+            found.append(f"{file}:{line}: error: {match[2]}")
+    return "\n".join(found)
+
+
+def set_uniforms(program: moderngl.Program, **values: Any) -> None:
+    """Sets uniforms by name. A name that the program does not have raises KeyError."""
+    for name, value in values.items():
+        uniform = program[name]
+        if isinstance(value, bytes):
+            uniform.write(value)  # type: ignore[union-attr]
+        else:
+            uniform.value = value  # type: ignore[union-attr]

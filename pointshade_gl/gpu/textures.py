@@ -1,0 +1,86 @@
+"""Where the data lives on the GPU: the textures of a frame, and the images that are drawn into."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..frame import Frame
+
+NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
+
+
+class FrameTextures:
+    """Depth (R32F), colour (RGB8 or RGBA8) and normals (RGBA32F) of one frame.
+
+    Raises ValueError when the driver cannot hold a picture of that size.
+    """
+
+    def __init__(self, context: moderngl.Context, frame: Frame):
+        color = NEUTRAL if frame.color is None else frame.color
+        self.depth_size = frame.depth.shape[1], frame.depth.shape[0]
+        self.color_size = color.shape[1], color.shape[0], color.shape[2]
+        for width, height in (self.depth_size, self.color_size[:2]):
+            check_size(context, width, height)
+        self.depth = context.texture(self.depth_size, 1, dtype="f4")
+        self.color = context.texture(self.color_size[:2], self.color_size[2], alignment=1)
+        self.normals = context.texture(self.depth_size, 4, dtype="f4")
+        self.depth.filter = self.normals.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.color.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.color.repeat_x = self.color.repeat_y = False
+        self.normal_target = context.framebuffer([self.normals])
+        self.upload(frame)
+
+    def fits(self, frame: Frame) -> bool:
+        color = NEUTRAL if frame.color is None else frame.color
+        return (*self.depth_size, *self.color_size) == (*frame.depth.shape[::-1], *_size(color))
+
+    def upload(self, frame: Frame) -> None:
+        self.depth.write(frame.depth)
+        self.color.write(NEUTRAL if frame.color is None else frame.color)
+
+    def write_normals(self, normals: np.ndarray) -> None:
+        """normals (h, w, 3) float32."""
+        self.normals.write(np.pad(normals, ((0, 0), (0, 0), (0, 1))))
+
+    def release(self) -> None:
+        for item in (self.normal_target, self.normals, self.color, self.depth):
+            item.release()
+
+
+class Target:
+    """The images of one view: which source pixel is seen (R32I, from 1; 0 is none), depth, and the lit picture (RGBA8)."""
+
+    def __init__(self, context: moderngl.Context, width: int, height: int):
+        check_size(context, width, height)
+        self.size = width, height
+        self.source_ids = context.texture(self.size, 1, dtype="i4")
+        self.depth = context.depth_texture(self.size)
+        self.color = context.texture(self.size, 4)
+        self.source_ids.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.visible = context.framebuffer([self.source_ids], self.depth)
+        self.picture = context.framebuffer([self.color])
+
+    def clear(self) -> None:
+        self.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
+        self.picture.clear()
+
+    def read(self) -> np.ndarray:
+        """The picture as (h, w, 4) uint8, top row first."""
+        width, height = self.size
+        return np.frombuffer(self.color.read(), np.uint8).reshape(height, width, 4).copy()
+
+    def release(self) -> None:
+        for item in (self.picture, self.visible, self.color, self.depth, self.source_ids):
+            item.release()
+
+
+def check_size(context: moderngl.Context, width: int, height: int) -> None:
+    """Raises ValueError for a picture larger than the driver's textures."""
+    limit = context.info["GL_MAX_TEXTURE_SIZE"]
+    if max(width, height) > limit:
+        raise ValueError(f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down")
+
+
+def _size(color: np.ndarray) -> tuple[int, int, int]:
+    return color.shape[1], color.shape[0], color.shape[2]

@@ -1,0 +1,155 @@
+"""Pictures to files and back, and normals as colours. Whatever is wrong with a file is told in one sentence."""
+
+from __future__ import annotations
+
+import warnings
+from os import PathLike
+from pathlib import Path
+from typing import Any, BinaryIO
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageOps, UnidentifiedImageError
+
+FilePath = str | PathLike[str]
+
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP", ".tif": "TIFF", ".tiff": "TIFF"}
+_OPTIONS: dict[str, dict[str, Any]] = {
+    # encoding was the largest stage of a rendering: Pillow's own level 6 takes more than twice the time of
+    # level 1 (15 ms against 6.6 for 640x480) and saves little
+    "PNG": {"compress_level": 1},
+    "JPEG": {"quality": 95},
+    "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
+}
+
+
+def check_writable(path: FilePath) -> Path:
+    """The path, if `save_image` can write there; ask before a long computation.
+
+    Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (*_FORMATS, ".npy"):
+        raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
+    if path.is_dir():
+        raise IsADirectoryError(f"cannot write {path}: it is a folder")
+    return path
+
+
+def save_image(path: FilePath, image: ArrayLike) -> None:
+    """Writes a picture in the format of the path's suffix, completely or not at all.
+
+    image   (h, w, 3|4) or (h, w) uint8; for .npy any array of numbers. JPEG knows no alpha: it gets the picture
+            over black.
+
+    Raises ValueError for an unknown suffix or shape, TypeError for values that are not uint8,
+    FileNotFoundError when the folder does not exist.
+    """
+    path = check_writable(path).resolve()  # a link stays a link, its target is replaced
+    array = np.asarray(image)
+    if path.suffix.lower() == ".npy":
+        if array.dtype.hasobject:
+            raise TypeError(f"image must be an array of numbers, got {array.dtype}")
+    else:
+        _check_picture(array)
+    temporary = path.with_name(f".{uuid4().hex}.part")
+    try:
+        with temporary.open("xb") as file:
+            _encode(file, array, path.suffix.lower())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _check_picture(array: NDArray[Any]) -> None:
+    if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
+        raise ValueError(f"image must have shape (h, w), (h, w, 3) or (h, w, 4), got {array.shape}")
+    if array.dtype != np.uint8:
+        raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
+
+
+def _encode(file: BinaryIO, array: NDArray[Any], suffix: str) -> None:
+    if suffix == ".npy":
+        np.save(file, array, allow_pickle=False)
+        return
+    kind = _FORMATS[suffix]
+    if kind == "JPEG" and array.shape[2:] == (4,):
+        array = (array[..., :3] * (array[..., 3:] / 255) + 0.5).astype(np.uint8)
+    Image.fromarray(np.ascontiguousarray(array)).save(file, kind, **_OPTIONS.get(kind, {}))
+
+
+def read_image(path: FilePath) -> NDArray[Any]:
+    """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
+
+    Palettes and other colour models become RGB or RGBA; the turn that a camera noted in EXIF is done.
+
+    Raises FileNotFoundError and other OSErrors for what is no file, ValueError for what is no complete picture.
+    """
+    image = _open_image(path)
+    if image.mode in ("I", "F") or image.mode.startswith("I;16"):
+        array = np.asarray(image)
+        return array.astype(array.dtype.newbyteorder("="))  # I;16B is big-endian
+    if image.mode == "1":
+        image = image.convert("L")
+    elif image.mode not in ("L", "RGB", "RGBA") or image.has_transparency_data:
+        image = image.convert("RGBA" if image.has_transparency_data else "RGB")
+    return np.array(image)
+
+
+def _open_image(path: FilePath) -> Image.Image:
+    read_head(path)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pillow's remarks about metadata and 100 megapixels help nobody here
+            with Image.open(path) as image:
+                image.load()
+                return ImageOps.exif_transpose(image)
+    except UnidentifiedImageError:
+        raise ValueError(f"{path} is not a picture, or one in a format that Pillow cannot read") from None
+    except Image.DecompressionBombError:
+        limit = 2 * (Image.MAX_IMAGE_PIXELS or 0)
+        raise ValueError(f"{path} is too large: pictures may have up to {limit} pixels") from None
+    except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
+        raise ValueError(f"{path} is a broken or truncated picture: {error}") from None
+
+
+def read_head(path: FilePath, size: int = 64) -> bytes:
+    """The first bytes of a file, by which its format is known.
+
+    Raises OSError for what is no file, ValueError for an empty one and for a git-LFS pointer.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder, expected a file")
+    try:
+        with path.open("rb") as file:
+            head = file.read(size)
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path} does not exist") from None
+    if not head:
+        raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
+    if head.startswith(b"version https://git-lfs"):
+        raise ValueError(f"{path} is a git-LFS pointer, not the file itself: run `git lfs pull` in its repository")
+    return head
+
+
+def normals_to_rgb(normals: ArrayLike) -> NDArray[np.uint8]:
+    """Normals in the usual colours: red = right, green = up, blue = towards the viewer.
+
+    normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
+    Returns (h, w, 4) uint8 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
+    """
+    array = np.asarray(normals)
+    if array.ndim != 3 or array.shape[2] != 3:
+        raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}")
+    if array.dtype.kind != "f":
+        raise TypeError(f"normals must be floating point, got {array.dtype}")
+    known = np.all(np.isfinite(array), axis=2)
+    shown = np.where(known[..., None], array, 0) * np.array((1, -1, -1), np.float32)
+    image = np.zeros((*known.shape, 4), np.uint8)
+    image[..., :3] = np.clip(np.rint(shown * 127.5 + 127.5), 0, 255) * known[..., None]
+    image[..., 3] = known * np.uint8(255)
+    return image

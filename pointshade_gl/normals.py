@@ -1,0 +1,45 @@
+"""Which normal estimators there are, and the options they take. No GL here: GPU and mirror read the same list."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
+METHODS = ("auto", *TRIANGLES)
+NO_LIMIT = (3.0e38, 0.0)
+
+
+def check_method(method: str) -> str:
+    """The method's name, or a ValueError that lists the known ones."""
+    if method not in METHODS:
+        raise ValueError(f"unknown normals method {method!r}: known are {', '.join(METHODS)}")
+    return method
+
+
+def parse_max_depth_step(value: float | str | None) -> tuple[float, float]:
+    """(metres, share of the depth) beyond which a neighbour belongs to another surface.
+
+    A number is metres, "3%" a share of the pixel's own depth, None no limit.
+    """
+    if value is None:
+        return NO_LIMIT
+    text = str(value).strip()
+    try:
+        number = float(text.removesuffix("%"))
+    except ValueError:
+        number = math.nan
+    if not (number > 0 and math.isfinite(number)):
+        raise ValueError(f"max_depth_step must be metres above 0 or a share such as '3%', got {value!r}")
+    return (0.0, number / 100) if text.endswith("%") else (number, 0.0)
+
+
+def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Normals that the caller brings: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero."""
+    array = np.array(normals, dtype=np.float32)
+    if array.shape != (*shape, 3):
+        raise ValueError(f"normals must be a method's name or have shape {(*shape, 3)}, got {array.shape}")
+    length = np.linalg.norm(array, axis=-1, keepdims=True)
+    return np.where(length > 0, array / np.where(length > 0, length, 1), 0).astype(np.float32)

@@ -1,0 +1,218 @@
+"""Files become frames: finds the pictures, reads them, and tells every guess it makes."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .camera import Camera, check_pose
+from .depth_files import one_channel, read_depth
+from .depth_kinds import KINDS, choose_scale, to_metres
+from .frame import Frame
+from .images import FilePath, read_image
+from .intrinsics import Intrinsics, Note, place_camera, read_intrinsics, read_numbers
+from .shading import check_choice
+
+# The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
+COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
+DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
+BUILT_IN = ("vase",)
+
+
+def load_frame(
+    folder: FilePath | None = None,
+    *,
+    color: FilePath | ArrayLike | None = None,
+    depth: FilePath | ArrayLike | None = None,
+    intrinsics: FilePath | ArrayLike | Camera | None = None,
+    fov: float | None = None,
+    depth_scale: float | None = None,
+    depth_kind: str | None = None,
+    baseline: float | None = None,
+    pose: FilePath | ArrayLike | None = None,
+    notes: Note | None = None,
+) -> Frame:
+    """A frame from a folder with color.* (or rgb.*), depth.* and intrinsics.json, or from single files and arrays.
+
+    folder       of a frame, or of a sequence with folders color/ and depth/, of which the first pictures are taken
+    color        a picture or (h, w, 3|4) uint8, instead of the folder's; there may be none
+    depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
+    intrinsics   a file (ours, Open3D's, nerfstudio's, a text matrix), 'fx,fy,cx,cy', four numbers or a Camera
+    fov          vertical field of view in degrees, instead of intrinsics
+    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the intrinsics file,
+                 else 1000 for integers and 1 for floating point
+    depth_kind   z, ray, plane, inverse or disparity; the default is that of the intrinsics file, else z
+    baseline     metres between the cameras of a disparity
+    pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
+    notes        called with one sentence for every guess; the default prints it to stderr
+
+    Raises ValueError, TypeError or OSError, in one sentence, for what cannot be read right.
+    """
+    note = notes or _print_note
+    place = None if folder is None else _check_folder(folder)
+    depth, color = _find_pictures(place, depth, color, note)
+    raw = read_depth(depth, note) if _is_path(depth) else one_channel(np.asarray(depth), "depth")
+    picture = read_color(color) if _is_path(color) else _check_color(color)
+    source = _find_intrinsics(place, intrinsics, fov, note)
+    camera = _make_camera(source, fov, raw, picture, note)
+    kind = depth_kind or (source and source.depth_kind) or "z"
+    check_choice("depth_kind", kind, KINDS)
+    filed = _filed_scale(source, kind, raw, _is_path(depth))
+    scale = choose_scale(raw, kind, depth_scale, filed, note)
+    baseline = source.baseline if baseline is None and source else baseline
+    metres = to_metres(raw, camera, kind, scale, baseline, note)
+    matrix: Any = load_pose(pose) if _is_path(pose) else pose
+    return Frame(picture, metres, camera, matrix)
+
+
+def load_pose(path: FilePath) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
+
+    Raises OSError for what is no file, ValueError for what is no pose.
+    """
+    numbers = read_numbers(path)
+    if numbers.size != 16:
+        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
+    return check_pose(numbers.reshape(4, 4), str(path))
+
+
+def read_color(path: FilePath) -> NDArray[np.uint8]:
+    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
+    image = read_image(path)
+    if image.dtype.kind == "f":
+        raise ValueError(f"{path} is a floating point picture, expected colours of 8 or 16 bits")
+    if image.dtype != np.uint8:
+        image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
+    return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
+
+
+def builtin_folder(source: FilePath) -> Path:
+    """The folder of a built-in frame for its name; any other text is a path already."""
+    if str(source) not in BUILT_IN:
+        return Path(source)
+    package = Path(__file__).resolve().parent
+    places = [parent / "assets" / str(source) for parent in (package, package.parent)]  # installed, checked out
+    return next((place for place in places if place.is_dir()), places[0])
+
+
+def _print_note(text: str) -> None:
+    sys.stderr.write(f"note: {text}\n")
+
+
+def _is_path(value: Any) -> TypeGuard[FilePath]:
+    return isinstance(value, str | PathLike)
+
+
+def _check_folder(folder: FilePath) -> Path:
+    place = Path(folder)
+    if place.is_file():
+        raise NotADirectoryError(f"{place} is a file, expected a folder: pass single files as depth= and color=")
+    if not place.is_dir():
+        raise FileNotFoundError(f"there is no folder {place}")
+    return place
+
+
+def _check_color(color: Any) -> NDArray[Any] | None:
+    if color is None:
+        return None
+    array = np.asarray(color)
+    if array.ndim != 3:
+        raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
+    return array
+
+
+def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> tuple[Any, Any]:
+    """Depth and colour: those that were passed, else the folder's."""
+    if folder is None:
+        if depth is None:
+            raise ValueError("a frame needs depth: pass a folder with depth.*, or depth=FILE")
+        return depth, color
+    if depth is None:
+        depth = _find_picture(folder, ("depth",), DEPTH_SUFFIXES, None, note)
+        if depth is None:
+            raise FileNotFoundError(
+                f"{folder} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
+                "or a folder depth/ in it, or pass depth=FILE"
+            )
+    if color is None:
+        stem = Path(depth).stem if _is_path(depth) else None
+        color = _find_picture(folder, ("color", "rgb"), COLOR_SUFFIXES, stem, note)
+        if color is None:
+            note(f"{folder} has no color.* or rgb.* picture: the surface is light grey")
+    return depth, color
+
+
+def _find_picture(
+    folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...], stem: str | None, note: Note
+) -> Path | None:
+    """The picture of one of the names, or of a folder so named the one with the stem, else the first."""
+    for name in names:
+        found = sorted(
+            (path for path in _pictures(folder, suffixes) if path.stem.lower() == name),
+            key=lambda path: suffixes.index(path.suffix.lower()),
+        )
+        if len(found) > 1:
+            note(f"{folder} has {', '.join(path.name for path in found)}: {found[0].name} is taken")
+        if not found and (folder / name).is_dir():
+            found = _pictures(folder / name, suffixes)
+            found.sort(key=lambda path: (path.stem != stem, path.name))
+            if found:
+                note(f"{folder / name} is a sequence of {len(found)}: {found[0].name} is taken")
+        if found:
+            return found[0]
+    return None
+
+
+def _pictures(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    # macOS leaves hidden twins such as ._color.png on foreign disks
+    files = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.name[0] != ".")
+    return [path for path in files if path.is_file()]
+
+
+def _find_intrinsics(folder: Path | None, intrinsics: Any, fov: float | None, note: Note) -> Intrinsics | None:
+    """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's intrinsics.json."""
+    if intrinsics is not None and fov is not None:
+        raise ValueError("pass intrinsics or fov, not both")
+    path = folder / "intrinsics.json" if folder else None
+    filed = read_intrinsics(path, note) if path and path.is_file() else None
+    if intrinsics is None:
+        return filed
+    given = read_intrinsics(intrinsics, note)
+    if filed is None:
+        return given
+    unsaid = {
+        key: getattr(filed, key) for key in ("depth_scale", "depth_kind", "baseline") if getattr(given, key) is None
+    }
+    return dataclasses.replace(given, **unsaid)
+
+
+def _make_camera(
+    source: Intrinsics | None, fov: float | None, raw: NDArray[Any], picture: NDArray[Any] | None, note: Note
+) -> Camera:
+    depth = (raw.shape[1], raw.shape[0])
+    color = None if picture is None else (picture.shape[1], picture.shape[0])
+    if color and abs(color[0] / color[1] * depth[1] / depth[0] - 1) > 0.02:
+        note(
+            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
+            "they do not look registered"
+        )
+    if fov is not None:
+        return Camera.from_fov(fov, *depth)
+    if source is None:
+        raise ValueError("the camera is unknown: pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)")
+    return place_camera(source, depth, color, note)
+
+
+def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
+    """The depth_scale of the intrinsics file, if it speaks of this depth."""
+    if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
+        return None  # it says raw values per metre, and these are none
+    if raw.dtype.kind == "f" and not from_file:
+        return None  # the caller's own array of floats is in metres
+    return source.depth_scale

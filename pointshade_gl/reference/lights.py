@@ -1,0 +1,32 @@
+"""Mirror of shaders/common/lights.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .phong import attenuation, phong
+from .vectors import length, normalize
+
+F = np.float32
+
+
+def light_surface(
+    point: np.ndarray,
+    n: np.ndarray,
+    albedo: np.ndarray,
+    material: np.ndarray,
+    ambient: np.ndarray,
+    lights: np.ndarray,
+    count: int,
+) -> np.ndarray:
+    v = -normalize(point)
+    result = material[0] * ambient * albedo
+    for row in lights[:count]:
+        place, light, k = row[0], row[1, :3], row[2, :3]
+        to_light = place[:3] * (F(1) if place[3] > 0 else F(-1)) - point * place[3]
+        distance = length(to_light)
+        lit = distance > 0
+        safe = np.where(lit, distance, F(1))
+        arriving = light * attenuation(safe, k) if place[3] > 0 else light
+        result = result + np.where(lit, phong(n, v, to_light / safe, albedo, material, arriving), F(0))
+    return np.clip(result, F(0), F(1))

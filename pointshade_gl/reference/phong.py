@@ -1,0 +1,24 @@
+"""Mirror of shaders/common/phong.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .vectors import dot
+
+F = np.float32
+
+
+def attenuation(distance: np.ndarray, k: np.ndarray) -> np.ndarray:
+    return F(1) / (k[0] + k[1] * distance + k[2] * distance * distance)
+
+
+def phong(
+    n: np.ndarray, v: np.ndarray, l: np.ndarray, albedo: np.ndarray, material: np.ndarray, light: np.ndarray  # noqa: E741 (the field's name)
+) -> np.ndarray:
+    NoL = dot(n, l)
+    r = F(2) * NoL * n - l
+    result = material[1] * NoL * albedo
+    if material[2] > 0:
+        result = result + material[2] * np.maximum(dot(r, v), F(0)) ** material[3]
+    return np.where(NoL <= 0, F(0), result * light)

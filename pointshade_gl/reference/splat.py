@@ -1,0 +1,68 @@
+"""Mirror of shaders/common/splat.glsl."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .camera import pixel_ray, project
+from .vectors import dot, length
+
+F = np.float32
+MARGIN = F(0.1)
+MIN_COSINE = F(0.05)
+
+
+class Footprint(NamedTuple):
+    centre: np.ndarray  # (..., 2)
+    to_target: np.ndarray  # (..., 4)
+    inverse_depth: np.ndarray  # (...,)
+
+
+def inverse_depth_slope(normal: np.ndarray, ray: np.ndarray, z: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    cosine = np.minimum(dot(normal, ray), -MIN_COSINE * length(ray))
+    return normal[..., :2] / (intrinsics[:2] * (cosine * z[..., None]))
+
+
+def carry_footprint(
+    pixel: np.ndarray, z: np.ndarray, normal: np.ndarray, source: np.ndarray, view: np.ndarray, target: np.ndarray
+) -> Footprint:
+    ray = pixel_ray(pixel, source)
+    w = F(1) / z
+    slope = inverse_depth_slope(normal, ray, z, source)
+    turn, shift = view[:3, :3], view[:3, 3]
+    h = ray[..., :1] * turn[:, 0] + ray[..., 1:2] * turn[:, 1] + ray[..., 2:] * turn[:, 2] + shift * w[..., None]
+    h_u = turn[:, 0] / source[0] + shift * slope[..., :1]
+    h_v = turn[:, 1] / source[1] + shift * slope[..., 1:]
+    ahead = h[..., 2] > 0
+    safe = np.where(ahead, h[..., 2], F(1))
+    scale = target[:2] / (safe * safe)[..., None]
+    columns = [scale * (d[..., :2] * h[..., 2:] - h[..., :2] * d[..., 2:]) for d in (h_u, h_v)]
+    centre = project(np.concatenate([h[..., :2], safe[..., None]], -1), target)
+    return Footprint(centre, np.concatenate(columns, -1), np.where(ahead, w / safe, F(0)))
+
+
+def splat_reach(size: np.ndarray, is_round: bool) -> np.ndarray:
+    return size * F(0.70710678 if is_round else 0.5) + MARGIN
+
+
+def footprint_extent(to_target: np.ndarray, reach: np.ndarray, is_round: bool) -> np.ndarray:
+    a, b = to_target[..., :2], to_target[..., 2:]
+    if is_round:
+        return reach[..., None] * np.sqrt(a * a + b * b)
+    return reach[..., None] * (np.abs(a) + np.abs(b))
+
+
+def invert_footprint(to_target: np.ndarray) -> np.ndarray:
+    a, b, c, d = np.moveaxis(to_target, -1, 0)
+    determinant = a * d - c * b
+    safe = np.where(determinant == 0, F(1), determinant)
+    return np.where((determinant == 0)[..., None], F(0), np.stack([d, -b, -c, a], -1) / safe[..., None])
+
+
+def footprint_covers(to_source: np.ndarray, offset: np.ndarray, reach: np.ndarray, is_round: bool) -> np.ndarray:
+    back = to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
+    if is_round:
+        return dot(back, back)[..., 0] <= reach * reach
+    return np.abs(back).max(-1) <= reach

@@ -1,0 +1,184 @@
+"""The pipeline: a frame and lights in, a lit picture out."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .camera import Camera, check_pose, view_matrix
+from .frame import Frame
+from .gpu.context import Context
+from .gpu.resolve import ResolvePass, light_rows
+from .gpu.splats import SplatPass
+from .gpu.surface import SurfacePass
+from .gpu.textures import FrameTextures, Target
+from .normals import check_method, check_normals, parse_max_depth_step
+from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes
+
+if TYPE_CHECKING:
+    import moderngl
+
+NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is cut away
+
+
+class Renderer:
+    """Owns the passes, and the OpenGL context unless it is given one. Use it in the thread that made it.
+
+    context  a moderngl.Context of the caller's; it stays hers. None makes one off screen.
+    device   which GPU, counted by EGL (Linux)
+
+    Raises ContextError when no OpenGL 3.3 can be had.
+    """
+
+    def __init__(self, context: moderngl.Context | None = None, device: int = 0):
+        self.context = Context(context, device)
+        with self.context.gl:
+            self._surface = SurfacePass(self.context.gl)
+            self._splats = SplatPass(self.context.gl)
+            self._resolve = ResolvePass(self.context.gl)
+        self._frame: FrameTextures | None = None
+        self._target: Target | None = None
+
+    def render(
+        self,
+        frame: Frame,
+        light: Light | Sequence[Light] | None = None,
+        material: Material | None = None,
+        camera: Camera | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        shading: str = "phong",
+        size: float | ArrayLike | None = None,
+        *,
+        splat: str = "footprint",
+        max_depth_step: float | str | None = None,
+    ) -> NDArray[np.uint8]:
+        """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
+
+        light    one Light or several; None is the default Light
+        camera   who looks; None is the frame's own camera. Its size is the picture's.
+        pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
+        normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
+        shading  "none", "flat", "gouraud" or "phong"
+        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
+        splat    "footprint" carries the pixel's square into the view, "round" the circle round it
+
+        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
+        """
+        lights = [light or Light()] if light is None or isinstance(light, Light) else list(light)
+        material, camera = material or Material(), camera or frame.camera
+        target_pose = frame.pose if pose is None else check_pose(pose)
+        view = view_matrix(frame.pose, target_pose)
+        sizes = check_sizes(size, frame.depth.shape)
+        check_choice("shading", shading, SHADINGS)
+        check_choice("splat", splat, SPLATS)
+        with self._in_use():
+            textures = self._upload(frame)
+            self._find_normals(textures, frame, normals, max_depth_step)
+            target = self._clear_target(camera)
+            near = NEAR * frame.scale
+            self._splats.draw(textures, frame.camera, target, camera, view, near, sizes, splat)
+            rows = light_rows(lights, target_pose)
+            self._resolve.draw(textures, frame.camera, target, camera, view, rows, material, shading)
+            return target.read()
+
+    def estimate_normals(
+        self, frame: Frame, method: str = "auto", *, max_depth_step: float | str | None = None
+    ) -> NDArray[np.float32]:
+        """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
+
+        method          "auto", or "triangles-1", "-2", "-4", "-8": the mean over at most that many triangles
+        max_depth_step  a neighbour further in depth belongs to another surface: metres, or "3%" of the
+                        pixel's depth; None is no limit
+        """
+        with self._in_use():
+            textures = self._upload(frame)
+            self._find_normals(textures, frame, method, max_depth_step)
+            h, w = frame.depth.shape
+            normals = np.frombuffer(textures.normals.read(), np.float32).reshape(h, w, 4)[..., :3].copy()
+        normals[frame.depth == 0] = np.nan
+        return normals
+
+    def release(self) -> None:
+        """Frees everything this renderer made, in reverse order."""
+        with self._in_use():
+            for item in (self._target, self._frame, self._resolve, self._splats, self._surface):
+                if item is not None:
+                    item.release()
+        self.context.release()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    @contextmanager
+    def _in_use(self) -> Iterator[None]:
+        """This renderer's context, current; afterwards the caller's framebuffer is bound again."""
+        self.context.check()
+        with self.context.gl as gl:
+            bound = gl.detect_framebuffer()
+            try:
+                yield
+            finally:
+                bound.use()
+
+    def _upload(self, frame: Frame) -> FrameTextures:
+        if self._frame is not None and self._frame.fits(frame):
+            self._frame.upload(frame)
+            return self._frame
+        if self._frame is not None:
+            self._frame.release()
+        self._frame = None  # stays so when the new one does not fit the GPU
+        self._frame = FrameTextures(self.context.gl, frame)
+        return self._frame
+
+    def _find_normals(
+        self, textures: FrameTextures, frame: Frame, normals: str | ArrayLike, max_depth_step: float | str | None
+    ) -> None:
+        if isinstance(normals, str):
+            max_step = parse_max_depth_step(max_depth_step)
+            self._surface.run(textures, frame.camera, check_method(normals), max_step)
+        else:
+            textures.write_normals(check_normals(normals, frame.depth.shape))
+
+    def _clear_target(self, camera: Camera) -> Target:
+        if self._target is None or self._target.size != (camera.width, camera.height):
+            if self._target is not None:
+                self._target.release()
+            self._target = None
+            self._target = Target(self.context.gl, camera.width, camera.height)
+        self._target.clear()
+        return self._target
+
+
+_mine = threading.local()  # one Renderer a thread, made when it is first needed
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
+    """The method as a function, called on a Renderer that this thread keeps."""
+
+    @wraps(method)
+    def function(*args: _P.args, **options: _P.kwargs) -> _R:
+        if not hasattr(_mine, "renderer"):
+            _mine.renderer = Renderer()
+        return method(_mine.renderer, *args, **options)
+
+    signature = inspect.signature(method)
+    without_self = list(signature.parameters.values())[1:]
+    function.__signature__ = signature.replace(parameters=without_self)  # type: ignore[attr-defined]
+    return function
+
+
+render = _by_shared_renderer(Renderer.render)
+estimate_normals = _by_shared_renderer(Renderer.estimate_normals)

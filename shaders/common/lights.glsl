@@ -1,0 +1,21 @@
+#include "common/phong.glsl"
+
+// All lights of a scene on one surface point. One row of `lights` a light, target axes:
+// texel 0 position, or direction of travel; w is 1 for a position, 0 for a direction
+// texel 1 colour times intensity, linear
+// texel 2 attenuation (constant, linear, quadratic)
+
+vec3 light_surface(vec3 point, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count) {
+    vec3 v = -normalize(point);
+    vec3 result = material.x * ambient * albedo;
+    for (int i = 0; i < count; ++i) {
+        vec4 place = texelFetch(lights, ivec2(0, i), 0);
+        vec3 light = texelFetch(lights, ivec2(1, i), 0).rgb;
+        vec3 to_light = place.xyz * (place.w > 0.0 ? 1.0 : -1.0) - point * place.w;
+        float distance = length(to_light);
+        if (distance == 0.0) continue;  // a light inside the surface has no side to shine from
+        if (place.w > 0.0) light *= attenuation(distance, texelFetch(lights, ivec2(2, i), 0).xyz);
+        result += phong(n, v, to_light / distance, albedo, material, light);
+    }
+    return clamp(result, 0.0, 1.0);
+}

@@ -1,0 +1,48 @@
+#version 330 core
+// One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
+// The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
+// still shows the part that lies inside. The fragment shader keeps what the footprint covers.
+#include "common/splat.glsl"
+
+uniform sampler2D depth_map;
+uniform sampler2D normal_map;
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
+uniform vec2 target_size;
+uniform float near;
+uniform bool is_round;
+uniform int first_id;  // of the first pixel; 0 stands for nothing
+
+in float size;  // source pixels
+
+flat out vec2 centre;
+flat out vec4 to_source;
+flat out float reach;
+flat out int id;
+
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+
+void main() {
+    gl_Position = NOWHERE;
+    gl_PointSize = 1.0;
+    int columns = textureSize(depth_map, 0).x;
+    ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
+    float z = texelFetch(depth_map, pixel, 0).r;
+    if (z == 0.0 || !(size > 0.0)) return;
+    vec3 normal = texelFetch(normal_map, pixel, 0).xyz;
+    Footprint splat = carry_footprint(vec2(pixel), z, normal, source, view, target);
+    if (splat.inverse_depth <= 0.0 || splat.inverse_depth * near >= 1.0) return;
+    reach = splat_reach(size, is_round);
+    vec2 extent = footprint_extent(splat.to_target, reach, is_round);
+    vec2 low = max(splat.centre - extent, vec2(-0.5));
+    vec2 high = min(splat.centre + extent, target_size - 0.5);
+    if (low.x > high.x || low.y > high.y) return;
+    centre = splat.centre;
+    to_source = invert_footprint(splat.to_target);
+    id = first_id + gl_VertexID;
+    // Window depth 1 - near/z is linear in 1/z and keeps its sharpness relative to distance.
+    vec2 middle = (low + high + 1.0) / target_size - 1.0;
+    gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
+    gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.25;  // the rasteriser rounds positions to 1/256 pixel
+}

@@ -1,0 +1,71 @@
+"""Fixtures: an OpenGL context or a skip, the real frames or a skip, golden pictures."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+
+from .compare import compare_images, difference_picture
+
+HERE = Path(__file__).resolve().parent
+GOLDEN, FAILURES = HERE / "golden", HERE / "failures"
+
+
+def pytest_addoption(parser):
+    parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden with today's pictures")
+
+
+@pytest.fixture(scope="session")
+def renderer():
+    """One Renderer for the whole run. No GL skips the test, unless POINTSHADE_REQUIRE_GL=1."""
+    try:
+        made = ps.Renderer()
+    except ps.ContextError as error:
+        if os.environ.get("POINTSHADE_REQUIRE_GL") == "1":
+            raise
+        pytest.skip(str(error))
+    yield made
+    made.release()
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of real frames beside the repository. Its absence skips the test, except in CI."""
+    folder = Path(os.environ.get("POINTSHADE_DATA", HERE.parent.parent / "shared" / "data"))
+    if not folder.is_dir():
+        if os.environ.get("CI"):
+            pytest.fail(f"no real frames at {folder}: set POINTSHADE_DATA")
+        pytest.skip(f"no real frames at {folder}")
+    return folder
+
+
+@pytest.fixture
+def golden(request, renderer):
+    """check(name, actual, mirror): the picture agrees with its CPU mirror and with the stored one."""
+
+    def check(name: str, actual: np.ndarray, mirror: np.ndarray) -> None:
+        path = GOLDEN / f"{name}.png"
+        if request.config.getoption("--update-golden"):
+            if "llvmpipe" not in renderer.context.renderer:
+                pytest.fail(f"golden pictures come from llvmpipe, this is {renderer.context.renderer}")
+            ps.save_image(path, actual)
+            pytest.skip(f"rewrote {path.name}")
+        from PIL import Image
+
+        with Image.open(path) as stored:
+            expected = {"mirror": mirror, "stored": np.asarray(stored)}
+        for kind, picture in expected.items():
+            complaint = compare_images(actual, picture)
+            if complaint:
+                FAILURES.mkdir(exist_ok=True)
+                ps.save_image(FAILURES / f"{name}.actual.png", actual)
+                ps.save_image(FAILURES / f"{name}.{kind}.png", picture)
+                ps.save_image(FAILURES / f"{name}.{kind}.difference.png", difference_picture(actual, picture))
+                pytest.fail(f"{name} against {kind}: {complaint}; see {FAILURES.name}/")
+
+    return check

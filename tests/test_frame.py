@@ -1,0 +1,77 @@
+"""Frames: what counts as missing, what is refused and in which words."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+
+CAMERA = ps.Camera(100, 100, 3.5, 2.5, 8, 6)
+DEPTH = np.full((6, 8), 2.0, np.float32)
+COLOR = np.full((6, 8, 3), 90, np.uint8)
+
+
+@pytest.mark.parametrize("hole", [0.0, -1.0, np.nan, np.inf, -np.inf, 1e300])
+def test_everything_that_is_no_distance_becomes_zero(hole):
+    depth = np.full((6, 8), 2.0)
+    depth[1, 2] = hole
+    frame = ps.Frame(COLOR, depth, CAMERA)
+    assert frame.depth.dtype == np.float32
+    assert frame.depth[1, 2] == 0
+    assert frame.points_known == 47
+
+
+def test_a_frame_keeps_its_own_copies():
+    depth, color = DEPTH.copy(), COLOR.copy()
+    frame = ps.Frame(color, depth, CAMERA)
+    depth[:], color[:] = 9, 9
+    assert frame.depth.max() == 2 and frame.color is not None and frame.color.min() == 90
+    with pytest.raises(ValueError, match="read-only"):
+        frame.depth[0, 0] = 1
+
+
+def test_transparent_colour_cuts_the_point_out():
+    color = np.full((12, 16, 4), 255, np.uint8)  # twice the depth's size
+    color[:2, :2, 3] = 0
+    frame = ps.Frame(color, DEPTH, CAMERA)
+    assert frame.depth[0, 0] == 0 and frame.points_known == 47
+
+
+def test_pivot_and_scale_follow_the_points_and_the_pose():
+    pose = np.eye(4)
+    pose[:3, 3] = (1, 2, 3)
+    frame = ps.Frame(None, DEPTH, CAMERA, pose)
+    assert frame.scale == pytest.approx(2)
+    assert frame.pivot == pytest.approx((1, 2, 5))
+
+
+def test_pivot_of_few_points_between_the_probed_ones_is_found():
+    camera = ps.Camera(500, 500, 999.5, 999.5, 2000, 2000)
+    depth = np.zeros((2000, 2000), np.float32)
+    depth[1001, 1003] = 7
+    assert ps.Frame(None, depth, camera).scale == pytest.approx(7)
+
+
+def test_an_empty_frame_has_scale_one():
+    assert ps.Frame(None, np.zeros((6, 8), np.float32), CAMERA).scale == 1
+
+
+@pytest.mark.parametrize(
+    ("color", "depth", "error", "complaint"),
+    [
+        (COLOR, DEPTH[..., None], ValueError, r"depth must have shape \(h, w\), got \(6, 8, 1\)"),
+        (COLOR, DEPTH.astype(np.uint16), TypeError, r"depth is uint16: divide it by its depth_scale"),
+        (COLOR, DEPTH > 0, TypeError, "floating point metres, got bool"),
+        (COLOR, DEPTH[:3], ValueError, r"camera is for 8x6 pixels, depth is 8x3"),
+        (COLOR[..., 0], DEPTH, ValueError, r"color must have shape"),
+        (COLOR / 255, DEPTH, TypeError, "color must be uint8 sRGB, got float64: multiply by 255"),
+        (COLOR.astype(np.uint16), DEPTH, TypeError, "convert it to 8 bits"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_named(color, depth, error, complaint):
+    with pytest.raises(error, match=complaint):
+        ps.Frame(color, depth, CAMERA)
+
+
+def test_a_pose_with_nan_is_named():
+    with pytest.raises(ValueError, match="pose must be finite"):
+        ps.Frame(COLOR, DEPTH, CAMERA, np.full((4, 4), np.nan))

@@ -1,0 +1,221 @@
+"""Each function of shaders/common against its mirror, on random arguments."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from pointshade_gl.reference import camera, color, lights, normals_triangles, phong, splat, surface
+
+from .shader_function import COMMON, evaluate, functions_of
+
+F = np.float32
+COUNT = 500
+K = np.array([520.0, -480.0, 310.0, 250.0], F)
+TARGET = np.array([400.0, 410.0, 200.0, 150.0], F)
+
+
+def turned(degrees=(10.0, -20.0, 5.0), shift=(0.1, -0.2, 0.3)):
+    x, y, z = np.radians(degrees)
+    rx = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]])
+    ry = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
+    rz = np.array([[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]])
+    view = np.eye(4, dtype=F)
+    view[:3, :3], view[:3, 3] = rx @ ry @ rz, shift
+    return view
+
+
+VIEW = turned()
+VIEW_GLSL = "mat4(" + ", ".join(f"{x:.9g}" for x in VIEW.T.ravel()) + ")"
+
+
+@pytest.fixture
+def gpu(renderer, tmp_path):
+    def call(include, expression, **inputs):
+        with renderer.context.gl:
+            return evaluate(renderer.context.gl, tmp_path, include, expression, **inputs)
+
+    return call
+
+
+@pytest.fixture
+def draw():
+    """Seeded random arguments: directions, points, numbers."""
+    rng = np.random.default_rng(3)
+
+    class Draw:
+        def numbers(self, low, high, n=1):
+            return rng.uniform(low, high, (COUNT, n)).astype(F)
+
+        def directions(self):
+            v = rng.normal(size=(COUNT, 3))
+            return (v / np.linalg.norm(v, axis=1, keepdims=True)).astype(F)
+
+        def facing(self, ray):
+            n = self.directions()
+            return np.where((n * ray).sum(-1, keepdims=True) > 0, -n, n)
+
+    return Draw()
+
+
+def agree(gpu_answer, mirror, atol=1e-5, rtol=1e-5):
+    mirror = np.asarray(mirror).reshape(COUNT, -1)
+    np.testing.assert_allclose(gpu_answer[:, : mirror.shape[1]], mirror, atol=atol, rtol=rtol)
+
+
+@pytest.mark.parametrize("path", COMMON, ids=lambda path: path.stem)
+def test_every_shader_function_has_a_mirror_of_the_same_name(path):
+    names = functions_of(path)
+    mirror = importlib.import_module(f"pointshade_gl.reference.{path.stem}")
+    assert names, f"{path.name} holds no function"
+    assert [name for name in names if not hasattr(mirror, name)] == []
+
+
+def test_pixel_ray_and_project(gpu, draw):
+    pixel, z = draw.numbers(-50, 700, 2), draw.numbers(0.5, 4)
+    agree(gpu("camera.glsl", "pixel_ray(p, k), 0", p=pixel, k=K[None]), camera.pixel_ray(pixel, K))
+    point = camera.pixel_ray(pixel, K) * z
+    agree(gpu("camera.glsl", "project(p, k), 0, 0", p=point, k=K[None]), camera.project(point, K), atol=1e-3)
+
+
+def test_srgb_curves(gpu, draw):
+    rgb = draw.numbers(0, 1, 3)
+    agree(gpu("color.glsl", "srgb_to_linear(c), 0", c=rgb), color.srgb_to_linear(rgb))
+    agree(gpu("color.glsl", "linear_to_srgb(c), 0", c=rgb), color.linear_to_srgb(rgb))
+
+
+def test_srgb_curves_undo_each_other():
+    steps = (np.arange(256, dtype=F) / 255)[:, None]
+    assert np.abs(color.linear_to_srgb(color.srgb_to_linear(steps)) - steps).max() < 1e-5
+
+
+def test_attenuation(gpu, draw):
+    d, k = draw.numbers(0.1, 5), np.array([[1, 0.5, 0.2]], F)
+    agree(gpu("phong.glsl", "attenuation(d, k)", d=d, k=k), phong.attenuation(d, k[0]))
+
+
+@pytest.mark.parametrize("specular", [0.0, 0.3])
+def test_phong(gpu, draw, specular):
+    n, v, to_light, albedo = draw.directions(), draw.directions(), draw.directions(), draw.numbers(0, 1, 3)
+    m, light = np.array([0.1, 0.9, specular, 32], F), np.array([1, 0.5, 0.2], F)
+    answer = gpu("phong.glsl", "phong(n, v, l, c, m, e), 0", n=n, v=v, l=to_light, c=albedo, m=m[None], e=light[None])
+    agree(answer, phong.phong(n, v, to_light, albedo, m, light), atol=2e-5)
+
+
+def test_phong_of_a_lit_mirror_direction_is_the_formula_worked_by_hand():
+    up = np.array([[0, 0, -1]], F)
+    answer = phong.phong(up, up, up, np.full((1, 3), 0.5, F), np.array([0.1, 0.9, 0.3, 32], F), np.ones(3, F))
+    assert answer == pytest.approx(0.9 * 0.5 + 0.3)
+
+
+def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw):
+    points = camera.pixel_ray(draw.numbers(0, 400, 2), TARGET) * draw.numbers(0.5, 3)
+    points[0] = (0.25, 0.5, 1)
+    n, albedo = draw.facing(points), draw.numbers(0, 1, 3)
+    rows = np.zeros((3, 3, 4), F)
+    rows[0, 0], rows[0, 1, :3], rows[0, 2, :3] = (-1, -1, 0, 1), (1, 0.9, 0.8), (1, 0.1, 0.1)
+    rows[1, 0], rows[1, 1, :3] = (1, 1, 2, 0), (0.2, 0.2, 0.4)
+    rows[2, 0], rows[2, 1, :3], rows[2, 2, :3] = (0.25, 0.5, 1, 1), (0.5, 0.5, 0.5), (1, 0, 0)
+    m = np.array([0.1, 0.9, 0.3, 32], F)
+    call = "light_surface(p, n, c, m, vec3(1), rows_map, 3), 0"
+    answer = gpu("lights.glsl", call, p=points, n=n, c=albedo, m=m[None], rows_map=rows)
+    agree(answer, lights.light_surface(points, n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
+
+
+def test_depth_outside_the_picture_is_missing(gpu, draw):
+    depth = np.random.default_rng(1).uniform(1, 2, (5, 7)).astype(F)
+    pixel = np.floor(draw.numbers(-3, 10, 2))
+    answer = gpu("normals_triangles.glsl", "depth_at(depth_map, ivec2(p))", p=pixel, depth_map=depth)
+    agree(answer, normals_triangles.depth_at(depth, pixel.astype(int)), atol=0)
+
+
+def carried(draw):
+    pixel, z = draw.numbers(0, 600, 2), draw.numbers(0.5, 4)
+    normal = draw.facing(camera.pixel_ray(pixel, K))
+    return pixel, z, normal, splat.carry_footprint(pixel, z[:, 0], normal, K, VIEW, TARGET)
+
+
+def test_inverse_depth_slope(gpu, draw):
+    pixel, z, normal, _ = carried(draw)
+    ray = camera.pixel_ray(pixel, K)
+    answer = gpu("splat.glsl", "inverse_depth_slope(n, r, z, k), 0, 0", n=normal, r=ray, z=z, k=K[None])
+    agree(answer, splat.inverse_depth_slope(normal, ray, z[:, 0], K))
+
+
+def test_carry_footprint(gpu, draw):
+    pixel, z, normal, mirror = carried(draw)
+    call = f"carry_footprint(p, z, n, k, {VIEW_GLSL}, t)"
+    inputs = {"p": pixel, "z": z, "n": normal, "k": K[None], "t": TARGET[None]}
+    agree(gpu("splat.glsl", f"{call}.to_target", **inputs), mirror.to_target, atol=1e-3, rtol=1e-3)
+    agree(gpu("splat.glsl", f"{call}.centre, 0, 0", **inputs), mirror.centre, atol=2e-3)
+    agree(gpu("splat.glsl", f"{call}.inverse_depth", **inputs), mirror.inverse_depth)
+
+
+def test_the_jacobian_is_the_derivative_of_the_warp():
+    """On a plane the carried footprint must match differences of the warp itself, in float64."""
+    view, ray = VIEW.astype(float), lambda p: np.array([(p[0] - K[2]) / K[0], (p[1] - K[3]) / K[1], 1.0])
+    n = np.array([0.3, -0.2, -0.9]) / np.linalg.norm([0.3, -0.2, -0.9])
+    start, z = np.array([300.0, 200.0]), 1.7
+    offset = n @ ray(start) * z
+
+    def warp(p):
+        point = view[:3, :3] @ (ray(p) * offset / (n @ ray(p))) + view[:3, 3]
+        return TARGET[:2] * point[:2] / point[2] + TARGET[2:]
+
+    numeric = [(warp(start + e) - warp(start - e)) / 2e-3 for e in np.eye(2) * 1e-3]
+    mirror = splat.carry_footprint(
+        start[None].astype(F), np.array([z], F), n[None].astype(F), K, VIEW, TARGET
+    )
+    assert mirror.to_target[0] == pytest.approx(np.concatenate(numeric), rel=1e-4)
+
+
+@pytest.mark.parametrize("is_round", [False, True])
+def test_reach_extent_inverse_and_cover(gpu, draw, is_round):
+    mirror = carried(draw)[3]
+    size, offset, flag = draw.numbers(0.5, 3), draw.numbers(-2, 2, 2), str(is_round).lower()
+    reach = splat.splat_reach(size[:, 0], is_round)
+    agree(gpu("splat.glsl", f"splat_reach(s, {flag})", s=size), reach)
+    extent = gpu("splat.glsl", f"footprint_extent(t, r, {flag}), 0, 0", t=mirror.to_target, r=reach[:, None])
+    agree(extent, splat.footprint_extent(mirror.to_target, reach, is_round))
+    inverse = splat.invert_footprint(mirror.to_target)
+    agree(gpu("splat.glsl", "invert_footprint(t)", t=mirror.to_target), inverse, rtol=1e-4)
+    call = f"footprint_covers(i, o, r, {flag}) ? 1.0 : 0.0"
+    covered = gpu("splat.glsl", call, i=inverse, o=offset, r=reach[:, None])[:, 0] > 0
+    expected = splat.footprint_covers(inverse, offset, reach, is_round)
+    assert (covered != expected).sum() <= 1  # a decision on the very rim may fall either way
+    assert 0.1 < expected.mean() < 0.9
+
+
+def test_a_surface_seen_from_its_edge_has_no_inverse():
+    assert not splat.invert_footprint(np.array([[1.0, 2.0, 2.0, 4.0]], F)).any()
+
+
+def test_source_position_and_point_on_plane(gpu, draw):
+    pixel, z, normal, mirror = carried(draw)
+    target_pixel = mirror.centre + draw.numbers(-1, 1, 2)
+    call = f"source_position(carry_footprint(p, z, n, k, {VIEW_GLSL}, t), p, q), 0, 0"
+    inputs = {"p": pixel, "z": z, "n": normal, "k": K[None], "t": TARGET[None], "q": target_pixel}
+    at = surface.source_position(mirror, pixel, target_pixel)
+    tame = np.abs(at - pixel).max(-1) < 3
+    answer = gpu("surface.glsl", call, **inputs)[:, :2]
+    assert tame.sum() > COUNT / 2
+    np.testing.assert_allclose(answer[tame], at[tame], atol=0.01)
+    w, ray = 1 / z, camera.pixel_ray(pixel, K)
+    slope = splat.inverse_depth_slope(normal, ray, z[:, 0], K)
+    answer = gpu("surface.glsl", "point_on_plane(a, p, w, s, k), 0", a=at, p=pixel, w=w, s=slope, k=K[None])
+    agree(answer, surface.point_on_plane(at, pixel, w[:, 0], slope, K), rtol=1e-4)
+
+
+def test_neighbour_weight(gpu, draw):
+    rng = np.random.default_rng(5)
+    depth = rng.uniform(1.99, 2.07, (30, 40)).astype(F)  # some neighbours within 2 %, some not
+    depth[rng.random(depth.shape) < 0.1] = 0
+    pixel = np.floor(draw.numbers(1, 28, 2))
+    at = pixel + draw.numbers(-0.6, 0.6, 2)
+    corner = np.floor(at) + np.floor(draw.numbers(0, 2, 2))
+    w, slope = np.full((COUNT, 1), 0.5, F), np.full((COUNT, 2), 0.001, F)
+    call = "neighbour_weight(depth_map, ivec2(c), a, p, w, s)"
+    answer = gpu("surface.glsl", call, c=corner, a=at, p=pixel, w=w, s=slope, depth_map=depth)
+    expected = surface.neighbour_weight(depth, corner.astype(int), at, pixel, w[:, 0], slope)
+    agree(answer, expected)
+    assert 0.2 < (expected > 0).mean() < 0.95

@@ -1,0 +1,82 @@
+"""Normals from triangles: the GPU against its mirror, and against what a surface really is."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.bench.tracing import as_frame, plane, trace
+from pointshade_gl.normals import METHODS, TRIANGLES, parse_max_depth_step
+from pointshade_gl.reference.normals_triangles import RING, TRIANGLE_ORDER, normal_from_triangles
+
+from . import frames
+
+STEPS = [None, 0.05, "2%"]
+
+
+def mirror_normals(frame, count, step):
+    pixel = np.stack(np.meshgrid(*(np.arange(n) for n in frame.depth.shape[::-1])), -1)
+    intrinsics = np.array(frame.camera.intrinsics, np.float32)
+    normals = normal_from_triangles(frame.depth, pixel, intrinsics, count, parse_max_depth_step(step))
+    return np.where(normals.any(-1, keepdims=True), normals, np.nan)
+
+
+@pytest.mark.parametrize("step", STEPS)
+@pytest.mark.parametrize("method", TRIANGLES)
+@pytest.mark.parametrize(
+    "make", [frames.tilted_plane, frames.sphere_before_wall, frames.step, frames.holes, frames.single_pixel]
+)
+def test_gpu_agrees_with_the_mirror(renderer, make, method, step):
+    frame = make()
+    normals = renderer.estimate_normals(frame, method, max_depth_step=step)
+    mirror = mirror_normals(frame, TRIANGLES[method], step)
+    assert (np.isnan(normals) == np.isnan(mirror)).all()
+    np.testing.assert_allclose(normals, mirror, atol=1e-5)
+
+
+def angle(a, b):
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(-1)))
+
+
+@pytest.mark.parametrize("method", TRIANGLES)
+def test_a_plane_is_answered_exactly(renderer, method):
+    truth = trace([plane((0.5, 0.2, -1), (0, 0, 1.5), frames.checks)], frames.CAMERA)
+    normals = renderer.estimate_normals(as_frame(truth, frames.CAMERA), method)
+    assert angle(normals, truth.normals).max() < 0.05
+
+
+def test_negative_fy_gives_the_same_surface(renderer):
+    camera = ps.Camera(131, -131, 79.5, 59.5, 160, 120)
+    truth = trace([plane((0.5, 0.2, -1), (0, 0, 1.5), frames.checks)], camera)
+    normals = renderer.estimate_normals(as_frame(truth, camera), "triangles-8")
+    assert angle(normals, truth.normals).max() < 0.05
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("make", [frames.holes, frames.single_pixel, frames.step])
+def test_every_known_pixel_has_a_unit_normal_towards_the_camera(renderer, make, method):
+    frame = make()
+    normals = renderer.estimate_normals(frame, method, max_depth_step="1%")
+    known = frame.depth > 0
+    assert np.isnan(normals[~known]).all()
+    assert np.abs(np.linalg.norm(normals[known], axis=-1) - 1).max() < 1e-5
+    v, u = np.nonzero(known)
+    ray = np.stack([(u - 79.5) / 131, (v - 59.5) / 131, np.ones(len(u))], -1)
+    assert ((normals[known] * ray).sum(-1) <= 1e-5).all()
+
+
+def test_a_rejected_neighbour_drops_both_its_triangles(renderer):
+    """Far left half: the gated answer at the step is the wall's own normal, the ungated one is not."""
+    frame = frames.step()
+    gated = renderer.estimate_normals(frame, "triangles-8", max_depth_step=0.05)
+    open_ = renderer.estimate_normals(frame, "triangles-8")
+    assert np.abs(gated[:, 79:81] - (0, 0, -1)).max() < 1e-5
+    assert np.abs(open_[2:-2, 79:81] - (0, 0, -1)).max() > 0.1
+
+
+def test_the_first_four_triangles_touch_all_eight_neighbours():
+    touched = {k for i in TRIANGLE_ORDER[:4] for k in (i, (i + 1) % 8)}
+    assert touched == set(range(8)) and len(RING) == 8
+
+
+def test_opposite_triangles_come_first():
+    assert TRIANGLE_ORDER[1] - TRIANGLE_ORDER[0] == 4

@@ -1,0 +1,59 @@
+"""Pictures and normals against ray-traced truth: a sphere before a wall, 640x480, lit by a point light."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.bench.pictures import co_visible, score_picture
+from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
+
+CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
+LIGHT = ps.Light(position=(-1.0, -1.0, -0.5))
+ESTIMATED = {"normals": "triangles-8", "max_depth_step": 0.05}
+
+
+@pytest.fixture(scope="module")
+def source():
+    return trace(sphere_and_wall(), CAMERA)
+
+
+def score(renderer, source, yaw, splat="footprint", **options):
+    frame = as_frame(source, CAMERA)
+    numbered = ps.Frame(np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8), source.depth, CAMERA)
+    pose = ps.orbit_pose(None, (0, 0, 1.8), yaw)
+    seen = trace(sphere_and_wall(), CAMERA, pose)
+    if yaw == 0:  # here every pixel is one of the frame's, whose colours have 8 bits
+        seen = replace(seen, albedo=decode(frame.color.astype(float)))
+    truth = encode(shade(seen, LIGHT, ps.Material(), pose[:3, 3]))
+    image = renderer.render(frame, LIGHT, pose=pose, splat=splat, **ESTIMATED, **options)
+    number = renderer.render(numbered, pose=pose, splat=splat, shading="none", **ESTIMATED)[..., 0].astype(int) - 1
+    return score_picture(image, number, truth, seen, co_visible(seen, source, CAMERA, np.eye(4)))
+
+
+@pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
+def test_from_the_own_camera(renderer, source, shading):
+    result = score(renderer, source, 0, shading=shading)
+    assert result.psnr >= 60
+    assert result.holes == 0 and result.spill == 0
+
+
+@pytest.mark.parametrize("splat", ["footprint", "round"])
+@pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
+def test_turned_by_15_degrees(renderer, source, shading, splat):
+    result = score(renderer, source, 15, splat, shading=shading)
+    assert result.psnr >= 47
+    assert result.holes <= 0.0002 and result.spill <= 0.001
+
+
+def test_the_metric_sees_a_darker_picture_holes_and_spill(renderer, source):
+    image = np.full((480, 640, 4), 255, np.uint8)
+    number, truth = source.surface.copy(), np.full((480, 640, 3), 255.0)
+    everywhere = np.ones((480, 640), bool)
+    assert score_picture(image, number, truth, source, everywhere).psnr > 100
+    assert score_picture(image, number, truth - 3, source, everywhere).psnr < 40
+    image[100:110, :, 3] = 0
+    assert score_picture(image, number, truth, source, everywhere).holes == pytest.approx(10 / 480)
+    number[:] = 1
+    assert score_picture(image, number, truth, source, everywhere).spill > 0.1

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from .renderer import Renderer
     from .shading import Light
 
-STARTED = time.perf_counter()
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
@@ -217,8 +216,7 @@ def _spinner(text: str) -> Iterator[None]:
 
 
 def _report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
-    total = time.perf_counter() - STARTED
-    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms (all in all {total * 1e3:.0f} ms)")
+    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
 
 
 def _numbers(text: str, count: int, separator: str, what: str) -> list[float]:

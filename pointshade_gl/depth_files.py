@@ -15,7 +15,7 @@ from .intrinsics import Note
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _PGM = re.compile(rb"P([25])" + _GAP + rb"(\d+)" + _GAP + rb"(\d+)" + _GAP + rb"(\d+)\s")
 _NUMPY, _ZIP, _EXR, _PNG = b"\x93NUMPY", b"PK", b"\x76\x2f\x31\x01", b"\x89PNG"
-_SMOOTHER = 8  # how much rougher a picture must be than its byte-swapped self; the real one has 40
+_SMOOTHER = 8  # so many times rougher than its byte-swapped self is a wrong one; real sensors show 80 to 500
 
 
 def read_depth(path: FilePath, note: Note) -> NDArray[Any]:
@@ -32,7 +32,7 @@ def read_depth(path: FilePath, note: Note) -> NDArray[Any]:
     elif head[:2] in (b"P2", b"P5"):
         raw = _read_pgm(Path(path), note)
     else:
-        if head.startswith(_PNG) and head[24] == 16 and head[25] != 0:
+        if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
             raise ValueError(f"{name} has several channels of 16 bits, expected a depth picture of one channel")
         raw = read_image(path)
     return one_channel(raw, name)
@@ -52,7 +52,7 @@ def one_channel(array: NDArray[Any], name: str) -> NDArray[Any]:
         if array.dtype == np.uint8:
             raise ValueError(
                 f"{name} is a colour-mapped picture of depth (its red, green and blue differ): the distances cannot "
-                "be had back from it, pass the raw depth (16-bit PNG, .npy or EXR)"
+                "be recovered from it, pass the raw depth (16-bit PNG, .npy or EXR)"
             )
         raise ValueError(f"{name} has {array.shape[2]} channels that differ, expected depth in one channel")
     if array.ndim != 2 or 0 in array.shape:
@@ -62,11 +62,11 @@ def one_channel(array: NDArray[Any], name: str) -> NDArray[Any]:
 
 def _load_numpy(path: FilePath, note: Note) -> NDArray[Any]:
     try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            return loaded
-        with loaded:
-            arrays = {key: loaded[key] for key in loaded.files}
+        with Path(path).open("rb") as file:  # opened here: np.load forgets to close a broken archive
+            loaded = np.load(file, allow_pickle=False)
+            if isinstance(loaded, np.ndarray):
+                return loaded
+            arrays = {key: np.asarray(loaded[key]) for key in loaded.files}
     except Exception as error:  # NumPy and zipfile raise of everything for broken bytes
         raise ValueError(f"{path} is a broken NumPy file, or one with Python objects: {error}") from None
     if len(arrays) > 1 and "depth" in arrays:
@@ -89,7 +89,10 @@ def _read_pgm(path: Path, note: Note) -> NDArray[Any]:
     dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
     body = data[header.end() :]
     if kind == 2:
-        values = np.array([min(int(word), maximum) for word in body.split()[:count]], dtype)
+        words = body.split()[:count]
+        if not all(word.isdigit() and len(word) < 9 for word in words):
+            raise ValueError(f"{path} is a PGM of text, expected nothing but whole numbers after its header")
+        values = np.array([min(int(word), maximum) for word in words], dtype)
     else:
         values = np.frombuffer(body[: min(count * dtype.itemsize, len(body) & -dtype.itemsize)], dtype)
     if values.size < count:

@@ -23,8 +23,8 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
     given is the caller's, filed that of the intrinsics file. Raises ValueError for 8-bit depth without the caller's.
     """
     for scale in (given, filed):
-        if scale is not None and not (math.isfinite(scale) and scale > 0):
-            raise ValueError(f"depth_scale must be a finite number above 0, got {scale:g}")
+        if scale is not None:
+            _check_positive(scale, "depth_scale")
     if given is not None:
         return given
     metric = kind not in ("inverse", "disparity")
@@ -49,6 +49,7 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
     return 1.0
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows is infinite, and missing in the frame
 def to_metres(
     raw: NDArray[Any], camera: Camera, kind: str, scale: float | None, baseline: float | None, note: Note
 ) -> NDArray[np.float64]:
@@ -60,7 +61,7 @@ def to_metres(
     inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between 1 and 10 m
     disparity  z = fx * baseline / (raw / scale), baseline in metres
 
-    Raises ValueError when nothing is known, or a disparity has no baseline.
+    Raises ValueError when a disparity has no baseline, or inverse depth does not vary.
     """
     values = raw.astype(np.float64)
     if kind == "inverse" and scale is None:
@@ -68,12 +69,15 @@ def to_metres(
     _drop_markers(raw, values, kind, note)
     values[~((values > 0) & (values < np.inf))] = 0
     _drop_background(values, note)
-    if not values.any():
-        raise ValueError(f"depth must be known somewhere, got only missing values in {raw.shape[1]}x{raw.shape[0]}")
     known = values > 0
     result = np.zeros_like(values)
     result[known] = _convert(values[known], _ray_lengths(camera)[known], camera, kind, scale or 1.0, baseline)
     return result
+
+
+def _check_positive(value: Any, name: str) -> None:
+    if not (isinstance(value, int | float | np.number) and 0 < value < math.inf):
+        raise ValueError(f"{name} must be a finite number above 0, got {value!r}")
 
 
 def _convert(
@@ -93,8 +97,7 @@ def _convert(
     if kind == "disparity":
         if baseline is None:
             raise ValueError("disparity needs the distance of the two cameras: pass baseline in metres")
-        if not (math.isfinite(baseline) and baseline > 0):
-            raise ValueError(f"baseline must be a finite number of metres above 0, got {baseline:g}")
+        _check_positive(baseline, "baseline")
         return camera.fx * baseline * scale / values
     return values / scale
 
@@ -110,9 +113,7 @@ def _spread(values: NDArray[np.float64], note: Note) -> NDArray[np.float64]:
     """Inverse depth of unknown scale and offset, as networks give it: 0 is the farthest, not missing."""
     known = np.isfinite(values)
     if not known.any():
-        raise ValueError(
-            f"depth must be known somewhere, got only missing values in {values.shape[1]}x{values.shape[0]}"
-        )
+        return np.zeros_like(values)
     low, high = values[known].min(), values[known].max()
     if low == high:
         raise ValueError(f"inverse depth must vary, got {low:g} everywhere")

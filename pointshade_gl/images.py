@@ -22,6 +22,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "JPEG": {"quality": 95},
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
+_LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
 
 
 def check_writable(path: FilePath) -> Path:
@@ -54,7 +55,7 @@ def save_image(path: FilePath, image: ArrayLike) -> None:
         if array.dtype.hasobject:
             raise TypeError(f"image must be an array of numbers, got {array.dtype}")
     else:
-        _check_picture(array)
+        _check_picture(array, _FORMATS[path.suffix.lower()])
     temporary = path.with_name(f".{uuid4().hex}.part")
     try:
         with temporary.open("xb") as file:
@@ -64,11 +65,13 @@ def save_image(path: FilePath, image: ArrayLike) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _check_picture(array: NDArray[Any]) -> None:
+def _check_picture(array: NDArray[Any], kind: str) -> None:
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
         raise ValueError(f"image must have shape (h, w), (h, w, 3) or (h, w, 4), got {array.shape}")
     if array.dtype != np.uint8:
         raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
+    if max(array.shape) > _LONGEST.get(kind, np.inf):
+        raise ValueError(f"image may have up to {_LONGEST[kind]} pixels a side in {kind}, got {array.shape}")
 
 
 def _encode(file: BinaryIO, array: NDArray[Any], suffix: str) -> None:

@@ -192,7 +192,9 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
     side = 3 if values.size == 9 else 4
     k = values.reshape(side, side)[:3, :3]
     if k[2, 0] and k[2, 1] and not (k[0, 2] or k[1, 2]):
-        note(f"{name}: the matrix is column-major, read as [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]")
+        note(
+            f"{name}: rows and columns of the matrix are exchanged, it is read as [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
+        )
         k = k.T
     if abs(k[2] - (0, 0, 1)).max() > 1e-6 or k[1, 0] != 0:
         raise ValueError(f"{name} must be a matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {k.tolist()}")
@@ -203,7 +205,10 @@ def _number(data: dict[str, Any], key: str, path: Path) -> float:
     value = data.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"{path}: {key} must be a number, got {value!r}")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:  # JSON has whole numbers of any length
+        return float("inf")
 
 
 def _optional(data: dict[str, Any], key: str, path: Path) -> float | None:

@@ -68,7 +68,10 @@ def load_frame(
     baseline = source.baseline if baseline is None and source else baseline
     metres = to_metres(raw, camera, kind, scale, baseline, note)
     matrix: Any = load_pose(pose) if _is_path(pose) else pose
-    return Frame(picture, metres, camera, matrix)
+    frame = Frame(picture, metres, camera, matrix)
+    if not frame.points_known:
+        raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
+    return frame
 
 
 def load_pose(path: FilePath) -> NDArray[np.float64]:
@@ -122,7 +125,7 @@ def _check_color(color: Any) -> NDArray[Any] | None:
     if color is None:
         return None
     array = np.asarray(color)
-    if array.ndim != 3:
+    if array.ndim != 3 or 0 in array.shape:
         raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
     return array
 

@@ -101,8 +101,7 @@ class Renderer:
         with self._in_use():
             textures = self._upload(frame)
             self._find_normals(textures, frame, method, max_depth_step)
-            h, w = frame.depth.shape
-            normals = np.frombuffer(textures.normals.read(), np.float32).reshape(h, w, 4)[..., :3].copy()
+            normals = textures.read_normals()
         normals[frame.depth == 0] = np.nan
         return normals
 
@@ -148,7 +147,7 @@ class Renderer:
             max_step = parse_max_depth_step(max_depth_step)
             self._surface.run(textures, frame.camera, check_method(normals), max_step)
         else:
-            textures.write_normals(check_normals(normals, frame.depth.shape))
+            textures.write_normals(check_normals(normals, frame.depth.shape), frame.depth)
 
     def _clear_target(self, camera: Camera) -> Target:
         if self._target is None or self._target.size != (camera.width, camera.height):

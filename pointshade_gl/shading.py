@@ -77,7 +77,9 @@ def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArr
     """Splat sizes in source pixels as (1,) or (h*w,) float32; None is 1. Raises ValueError for what is no size."""
     sizes = np.atleast_1d(np.asarray(1.0 if size is None else size, dtype=np.float32))
     if sizes.shape not in ((1,), shape):
-        raise ValueError(f"size is the splats' size in source pixels, one number or an array of {shape}, got {sizes.shape}")
+        raise ValueError(
+            f"size is the splats' size in source pixels, one number or an array of {shape}, got {sizes.shape}"
+        )
     if not (np.isfinite(sizes).all() and (sizes >= 0).all()):
         raise ValueError("size must be finite and not negative everywhere")
     return sizes.ravel()

@@ -4,8 +4,7 @@
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers.
 #include "common/splat.glsl"
 
-uniform sampler2D depth_map;
-uniform sampler2D normal_map;
+uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
@@ -26,12 +25,11 @@ const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 void main() {
     gl_Position = NOWHERE;
     gl_PointSize = 1.0;
-    int columns = textureSize(depth_map, 0).x;
+    int columns = textureSize(surface_map, 0).x;
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
-    float z = texelFetch(depth_map, pixel, 0).r;
-    if (z == 0.0 || !(size > 0.0)) return;
-    vec3 normal = texelFetch(normal_map, pixel, 0).xyz;
-    Footprint splat = carry_footprint(vec2(pixel), z, normal, source, view, target);
+    vec4 surface = texelFetch(surface_map, pixel, 0);
+    if (surface.w == 0.0 || !(size > 0.0)) return;
+    Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
     if (splat.inverse_depth <= 0.0 || splat.inverse_depth * near >= 1.0) return;
     reach = splat_reach(size, is_round);
     vec2 extent = footprint_extent(splat.to_target, reach, is_round);

@@ -1,5 +1,5 @@
 #version 330 core
-// Depth -> normals by 1, 2, 4 or 8 triangles round each pixel.
+// Depth -> surface (unit normal, depth) by 1, 2, 4 or 8 triangles round each pixel.
 #include "common/normals_triangles.glsl"
 
 uniform sampler2D depth_map;
@@ -7,9 +7,10 @@ uniform vec4 intrinsics;
 uniform int triangle_count;
 uniform vec2 max_step;
 
-out vec4 normal;
+out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    normal = vec4(normal_from_triangles(depth_map, pixel, intrinsics, triangle_count, max_step), 0.0);
+    vec3 normal = normal_from_triangles(depth_map, pixel, intrinsics, triangle_count, max_step);
+    surface = vec4(normal, texelFetch(depth_map, pixel, 0).r);
 }

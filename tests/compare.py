@@ -14,7 +14,9 @@ def compare_images(actual: np.ndarray, expected: np.ndarray) -> str:
     difference = np.abs(actual.astype(int) - expected)
     outliers = (difference.max(-1) > STEP).mean()
     if outliers > OUTLIERS or difference.mean() > MEAN:
-        return f"{100 * outliers:.3f} % of the pixels differ by more than {STEP}, mean difference {difference.mean():.4f}"
+        return (
+            f"{100 * outliers:.3f} % of the pixels differ by more than {STEP}, mean difference {difference.mean():.4f}"
+        )
     return ""
 
 
@@ -22,4 +24,8 @@ def difference_picture(actual: np.ndarray, expected: np.ndarray) -> np.ndarray:
     """The difference, amplified 20 times, opaque."""
     if actual.shape != expected.shape:
         return np.zeros((1, 1, 3), np.uint8)
-    return np.minimum(np.abs(actual.astype(int) - expected).max(-1, keepdims=True) * 20, 255).repeat(3, -1).astype(np.uint8)
+    return (
+        np.minimum(np.abs(actual.astype(int) - expected).max(-1, keepdims=True) * 20, 255)
+        .repeat(3, -1)
+        .astype(np.uint8)
+    )

@@ -19,7 +19,9 @@ def functions_of(path: Path) -> list[str]:
     return _FUNCTION.findall(re.sub(r"//.*", "", path.read_text()))
 
 
-def evaluate(context: moderngl.Context, tmp_path: Path, include: str, expression: str, **inputs: np.ndarray) -> np.ndarray:
+def evaluate(
+    context: moderngl.Context, tmp_path: Path, include: str, expression: str, **inputs: np.ndarray
+) -> np.ndarray:
     """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), reached by their names.
 
     A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows.
@@ -58,5 +60,3 @@ def evaluate(context: moderngl.Context, tmp_path: Path, include: str, expression
     for item in (array, target, output, program, *(texture for _, _, texture in textures)):
         item.release()
     return answer
-
-

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.resolve import light_rows
-from pointshade_gl.reference import picture
+from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.renderer import NEAR
 
 from . import frames
@@ -22,11 +22,9 @@ def vase():
 def both(renderer, frame, lights=(LIGHT,), pose=None, camera=None, normals="triangles-8", step="5%", **options):
     """(GPU picture, mirror picture), the mirror lit by the GPU's own normals, which have tests of their own."""
     pose, camera = frame.pose if pose is None else pose, camera or frame.camera
-    actual = renderer.render(
-        frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options
-    )
+    actual = renderer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
     found = np.nan_to_num(renderer.estimate_normals(frame, normals, max_depth_step=step))
-    mirror = picture.render(
+    mirror = mirror_render(
         frame,
         found,
         light_rows(lights, pose),
@@ -94,6 +92,14 @@ def test_two_lights_and_a_frame_pose(renderer, golden):
         ps.Light(direction=(-1, 0.2, 0.5), color=(0.2, 0.3, 0.8), intensity=0.8),
     )
     golden("two_lights", *both(renderer, frame, lights=lights, pose=turned(frame)))
+
+
+def test_colours_of_another_size(renderer, golden):
+    """Colours at twice the depth's size, odd on one side: sampled at the depth pixel's place."""
+    frame = frames.sphere_before_wall()
+    color = frame.color.repeat(2, 0).repeat(2, 1)[:, 1:]
+    frame = ps.Frame(color, frame.depth, frame.camera)
+    golden("colour_size", *both(renderer, frame, pose=turned(frame, 10, 0, 0.2)))
 
 
 def test_another_size_and_the_default_light(renderer, golden):

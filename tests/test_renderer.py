@@ -31,11 +31,15 @@ def living_objects(context):
 
     GL keeps the program that drew last until another one draws, so one is drawn here first.
     """
+    bound = context.detect_framebuffer()
     program = context.program(vertex_shader=MINIMAL, fragment_shader="#version 330 core\nvoid main() {}")
-    array = context.vertex_array(program, [])
+    array, texture = context.vertex_array(program, []), context.texture((1, 1), 4)
+    target = context.framebuffer([texture])
+    target.use()
     array.render(moderngl.POINTS, 1)
-    array.release()
-    program.release()
+    bound.use()
+    for item in (target, texture, array, program):
+        item.release()
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     counts = {}

@@ -5,7 +5,7 @@ import importlib
 import numpy as np
 import pytest
 
-from pointshade_gl.reference import camera, color, lights, normals_triangles, phong, splat, surface
+from pointshade_gl.reference import camera, color, lights, normals_triangles, phong, picture, splat, surface
 
 from .shader_function import COMMON, evaluate, functions_of
 
@@ -129,6 +129,17 @@ def test_depth_outside_the_picture_is_missing(gpu, draw):
     agree(answer, normals_triangles.depth_at(depth, pixel.astype(int)), atol=0)
 
 
+def test_sample_picture_and_rescale_position(gpu, draw):
+    colors = np.random.default_rng(1).random((5, 7, 4)).astype(F)
+    position = draw.numbers(-1, 8, 2)
+    position[:50] = np.floor(position[:50])
+    answer = gpu("picture.glsl", "sample_picture(color_map, p), 0", p=position, color_map=colors)
+    agree(answer, picture.sample_picture(colors, position))
+    sizes = np.array([[7, 5]], F), np.array([[70, 15]], F)
+    answer = gpu("picture.glsl", "rescale_position(p, a, b), 0, 0", p=position, a=sizes[0], b=sizes[1])
+    agree(answer, picture.rescale_position(position, sizes[0][0], sizes[1][0]))
+
+
 def carried(draw):
     pixel, z = draw.numbers(0, 600, 2), draw.numbers(0.5, 4)
     normal = draw.facing(camera.pixel_ray(pixel, K))
@@ -163,9 +174,7 @@ def test_the_jacobian_is_the_derivative_of_the_warp():
         return TARGET[:2] * point[:2] / point[2] + TARGET[2:]
 
     numeric = [(warp(start + e) - warp(start - e)) / 2e-3 for e in np.eye(2) * 1e-3]
-    mirror = splat.carry_footprint(
-        start[None].astype(F), np.array([z], F), n[None].astype(F), K, VIEW, TARGET
-    )
+    mirror = splat.carry_footprint(start[None].astype(F), np.array([z], F), n[None].astype(F), K, VIEW, TARGET)
     assert mirror.to_target[0] == pytest.approx(np.concatenate(numeric), rel=1e-4)
 
 
@@ -207,15 +216,13 @@ def test_source_position_and_point_on_plane(gpu, draw):
 
 
 def test_neighbour_weight(gpu, draw):
-    rng = np.random.default_rng(5)
-    depth = rng.uniform(1.99, 2.07, (30, 40)).astype(F)  # some neighbours within 2 %, some not
-    depth[rng.random(depth.shape) < 0.1] = 0
+    z = draw.numbers(1.96, 2.08)  # some within 2 % of the plane at 2 m, some not
+    z[::7] = 0
     pixel = np.floor(draw.numbers(1, 28, 2))
     at = pixel + draw.numbers(-0.6, 0.6, 2)
     corner = np.floor(at) + np.floor(draw.numbers(0, 2, 2))
     w, slope = np.full((COUNT, 1), 0.5, F), np.full((COUNT, 2), 0.001, F)
-    call = "neighbour_weight(depth_map, ivec2(c), a, p, w, s)"
-    answer = gpu("surface.glsl", call, c=corner, a=at, p=pixel, w=w, s=slope, depth_map=depth)
-    expected = surface.neighbour_weight(depth, corner.astype(int), at, pixel, w[:, 0], slope)
+    answer = gpu("surface.glsl", "neighbour_weight(z, c, a, p, w, s)", z=z, c=corner, a=at, p=pixel, w=w, s=slope)
+    expected = surface.neighbour_weight(z[:, 0], corner, at, pixel, w[:, 0], slope)
     agree(answer, expected)
     assert 0.2 < (expected > 0).mean() < 0.95

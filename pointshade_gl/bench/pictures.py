@@ -53,7 +53,9 @@ def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np
     return seen
 
 
-def score_picture(image: np.ndarray, surface: np.ndarray, truth: np.ndarray, hits: Hits, seen: np.ndarray) -> PictureScore:
+def score_picture(
+    image: np.ndarray, surface: np.ndarray, truth: np.ndarray, hits: Hits, seen: np.ndarray
+) -> PictureScore:
     """image (h, w, 4) uint8 and the surface (h, w) that each of its pixels shows, -1 for none, against the truth:
     sRGB (h, w, 3), 0..255, of `hits`; seen (h, w) from `co_visible`."""
     drawn = image[..., 3] > 0

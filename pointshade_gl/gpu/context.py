@@ -28,13 +28,15 @@ class Context:
         self.owned = context is None
         self.gl = _create(device) if context is None else context
         self._thread, self._process = threading.get_ident(), os.getpid()
+        with self.gl:
+            self.info = self.gl.info  # asked of the driver each time, and only right while current
         if self.gl.version_code < 330:
             raise ContextError(f"OpenGL 3.3 is needed, {self.renderer} offers {self.gl.version_code / 100:.1f}")
 
     @property
     def renderer(self) -> str:
         """The driver's name for what draws."""
-        return str(self.gl.info["GL_RENDERER"])
+        return str(self.info["GL_RENDERER"])
 
     @property
     def is_software(self) -> bool:
@@ -42,7 +44,7 @@ class Context:
 
     def limits(self) -> dict[str, Any]:
         """What `pointshade info` tells."""
-        info = self.gl.info
+        info = self.info
         return {
             "vendor": info["GL_VENDOR"],
             "renderer": self.renderer,

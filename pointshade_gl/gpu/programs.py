@@ -52,11 +52,18 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
 
 
 def build_program(
-    context: moderngl.Context, vertex: str, fragment: str, folder: Path | None = None
+    context: moderngl.Context, vertex: str, fragment: str, folder: Path | None = None, **constants: int
 ) -> moderngl.Program:
-    """A program from two shader files. Raises ShaderError with file and line of the driver's complaints."""
+    """A program from two shader files; `constants` are defined in the fragment shader.
+
+    Raises ShaderError with file and line of the driver's complaints.
+    """
     vertex_text, vertex_origin = splice(vertex, folder)
     fragment_text, fragment_origin = splice(fragment, folder)
+    defines = [f"#define {name} {value}" for name, value in constants.items()]
+    version, rest = fragment_text.split("\n", 1)
+    fragment_text = "\n".join([version, *defines, rest])
+    fragment_origin[1:1] = [(fragment, 1)] * len(defines)
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
     except moderngl.Error as error:

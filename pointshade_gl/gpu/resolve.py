@@ -20,8 +20,7 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._program = build_program(context, "fullscreen.vert", "resolve.frag")
-        self._array = context.vertex_array(self._program, [])
+        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}  # one a shading model
 
     def draw(
         self,
@@ -35,35 +34,41 @@ class ResolvePass:
         shading: str,
     ) -> None:
         """lights (n, 3, 4) float32 as `light_rows` makes them."""
-        set_uniforms(
-            self._program,
-            source_ids=0,
-            depth_map=1,
-            normal_map=2,
-            color_map=3,
-            lights=4,
-            source=source.intrinsics,
-            target=camera.intrinsics,
-            view=view.T.astype("f4").tobytes(),
-            first_id=1,
-            shading=SHADINGS.index(shading),
-            material=(material.ambient, material.diffuse, material.specular, material.shininess),
-            ambient=(1.0, 1.0, 1.0),
-            light_count=len(lights),
-        )
+        program, array = self._model(shading)
+        set_uniforms(program, source_ids=0, surface_map=1, color_map=2, first_id=1)
+        if shading != "none":
+            set_uniforms(
+                program,
+                lights=3,
+                source=source.intrinsics,
+                view=view.T.astype("f4").tobytes(),
+                material=(material.ambient, material.diffuse, material.specular, material.shininess),
+                ambient=(1.0, 1.0, 1.0),
+                light_count=len(lights),
+            )
+        if shading in ("gouraud", "phong"):  # these two also ask where in the splat the pixel lies
+            set_uniforms(program, target=camera.intrinsics)
         # A texture has at least one row; light_count says how many are meant.
         rows = lights if len(lights) else np.zeros((1, 3, 4), np.float32)
         light_map = self._context.texture((3, len(rows)), 4, rows.tobytes(), dtype="f4")
         light_map.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        for unit, texture in enumerate((target.source_ids, frame.depth, frame.normals, frame.color, light_map)):
+        for unit, texture in enumerate((target.source_ids, frame.surface, frame.color, light_map)):
             texture.use(unit)
         target.picture.use()
-        self._array.render(moderngl.TRIANGLES, 3)
+        array.render(moderngl.TRIANGLES, 3)
         light_map.release()
 
+    def _model(self, shading: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
+        if shading not in self._programs:
+            number = SHADINGS.index(shading)
+            program = build_program(self._context, "fullscreen.vert", "resolve.frag", SHADING=number)
+            self._programs[shading] = program, self._context.vertex_array(program, [])
+        return self._programs[shading]
+
     def release(self) -> None:
-        self._array.release()
-        self._program.release()
+        for program, array in self._programs.values():
+            array.release()
+            program.release()
 
 
 def light_rows(lights: Sequence[Light], pose: np.ndarray) -> np.ndarray:

@@ -40,8 +40,7 @@ class SplatPass:
             self._make_vertices()
         set_uniforms(
             self._program,
-            depth_map=0,
-            normal_map=1,
+            surface_map=0,
             source=source.intrinsics,
             target=camera.intrinsics,
             view=view.T.astype("f4").tobytes(),
@@ -50,8 +49,7 @@ class SplatPass:
             is_round=splat == "round",
             first_id=1,
         )
-        frame.depth.use(0)
-        frame.normals.use(1)
+        frame.surface.use(0)
         target.visible.use()
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
         self._array.render(moderngl.POINTS, vertices=source.width * source.height)

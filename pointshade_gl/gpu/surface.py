@@ -1,4 +1,4 @@
-"""Surface pass: depth texture -> normal texture."""
+"""Surface pass: depth texture -> surface texture (normal and depth)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class SurfacePass:
             max_step=max_step,
         )
         frame.depth.use(0)
-        frame.normal_target.use()
+        frame.surface_target.use()
         self._array.render(moderngl.TRIANGLES, 3)
 
     def release(self) -> None:

@@ -11,7 +11,7 @@ NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame
 
 
 class FrameTextures:
-    """Depth (R32F), colour (RGB8 or RGBA8) and normals (RGBA32F) of one frame.
+    """Depth (R32F), colour (RGB8 or RGBA8) and surface (RGBA32F: unit normal, depth) of one frame.
 
     Raises ValueError when the driver cannot hold a picture of that size.
     """
@@ -24,11 +24,11 @@ class FrameTextures:
             check_size(context, width, height)
         self.depth = context.texture(self.depth_size, 1, dtype="f4")
         self.color = context.texture(self.color_size[:2], self.color_size[2], alignment=1)
-        self.normals = context.texture(self.depth_size, 4, dtype="f4")
-        self.depth.filter = self.normals.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.color.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self.color.repeat_x = self.color.repeat_y = False
-        self.normal_target = context.framebuffer([self.normals])
+        self.surface = context.texture(self.depth_size, 4, dtype="f4")
+        for texture in (self.depth, self.color, self.surface):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+
+        self.surface_target = context.framebuffer([self.surface])
         self.upload(frame)
 
     def fits(self, frame: Frame) -> bool:
@@ -39,12 +39,18 @@ class FrameTextures:
         self.depth.write(frame.depth)
         self.color.write(NEUTRAL if frame.color is None else frame.color)
 
-    def write_normals(self, normals: np.ndarray) -> None:
-        """normals (h, w, 3) float32."""
-        self.normals.write(np.pad(normals, ((0, 0), (0, 0), (0, 1))))
+    def write_normals(self, normals: np.ndarray, depth: np.ndarray) -> None:
+        """normals (h, w, 3), (0, 0, 0) where missing, and depth (h, w), both float32."""
+        known = np.where(normals.any(-1), depth, np.float32(0))
+        self.surface.write(np.concatenate([normals, known[..., None]], -1))
+
+    def read_normals(self) -> np.ndarray:
+        """(h, w, 3) float32"""
+        width, height = self.depth_size
+        return np.frombuffer(self.surface.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
 
     def release(self) -> None:
-        for item in (self.normal_target, self.normals, self.color, self.depth):
+        for item in (self.surface_target, self.surface, self.color, self.depth):
             item.release()
 
 
@@ -79,7 +85,9 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
     """Raises ValueError for a picture larger than the driver's textures."""
     limit = context.info["GL_MAX_TEXTURE_SIZE"]
     if max(width, height) > limit:
-        raise ValueError(f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down")
+        raise ValueError(
+            f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
+        )
 
 
 def _size(color: np.ndarray) -> tuple[int, int, int]:

@@ -14,7 +14,12 @@ def attenuation(distance: np.ndarray, k: np.ndarray) -> np.ndarray:
 
 
 def phong(
-    n: np.ndarray, v: np.ndarray, l: np.ndarray, albedo: np.ndarray, material: np.ndarray, light: np.ndarray  # noqa: E741 (the field's name)
+    n: np.ndarray,
+    v: np.ndarray,
+    l: np.ndarray,
+    albedo: np.ndarray,
+    material: np.ndarray,
+    light: np.ndarray,  # noqa: E741 (the field's name)
 ) -> np.ndarray:
     NoL = dot(n, l)
     r = F(2) * NoL * n - l

@@ -6,7 +6,7 @@ import numpy as np
 
 from .camera import pixel_ray
 from .splat import Footprint, invert_footprint
-from .vectors import dot, texel
+from .vectors import dot
 
 F = np.float32
 SAME_SURFACE = F(0.02)
@@ -27,12 +27,10 @@ def point_on_plane(
 
 
 def neighbour_weight(
-    depth_map: np.ndarray, corner: np.ndarray, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray
+    z: np.ndarray, corner: np.ndarray, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray
 ) -> np.ndarray:
-    inside = np.clip(corner, 0, np.array(depth_map.shape[::-1]) - 1)
-    z = texel(depth_map, inside)
-    known = (corner == inside).all(-1) & (z > 0)
-    expected = w + dot(slope, corner.astype(F) - pixel)[..., 0]
+    known = z > 0
+    expected = w + dot(slope, corner - pixel)[..., 0]
     off = np.abs(F(1) / np.where(known, z, F(1)) - expected) > SAME_SURFACE * w
-    closeness = np.maximum(F(1) - np.abs(at - corner.astype(F)), F(0))
+    closeness = np.maximum(F(1) - np.abs(at - corner), F(0))
     return np.where(known & ~off, closeness[..., 0] * closeness[..., 1], F(0))

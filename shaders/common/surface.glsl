@@ -17,15 +17,12 @@ vec3 point_on_plane(vec2 at, vec2 pixel, float w, vec2 slope, vec4 source) {
     return pixel_ray(at, source) / w_at;
 }
 
-// Weight of the neighbour at a corner round `at`: bilinear, but 0 where the neighbour is missing or on another
-// surface, so that nothing blends across an edge.
-float neighbour_weight(sampler2D depth_map, ivec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
-    ivec2 inside = clamp(corner, ivec2(0), textureSize(depth_map, 0) - 1);
-    if (corner != inside) return 0.0;
-    float z = texelFetch(depth_map, inside, 0).r;
+// Weight of the neighbour with depth z at a corner round `at`: bilinear, but 0 where the neighbour is missing or on
+// another surface, so that nothing blends across an edge.
+float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
     if (z == 0.0) return 0.0;
-    float expected = w + dot(slope, vec2(corner) - pixel);
+    float expected = w + dot(slope, corner - pixel);
     if (abs(1.0 / z - expected) > SAME_SURFACE * w) return 0.0;
-    vec2 closeness = max(1.0 - abs(at - vec2(corner)), 0.0);
+    vec2 closeness = max(1.0 - abs(at - corner), 0.0);
     return closeness.x * closeness.y;
 }

@@ -1,0 +1,18 @@
+// Bilinear sample at a position in pixels, in float: the GPU's own filter works with 8-bit weights.
+vec3 sample_picture(sampler2D picture, vec2 position) {
+    ivec2 last = textureSize(picture, 0) - 1;
+    vec2 corner = floor(position);
+    vec2 share = position - corner;
+    ivec2 low = clamp(ivec2(corner), ivec2(0), last);
+    if (share == vec2(0.0)) return texelFetch(picture, low, 0).rgb;
+    ivec2 high = clamp(ivec2(corner) + 1, ivec2(0), last);
+    vec3 top = mix(texelFetch(picture, low, 0).rgb, texelFetch(picture, ivec2(high.x, low.y), 0).rgb, share.x);
+    vec3 bottom = mix(texelFetch(picture, ivec2(low.x, high.y), 0).rgb, texelFetch(picture, high, 0).rgb, share.x);
+    return mix(top, bottom, share.y);
+}
+
+// The same place in a picture of another size; the outer edges of both pictures coincide.
+vec2 rescale_position(vec2 position, vec2 size, vec2 other_size) {
+    if (size == other_size) return position;
+    return (position + 0.5) * (other_size / size) - 0.5;
+}

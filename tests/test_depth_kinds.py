@@ -1,0 +1,177 @@
+"""Kinds of depth: each against the definition written out for single pixels; what counts as missing."""
+
+import math
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.depth_kinds import KINDS, choose_scale, to_metres
+
+CAMERA = ps.Camera(50, -60, 18.0, 11.5, 40, 30)
+Z = np.random.default_rng(4).uniform(1.5, 3, (30, 40))
+
+
+def refuse(text):
+    raise AssertionError(f"an unexpected note: {text}")
+
+
+def convert(raw, kind="z", scale=1.0, baseline=None, note=refuse):
+    return to_metres(np.asarray(raw), CAMERA, kind, scale, baseline, note)
+
+
+def ray(u, v):
+    return (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, 1.0
+
+
+RAW = {  # what a sensor of each kind stores for the depth z at pixel (u, v)
+    "z": lambda z, u, v: z,
+    "ray": lambda z, u, v: math.hypot(*(z * x for x in ray(u, v))),
+    "plane": lambda z, u, v: math.dist([z * x for x in ray(u, v)], ray(u, v)),
+    "inverse": lambda z, u, v: 1 / z,
+    "disparity": lambda z, u, v: CAMERA.fx * 0.12 / z,
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("scale", [1.0, 256.0])
+def test_every_kind_gives_the_depth_it_was_made_from(kind, scale):
+    raw = np.array([[RAW[kind](Z[v, u], u, v) for u in range(40)] for v in range(30)])
+    raw = raw / scale if kind == "inverse" else raw * scale
+    raw = raw * scale**2 if kind == "inverse" else raw  # z = scale / raw
+    np.testing.assert_allclose(convert(raw, kind, scale, 0.12), Z, rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("hole", [0.0, -1.0, np.nan, np.inf])
+def test_holes_stay_holes_in_every_kind(kind, hole):
+    raw = Z.copy()
+    raw[3, 4] = hole
+    metres = convert(raw, kind, 1.0, 0.1)
+    assert metres[3, 4] == 0
+    assert np.count_nonzero(metres) == Z.size - 1
+
+
+def test_inverse_depth_without_a_scale_is_laid_between_1_and_10_metres():
+    notes = []
+    raw = np.array([[0, 51, 102], [153, 204, 255]], np.uint8)
+    metres = to_metres(raw, ps.Camera(9, 9, 1, 1, 3, 2), "inverse", None, None, notes.append)
+    np.testing.assert_allclose(1 / metres, [[0.1, 0.28, 0.46], [0.64, 0.82, 1.0]])  # linear in 1/z, 0 is the farthest
+    assert len(notes) == 1 and "largest value is put at 1 m, its smallest at 10 m" in notes[0]
+
+
+def test_inverse_depth_without_a_scale_keeps_negative_values_and_drops_infinite_ones():
+    raw = Z - 2
+    raw[0, :3] = np.nan, np.inf, -np.inf
+    metres = convert(raw, "inverse", None, note=[].append)
+    assert (metres[0, :3] == 0).all()
+    assert np.count_nonzero(metres) == Z.size - 3
+    assert (metres.max(), metres[metres > 0].min()) == pytest.approx((10, 1))
+
+
+def test_inverse_depth_that_does_not_vary_is_refused():
+    with pytest.raises(ValueError, match="inverse depth must vary, got 7 everywhere"):
+        convert(np.full((30, 40), 7, np.uint8), "inverse", None)
+
+
+def test_disparity_needs_a_baseline():
+    with pytest.raises(ValueError, match="pass baseline in metres"):
+        convert(Z, "disparity")
+    with pytest.raises(ValueError, match="baseline must be a finite number above 0, got -0.1"):
+        convert(Z, "disparity", baseline=-0.1)
+
+
+def test_16_bit_values_from_65500_are_missing_and_counted():
+    notes = []
+    raw = np.full((30, 40), 1500, np.uint16)
+    raw[0, :4] = 65499, 65500, 65520, 65535
+    metres = convert(raw, "z", 1000.0, note=notes.append)
+    assert metres[0, :4].tolist() == [65.499, 0, 0, 0]
+    assert notes == ["3 depth values from 65500 to 65535 are taken as missing"]
+
+
+@pytest.mark.parametrize("kind", ["inverse", "disparity"])
+def test_the_nearest_points_of_inverse_depth_are_no_markers(kind):
+    raw = np.linspace(30000, 65535, 1200).astype(np.uint16).reshape(30, 40)
+    assert convert(raw, kind, 1.0, 0.1).all()
+
+
+@pytest.mark.parametrize("value", [1e10, 65504.0, 1000.0, 0.7])
+def test_a_constant_background_is_missing_and_told(value):
+    notes = []
+    raw = Z.copy()
+    raw[:5] = value
+    metres = convert(raw, note=notes.append)
+    assert not metres[:5].any()
+    np.testing.assert_array_equal(metres[5:], Z[5:])
+    assert len(notes) == 1 and f"the depth value {value:g} of 17% of the pixels is taken as background" in notes[0]
+
+
+def test_the_share_of_a_background_is_that_of_the_known_pixels():
+    raw = np.zeros((30, 40))
+    raw[:10], raw[0, :8] = Z[:10], 1000  # 8 of 400 known: exactly 2 %
+    assert not convert(raw, note=[].append)[0, :8].any()
+    raw[0, 7] = Z[0, 7]
+    assert (convert(raw)[0, :7] == 1000).all()
+
+
+def test_a_wall_within_twice_the_distance_is_no_background():
+    raw = Z.copy()
+    raw[:5] = 2 * Z[5:].max()
+    np.testing.assert_array_equal(convert(raw), raw)
+
+
+def test_a_plane_that_fills_the_picture_is_no_background():
+    assert (convert(np.full((30, 40), 2.0)) == 2).all()
+
+
+def test_depth_beyond_float_is_not_an_accident():
+    raw = Z.copy()
+    raw[3, 4] = 1e-320
+    assert convert(raw, "inverse", 1e300)[3, 4] == np.inf  # a warning would be an error here
+
+
+U8, U16, F32 = np.ones((2, 2), np.uint8), np.ones((2, 2), np.uint16), np.ones((2, 2), np.float32)
+
+
+@pytest.mark.parametrize(
+    ("raw", "kind", "given", "filed", "expected"),
+    [
+        (U16, "z", 5000, 1000, 5000),
+        (U16, "ray", None, 5000, 5000),
+        (U8, "z", 25.5, None, 25.5),
+        (F32, "plane", None, None, 1),
+        (F32, "z", None, 1, 1),
+        (U8, "inverse", None, None, None),
+        (F32, "inverse", 3, None, 3),
+        (U8, "disparity", 4, None, 4),
+    ],
+)
+def test_scales_that_need_no_note(raw, kind, given, filed, expected):
+    assert choose_scale(raw, kind, given, filed, refuse) == expected
+
+
+@pytest.mark.parametrize(
+    ("raw", "kind", "filed", "expected", "sentence"),
+    [
+        (U16, "z", None, 1000, "taken as millimetres"),
+        (U16, "disparity", None, 1, "taken as pixels"),
+        (F32, "z", 1000, 1000, "divided by 1000, as the intrinsics file says"),
+    ],
+)
+def test_guessed_scales_are_told(raw, kind, filed, expected, sentence):
+    notes = []
+    assert choose_scale(raw, kind, None, filed, notes.append) == expected
+    assert len(notes) == 1 and sentence in notes[0]
+
+
+@pytest.mark.parametrize("filed", [None, 1000])
+def test_8_bit_depth_is_refused_with_a_way_out(filed):
+    with pytest.raises(ValueError, match=r"256 levels are no distances: pass depth_kind='inverse' .* or depth_scale"):
+        choose_scale(U8, "z", None, filed, refuse)
+
+
+@pytest.mark.parametrize("scale", [0, -1, np.nan, np.inf, "1000"])
+def test_depth_scale_is_a_number_above_0(scale):
+    with pytest.raises(ValueError, match=f"depth_scale must be a finite number above 0, got {scale!r}"):
+        choose_scale(U16, "z", scale, None, refuse)

@@ -58,7 +58,7 @@ Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.
 @app.command()
 def render(
     output: Output,
-    input: Input = None,  # noqa: A002 (the word that the help shows)
+    input: Input = None,
     color: Color = None,
     depth: Depth = None,
     intrinsics: Intrinsics = None,
@@ -117,7 +117,7 @@ def render(
 @app.command("normals")
 def write_normals(
     output: Output,
-    input: Input = None,  # noqa: A002
+    input: Input = None,
     color: Color = None,
     depth: Depth = None,
     intrinsics: Intrinsics = None,
@@ -165,7 +165,7 @@ def info(
 def main() -> None:
     """Runs the command line; every expected error becomes one sentence: exit code 2, or 1 without GL."""
     try:
-        app()
+        app(prog_name="pointshade")
     except (ValueError, TypeError, OSError) as error:
         _fail(error, 2)
     except RuntimeError as error:
@@ -182,13 +182,13 @@ def _fail(error: Exception, code: int) -> None:
 
 
 def _load(source: str | None, color: Any, depth: Any, intrinsics: Any, fov: Any, scale: Any, kind: Any) -> Frame:
-    from .readers import builtin_folder, load_frame
+    from .readers import load_frame
 
     if source is None and color is None and depth is None:
         source = "vase"
-    folder = builtin_folder(source) if source else None
+
     return load_frame(
-        folder, color=color, depth=depth, intrinsics=intrinsics, fov=fov, depth_scale=scale, depth_kind=kind
+        source, color=color, depth=depth, intrinsics=intrinsics, fov=fov, depth_scale=scale, depth_kind=kind
     )
 
 

@@ -134,13 +134,15 @@ def _drop_markers(raw: NDArray[Any], values: NDArray[np.float64], kind: str, not
 
 def _drop_background(values: NDArray[np.float64], note: Note) -> None:
     """Sets to 0 what a renderer wrote where it saw nothing: one extreme value in many pixels, far from all others."""
-    for extreme in (np.max, np.min):
-        known = values[values > 0]
-        if not known.size:
-            return
-        value = extreme(known)
+    known = values[values > 0]
+    if not known.size:
+        return
+    for value in (known.max(), known.min()):
         others = known[known != value]
-        share = 1 - others.size / known.size
-        if others.size and share >= 0.02 and (value > 2 * others.max() or 2 * value < others.min()):
+        share = (known.size - others.size) / known.size
+        if not 0.02 <= share < 0.999:  # below: a few outliers; above: the others are, and this is the surface
+            continue
+        if value > 2 * others.max() or 2 * value < others.min():
             values[values == value] = 0
             note(f"the depth value {value:g} of {share:.0%} of the pixels is taken as background, that is, missing")
+            return

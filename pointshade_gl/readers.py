@@ -40,7 +40,8 @@ def load_frame(
 ) -> Frame:
     """A frame from a folder with color.* (or rgb.*), depth.* and intrinsics.json, or from single files and arrays.
 
-    folder       of a frame, or of a sequence with folders color/ and depth/, of which the first pictures are taken
+    folder       of a frame, or of a sequence with folders color/ and depth/, of which the first pictures are taken;
+                 or the name of a built-in frame: "vase"
     color        a picture or (h, w, 3|4) uint8, instead of the folder's; there may be none
     depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
     intrinsics   a file (ours, Open3D's, nerfstudio's, a text matrix), 'fx,fy,cx,cy', four numbers or a Camera
@@ -55,7 +56,7 @@ def load_frame(
     Raises ValueError, TypeError or OSError, in one sentence, for what cannot be read right.
     """
     note = notes or _print_note
-    place = None if folder is None else _check_folder(folder)
+    place = None if folder is None else _check_folder(builtin_folder(folder))
     depth, color = _find_pictures(place, depth, color, note)
     raw = read_depth(depth, note) if _is_path(depth) else one_channel(np.asarray(depth), "depth")
     picture = read_color(color) if _is_path(color) else _check_color(color)

@@ -35,6 +35,12 @@ def test_png_of_16_bits(tmp_path):
     check(tmp_path / "depth.png", DEEP)
 
 
+@pytest.mark.parametrize(("order", "mark"), [("<f4", b"-1.0"), (">f4", b"1.0")], ids=["little", "big"])
+def test_pfm_rows_run_upwards_in_either_byte_order(tmp_path, order, mark):
+    (tmp_path / "depth.pfm").write_bytes(b"Pf\n40 30\n" + mark + b"\n" + METRES[::-1].astype(order).tobytes())
+    check(tmp_path / "depth.pfm", METRES)
+
+
 @pytest.mark.parametrize("dtype", ["u1", "u2", ">u2", "i4", "i8", "f2", "f4", "f8"])
 def test_npy_of_any_number(tmp_path, dtype):
     depth = (DEEP % 251).astype(dtype)

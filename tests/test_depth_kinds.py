@@ -77,7 +77,7 @@ def test_inverse_depth_that_does_not_vary_is_refused():
 def test_disparity_needs_a_baseline():
     with pytest.raises(ValueError, match="pass baseline in metres"):
         convert(Z, "disparity")
-    with pytest.raises(ValueError, match="baseline must be a finite number above 0, got -0.1"):
+    with pytest.raises(ValueError, match=r"baseline must be a finite number above 0, got -0\.1"):
         convert(Z, "disparity", baseline=-0.1)
 
 
@@ -123,6 +123,12 @@ def test_a_wall_within_twice_the_distance_is_no_background():
 
 def test_a_plane_that_fills_the_picture_is_no_background():
     assert (convert(np.full((30, 40), 2.0)) == 2).all()
+
+
+def test_a_plane_with_an_outlier_is_no_background():
+    raw = np.full((30, 40), 2.0)
+    raw[3, 4] = 9
+    np.testing.assert_array_equal(convert(raw), raw)
 
 
 def test_depth_beyond_float_is_not_an_accident():

@@ -88,7 +88,9 @@ def test_two_lights_and_a_frame_pose(renderer, golden):
     pose = ps.orbit_pose(None, (0.3, 0, -2), 40, 10)
     frame = ps.Frame(None, made.depth, made.camera, pose)
     lights = (
-        ps.Light(position=tuple(frame.pivot + (0.5, -1, -1)), color=(1, 0.6, 0.3), attenuation=(0.5, 0.2, 0.3)),
+        ps.Light(
+            position=tuple(frame.pivot + np.array([0.5, -1, -1])), color=(1, 0.6, 0.3), attenuation=(0.5, 0.2, 0.3)
+        ),
         ps.Light(direction=(-1, 0.2, 0.5), color=(0.2, 0.3, 0.8), intensity=0.8),
     )
     golden("two_lights", *both(renderer, frame, lights=lights, pose=turned(frame)))

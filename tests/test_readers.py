@@ -41,9 +41,8 @@ def test_a_folder_becomes_a_frame_without_a_guess(folder):
     np.testing.assert_array_equal(frame.pose, np.eye(4))
 
 
-def test_rgb_and_upper_case_suffixes_are_found_and_hidden_twins_are_not(folder):
+def test_rgb_and_upper_case_suffixes_are_found(folder):
     (folder / "color.png").rename(folder / "rgb.PNG")
-    (folder / "._depth.npy").write_bytes(b"macOS")
     np.testing.assert_array_equal(ps.load_frame(str(folder), notes=refuse).color, COLOR)
 
 
@@ -68,6 +67,7 @@ def test_of_a_sequence_the_first_depth_and_its_own_colour_are_taken(tmp_path):
         save(DEEP + np.uint16(i), tmp_path / "depth" / f"{i}.png")
     for i in (0, 1, 2):  # the first colour has no depth
         save(COLOR + np.uint8(i), tmp_path / "color" / f"{i}.png")
+    (tmp_path / "depth" / "._0.png").write_bytes(b"macOS")
     frame = ps.load_frame(tmp_path, intrinsics=CAMERA, depth_scale=1000, notes=notes.append)
     np.testing.assert_allclose(frame.depth, (DEEP + 1) / 1000, rtol=1e-6)
     np.testing.assert_array_equal(frame.color, COLOR + np.uint8(1))
@@ -163,6 +163,11 @@ def test_colours_of_every_form_become_8_bit_rgb(tmp_path):
     save(grey.astype(np.uint16) * 257, tmp_path / "deep.png")
     for name in ("grey.png", "deep.png"):
         np.testing.assert_array_equal(read_color(tmp_path / name), np.stack([grey] * 3, axis=2))
+
+
+def test_16_bit_colours_are_rounded(tmp_path):
+    save(np.array([[0, 128, 129, 65406, 65407, 65535]], np.uint16), tmp_path / "deep.png")
+    assert read_color(tmp_path / "deep.png")[0, :, 0].tolist() == [0, 0, 1, 254, 255, 255]
 
 
 def test_floating_point_colours_are_refused(tmp_path):

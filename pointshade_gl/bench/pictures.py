@@ -39,7 +39,7 @@ def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
 
 
 def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np.ndarray:
-    """Pixels of `hits` that the source camera saw too: all four source pixels round the point show its surface there."""
+    """Pixels of `hits` that the source saw too: all four source pixels round the point show its surface there."""
     inside = np.linalg.inv(pose)
     points = hits.points @ inside[:3, :3].T + inside[:3, 3]
     seen = (hits.surface >= 0) & (points[..., 2] > 0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from statistics import median
 
-
 from ..camera import Camera, orbit_pose
 from ..frame import Frame
 from ..renderer import Renderer

@@ -55,7 +55,7 @@ class FrameTextures:
 
 
 class Target:
-    """The images of one view: which source pixel is seen (R32I, from 1; 0 is none), depth, and the lit picture (RGBA8)."""
+    """The images of one view: source pixel seen (R32I, counted from 1; 0 is none), depth, lit picture (RGBA8)."""
 
     def __init__(self, context: moderngl.Context, width: int, height: int):
         check_size(context, width, height)

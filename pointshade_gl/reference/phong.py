@@ -16,10 +16,10 @@ def attenuation(distance: np.ndarray, k: np.ndarray) -> np.ndarray:
 def phong(
     n: np.ndarray,
     v: np.ndarray,
-    l: np.ndarray,
+    l: np.ndarray,  # noqa: E741 (the field's name)
     albedo: np.ndarray,
     material: np.ndarray,
-    light: np.ndarray,  # noqa: E741 (the field's name)
+    light: np.ndarray,
 ) -> np.ndarray:
     NoL = dot(n, l)
     r = F(2) * NoL * n - l

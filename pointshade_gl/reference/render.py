@@ -133,7 +133,7 @@ def resolve(
         total, mixed_normal, mixed_light = np.zeros((len(z), 1), F), np.zeros_like(own), np.zeros_like(own)
         whole = np.ones((len(z), 1), bool)
         for k in range(4):
-            corner = np.clip(np.floor(at).astype(int) + (k & 1, k >> 1), 0, np.array(size) - 1)
+            corner = np.clip(np.floor(at).astype(int) + np.array([k & 1, k >> 1]), 0, np.array(size) - 1)
             z_k, n_k = texel(depth, corner), texel(normals, corner)
             weight = neighbour_weight(z_k, corner.astype(F), at, pixel, w, slope)[:, None]
             whole &= weight > 0

@@ -1,0 +1,197 @@
+"""The command line as a user types it: files written, one line said, one sentence for everything that is wrong."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import entry_points
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import pointshade_gl as ps
+
+CAMERA_JSON = '{"width": 8, "height": 6, "fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5, "depth_scale": 1000}'
+
+
+def run(*arguments, environment=None):
+    return subprocess.run(
+        [sys.executable, "-m", "pointshade_gl", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=os.environ | (environment or {}),
+    )
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A small frame: depth in millimetres, colours, intrinsics."""
+    place = tmp_path / "frame"
+    place.mkdir()
+    depth = np.full((6, 8), 1500, np.uint16)
+    Image.fromarray(depth).save(place / "depth.png")
+    Image.fromarray(np.full((6, 8, 3), 120, np.uint8)).save(place / "color.png")
+    (place / "intrinsics.json").write_text(CAMERA_JSON)
+    return place
+
+
+@pytest.mark.usefixtures("renderer")
+class TestWithGl:
+    def test_without_input_the_vase_is_rendered_and_one_line_says_so(self, tmp_path):
+        done = run("render", "-o", tmp_path / "out.png")
+        assert done.returncode == 0, done.stderr
+        assert re.fullmatch(r"\S+out\.png: 640x480 pixels from 93207 points, .+, \d+ ms\n", done.stdout)
+        with Image.open(tmp_path / "out.png") as image:
+            assert image.size == (640, 480) and image.mode == "RGBA"
+            assert 0.2 < (np.asarray(image)[..., 3] > 0).mean() < 0.5
+
+    def test_a_software_renderer_is_announced_once(self, renderer, tmp_path):
+        if not renderer.context.is_software:
+            pytest.skip("a real GPU needs no announcement")
+        assert run("render", "-o", tmp_path / "out.png").stderr.count("software renderer") == 1
+
+    def test_options_reach_the_picture(self, folder, tmp_path):
+        plain = run("render", folder, "-o", tmp_path / "a.png", "--shading", "none")
+        assert plain.returncode == 0, plain.stderr
+        options = ["--shading", "flat", "--light", "-1,-1,0", "--light", "1,0,0", "--ambient", "0.2", "--specular", "0"]
+        view = ["--yaw", "10", "--pitch", "-5", "--dolly", "0.2", "--size", "40x30", "--splat", "round"]
+        done = run("render", folder, "-o", tmp_path / "b.png", *options, *view, "--normals", "triangles-4")
+        assert done.returncode == 0, done.stderr
+        with Image.open(tmp_path / "a.png") as a, Image.open(tmp_path / "b.png") as b:
+            assert np.asarray(a)[..., :3].min() == 120
+            assert b.size == (40, 30) and np.asarray(b)[..., 3].any()
+
+    def test_a_pose_file_moves_the_camera(self, folder, tmp_path):
+        np.savetxt(tmp_path / "pose.txt", ps.orbit_pose(None, (0, 0, 1.5), yaw=180))
+        done = run("render", folder, "-o", tmp_path / "back.png", "--pose", tmp_path / "pose.txt")
+        assert done.returncode == 0, done.stderr
+
+    def test_normals_as_numbers_and_as_colours(self, folder, tmp_path):
+        assert run("normals", folder, "-o", tmp_path / "n.npy").returncode == 0
+        assert np.load(tmp_path / "n.npy") == pytest.approx(np.broadcast_to((0, 0, -1), (6, 8, 3)), abs=1e-5)
+        assert run("normals", folder, "-o", tmp_path / "n.png").returncode == 0
+        with Image.open(tmp_path / "n.png") as image:
+            assert np.asarray(image)[3, 4].tolist() == [128, 128, 255, 255]
+
+    def test_info_names_the_renderer_and_its_limits(self, renderer):
+        done = run("info")
+        assert done.returncode == 0
+        assert renderer.context.renderer in done.stdout and "largest point" in done.stdout
+
+    def test_a_device_that_does_not_exist_is_exit_code_1(self, tmp_path):
+        done = run("render", "-o", tmp_path / "out.png", "--device", "99")
+        assert done.returncode == 1 and "device 99" in done.stderr and not list(tmp_path.iterdir())
+
+
+def pointer(folder):
+    (folder / "depth.npy").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n")
+
+
+def depth8(folder):
+    Image.fromarray(np.full((6, 8), 150, np.uint8)).save(folder / "depth.png")
+
+
+def rainbow(folder):
+    colors = np.random.default_rng(0).integers(0, 255, (6, 8, 3), np.uint8)
+    Image.fromarray(colors).save(folder / "depth.png")
+
+
+def no_picture(folder):
+    (folder / "depth.png").write_bytes(b"no picture at all, only words that look like nothing")
+
+
+def wrong_size(folder):
+    (folder / "intrinsics.json").write_text(CAMERA_JSON.replace('"width": 8', '"width": 800'))
+
+
+def no_focal_length(folder):
+    (folder / "intrinsics.json").write_text(CAMERA_JSON.replace('"fx": 10', '"fx": 0'))
+
+
+def all_missing(folder):
+    Image.fromarray(np.zeros((6, 8), np.uint16)).save(folder / "depth.png")
+
+
+def no_depth(folder):
+    (folder / "depth.png").unlink()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "complaint"),
+    [
+        (no_depth, "has no depth picture"),
+        (no_picture, "is not a picture"),
+        (pointer, "git-LFS pointer"),
+        (depth8, "8 bits"),
+        (rainbow, "colour-mapped"),
+        (wrong_size, "intrinsics are for 800x6"),
+        (no_focal_length, "fx must be above 0"),
+        (all_missing, "depth must be known somewhere"),
+    ],
+)
+def test_a_spoilt_frame_is_one_sentence_and_exit_code_2(folder, tmp_path, spoil, complaint):
+    spoil(folder)
+    check_refused(run("render", folder, "-o", tmp_path / "out.png"), tmp_path, complaint)
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--intrinsics", "0,10,3,2"], "fx must be above 0"),
+        (["--depth", "nowhere.png"], "nowhere.png does not exist"),
+        (["--depth-kind", "sonar"], "unknown depth_kind 'sonar'"),
+        (["--depth-scale", "0"], "depth_scale must be"),
+        (["--fov", "200"], "fov"),
+        (["--yaw", "nan"], "yaw and pitch must be finite"),
+        (["--dolly", "1"], "dolly below 1"),
+        (["--light", "1,2"], "--light takes three numbers"),
+        (["--size", "big"], "--size takes WIDTHxHEIGHT"),
+        (["--size", "0x5"], "whole pixels above 0"),
+        (["--shininess", "-3"], "material shininess"),
+        (["--max-depth-step", "wide"], "max_depth_step must be metres"),
+    ],
+)
+def test_a_wrong_option_is_one_sentence_and_exit_code_2(folder, tmp_path, options, complaint):
+    check_refused(run("render", folder, "-o", tmp_path / "out.png", *options), tmp_path, complaint)
+
+
+@pytest.mark.parametrize(
+    ("option", "complaint"), [("--shading=toon", "known are none"), ("--normals=magic", "known are auto")]
+)
+@pytest.mark.usefixtures("renderer")
+def test_an_unknown_name_is_answered_with_the_known_ones(folder, tmp_path, option, complaint):
+    check_refused(run("render", folder, "-o", tmp_path / "out.png", option), tmp_path, complaint)
+
+
+def test_a_pose_with_nan_is_one_sentence(folder, tmp_path):
+    np.savetxt(tmp_path / "pose.txt", np.full((4, 4), np.nan))
+    done = run("render", folder, "-o", tmp_path / "out.png", "--pose", tmp_path / "pose.txt")
+    check_refused(done, tmp_path, "must be finite")
+
+
+@pytest.mark.parametrize(
+    ("name", "complaint"), [("no/out.png", "create it first"), ("out.xyz", "suffix must be one of")]
+)
+def test_a_place_that_cannot_be_written_is_said_before_any_work(folder, tmp_path, name, complaint):
+    check_refused(run("render", folder, "-o", tmp_path / name), tmp_path, complaint)
+
+
+def test_no_gl_at_all_is_exit_code_1_and_says_what_to_install(folder, tmp_path):
+    """The loader of EGL drivers is told of none."""
+    done = run("render", folder, "-o", tmp_path / "out.png", environment={"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull})
+    check_refused(done, tmp_path, "no OpenGL 3.3 context", code=1)
+    assert sys.platform != "linux" or "apt-get install -y libegl1 libgl1-mesa-dri" in done.stderr
+
+
+def check_refused(done, tmp_path, complaint, code=2):
+    assert done.returncode == code, done.stderr
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("note: ")]
+    assert len(lines) == 1 and complaint in lines[0], done.stderr
+    assert not done.stdout and not list(tmp_path.rglob("*out*")) and not list(tmp_path.rglob("*.part"))
+
+
+def test_the_command_is_installed_under_its_name():
+    (command,) = entry_points(group="console_scripts", name="pointshade")
+    assert command.value == "pointshade_gl.cli:main"

@@ -109,6 +109,6 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
 def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Depth without the pixels whose colour is fully transparent."""
     h, w = depth.shape
-    rows: NDArray[np.int64] = (np.arange(h) * 2 + 1) * color.shape[0] // (2 * h)
-    columns: NDArray[np.int64] = (np.arange(w) * 2 + 1) * color.shape[1] // (2 * w)
-    return np.where(color[rows[:, None], columns, 3] > 0, depth, np.float32(0))
+    rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
+    columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]
+    return np.where(color[rows][:, columns, 3] > 0, depth, np.float32(0))

@@ -98,10 +98,10 @@ def read_color(path: FilePath) -> NDArray[np.uint8]:
 
 def builtin_folder(source: FilePath) -> Path:
     """The folder of a built-in frame for its name; any other text is a path already."""
-    if str(source) not in BUILT_IN:
+    if not isinstance(source, str) or source not in BUILT_IN:
         return Path(source)
     package = Path(__file__).resolve().parent
-    places = [parent / "assets" / str(source) for parent in (package, package.parent)]  # installed, checked out
+    places = [parent / "assets" / source for parent in (package, package.parent)]  # installed, checked out
     return next((place for place in places if place.is_dir()), places[0])
 
 

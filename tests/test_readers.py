@@ -1,6 +1,7 @@
 """Frames from folders, files and arrays: what is found, what is guessed and told, what is refused."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -202,7 +203,7 @@ def test_a_folder_without_depth_is_told(tmp_path):
 
 def test_a_built_in_name_is_a_folder_of_the_package_and_any_other_a_path():
     assert builtin_folder("vase").parts[-2:] == ("assets", "vase")
-    assert builtin_folder("./somewhere").parts == ("somewhere",)
+    assert builtin_folder("./vase").parts == builtin_folder(Path("vase")).parts == ("vase",)
 
 
 def test_a_broken_pose_array_is_refused(tmp_path):

@@ -47,6 +47,10 @@ MaxDepthStep = Annotated[
     str | None,
     typer.Option(metavar="M", help="Depth step that ends a surface: metres, or '3%'.", rich_help_panel=FRAME),
 ]
+NoiseOption = Annotated[
+    str | None,
+    typer.Option("--noise", metavar="M|SENSOR", help="Noise of the depth: metres, or kinect.", rich_help_panel=FRAME),
+]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU (Linux).")]
 Lights = Annotated[
     list[str] | None,
@@ -67,6 +71,7 @@ def render(
     depth_kind: DepthKind = None,
     normals: Normals = "auto",
     max_depth_step: MaxDepthStep = None,
+    noise: NoiseOption = None,
     shading: Annotated[
         str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)
     ] = "phong",
@@ -107,6 +112,7 @@ def render(
             shading=shading,
             splat=splat,
             max_depth_step=max_depth_step,
+            noise=_noise(noise),
         )
         spent = time.perf_counter() - start
         save_image(output, image)
@@ -126,18 +132,23 @@ def write_normals(
     depth_kind: DepthKind = None,
     normals: Normals = "auto",
     max_depth_step: MaxDepthStep = None,
+    noise: NoiseOption = None,
+    explain: Annotated[bool, typer.Option("--explain", help="Say which estimator ran, and why.")] = False,
     device: Device = 0,
 ) -> None:
     """Estimate normals: .npy holds (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
     from .images import check_writable, normals_to_rgb, save_image
+    from .noise import describe
 
     check_writable(output)
     frame = _load(input, color, depth, intrinsics, fov, depth_scale, depth_kind)
     with _renderer(device) as renderer, _spinner("estimating normals"):
         start = time.perf_counter()
-        result = renderer.estimate_normals(frame, normals, max_depth_step=max_depth_step)
+        result = renderer.estimate_normals(frame, normals, max_depth_step=max_depth_step, noise=_noise(noise))
         spent = time.perf_counter() - start
         save_image(output, result if output.suffix == ".npy" else normals_to_rgb(result))
+        if explain and renderer.choice:
+            print(describe(renderer.choice))
         _report(output, f"{frame.points_known} normals by {normals}", renderer, spent)
 
 
@@ -227,6 +238,14 @@ def _numbers(text: str, count: int, separator: str, what: str) -> list[float]:
     if len(numbers) != count:
         raise ValueError(f"{what}, got {text!r}")
     return numbers
+
+
+def _noise(text: str | None) -> float | str | None:
+    """Metres if it reads as a number, else the name of a sensor."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text
 
 
 def _light(text: str) -> Light:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
-METHODS = ("auto", *TRIANGLES)
-NO_LIMIT = (3.0e38, 0.0)
+PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}
+METHODS = ("auto", "adaptive", "star", "star-borrow", *TRIANGLES, "central", "one-sided", *PLANE_FITS)
+Step = tuple[float, float]
+NO_LIMIT: Step = (3.0e38, 0.0)
 
 
 def check_method(method: str) -> str:
@@ -19,7 +21,7 @@ def check_method(method: str) -> str:
     return method
 
 
-def parse_max_depth_step(value: float | str | None) -> tuple[float, float]:
+def parse_max_depth_step(value: float | str | None) -> Step:
     """(metres, share of the depth) beyond which a neighbour belongs to another surface.
 
     A number is metres, "3%" a share of the pixel's own depth, None no limit.

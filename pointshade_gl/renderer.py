@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import inspect
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,7 @@ from .gpu.resolve import ResolvePass, light_rows
 from .gpu.splats import SplatPass
 from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
+from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
 from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes
 
@@ -43,6 +45,7 @@ class Renderer:
             self._surface = SurfacePass(self.context.gl)
             self._splats = SplatPass(self.context.gl)
             self._resolve = ResolvePass(self.context.gl)
+        self.choice: Choice | None = None  # what estimated the last normals, and why
         self._frame: FrameTextures | None = None
         self._target: Target | None = None
 
@@ -59,6 +62,7 @@ class Renderer:
         *,
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -69,6 +73,7 @@ class Renderer:
         shading  "none", "flat", "gouraud" or "phong"
         size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
+        max_depth_step, noise  as for `estimate_normals`
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
@@ -81,7 +86,7 @@ class Renderer:
         check_choice("splat", splat, SPLATS)
         with self._in_use():
             textures = self._upload(frame)
-            self._find_normals(textures, frame, normals, max_depth_step)
+            self._find_normals(textures, frame, normals, max_depth_step, noise)
             target = self._clear_target(camera)
             near = NEAR * frame.scale
             self._splats.draw(textures, frame.camera, target, camera, view, near, sizes, splat)
@@ -90,20 +95,53 @@ class Renderer:
             return target.read()
 
     def estimate_normals(
-        self, frame: Frame, method: str = "auto", *, max_depth_step: float | str | None = None
+        self,
+        frame: Frame,
+        method: str = "auto",
+        *,
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
     ) -> NDArray[np.float32]:
         """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
-        method          "auto", or "triangles-1", "-2", "-4", "-8": the mean over at most that many triangles
-        max_depth_step  a neighbour further in depth belongs to another surface: metres, or "3%" of the
-                        pixel's depth; None is no limit
+        method          "auto" measures the noise of the depth and takes "star" (sharp at edges, for clean depth) or
+                        "adaptive" (planes as wide as the noise asks). "star-borrow" is a little better and slower than
+                        "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many triangles),
+                        "central", "one-sided", "plane-fit-3" to "plane-fit-13".
+        max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
+                        pixel's depth; None is no limit. The others find edges by themselves.
+        noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
+                        sensor's name ("kinect"); None measures it
+
+        Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
         """
         with self._in_use():
             textures = self._upload(frame)
-            self._find_normals(textures, frame, method, max_depth_step)
+            self._find_normals(textures, frame, method, max_depth_step, noise)
             normals = textures.read_normals()
         normals[frame.depth == 0] = np.nan
         return normals
+
+    def time_normals(
+        self, frame: Frame, method: str = "auto", repeats: int = 5, **options: Any
+    ) -> tuple[list[float], list[float]]:
+        """Milliseconds of the surface pass alone, by GL timer query ([] where there is none) and by the wall clock.
+
+        options as for `estimate_normals`. The first of the runs, which may compile shaders, is not counted.
+        """
+        gpu, wall = [], []
+        with self._in_use() as gl:
+            textures = self._upload(frame)
+            query = gl.query(time=True)
+            for _ in range(repeats + 1):
+                gl.finish()
+                start = time.perf_counter()
+                with query:
+                    self._find_normals(textures, frame, method, **options)
+                gl.finish()
+                wall.append((time.perf_counter() - start) * 1e3)
+                gpu.append(query.elapsed / 1e6)
+        return (gpu[1:] if all(gpu) else []), wall[1:]
 
     def release(self) -> None:
         """Frees everything this renderer made, in reverse order."""
@@ -120,13 +158,13 @@ class Renderer:
         self.release()
 
     @contextmanager
-    def _in_use(self) -> Iterator[None]:
+    def _in_use(self) -> Iterator[moderngl.Context]:
         """This renderer's context, current; afterwards the caller's framebuffer is bound again."""
         self.context.check()
         with self.context.gl as gl:
             bound = gl.detect_framebuffer()
             try:
-                yield
+                yield gl
             finally:
                 bound.use()
 
@@ -141,12 +179,19 @@ class Renderer:
         return self._frame
 
     def _find_normals(
-        self, textures: FrameTextures, frame: Frame, normals: str | ArrayLike, max_depth_step: float | str | None
+        self,
+        textures: FrameTextures,
+        frame: Frame,
+        normals: str | ArrayLike,
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
     ) -> None:
         if isinstance(normals, str):
-            max_step = parse_max_depth_step(max_depth_step)
-            self._surface.run(textures, frame.camera, check_method(normals), max_step)
+            check_method(normals)
+            max_step, told = parse_max_depth_step(max_depth_step), parse_noise(noise, frame.depth)
+            self.choice = self._surface.run(textures, frame.camera, normals, max_step, told)
         else:
+            self.choice = Choice("the caller's")
             textures.write_normals(check_normals(normals, frame.depth.shape), frame.depth)
 
     def _clear_target(self, camera: Camera) -> Target:

@@ -43,6 +43,13 @@ def holes() -> ps.Frame:
     return ps.Frame(frame.color, np.where(missing, 0, frame.depth), CAMERA)
 
 
+def noisy() -> ps.Frame:
+    """The sphere before its wall, seen by a sensor with 2 mm of noise."""
+    frame = sphere_before_wall()
+    noise = np.random.default_rng(11).normal(0, 0.002, frame.depth.shape)
+    return ps.Frame(frame.color, np.where(frame.depth > 0, frame.depth + noise, 0), CAMERA)
+
+
 def single_pixel() -> ps.Frame:
     depth = np.zeros((120, 160), np.float32)
     depth[40, 100] = 1.5

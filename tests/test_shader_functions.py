@@ -5,7 +5,7 @@ import importlib
 import numpy as np
 import pytest
 
-from pointshade_gl.reference import camera, color, lights, normals_triangles, phong, picture, splat, surface
+from pointshade_gl.reference import camera, color, inverse_depth, lights, phong, picture, splat, surface
 
 from .shader_function import COMMON, evaluate, functions_of
 
@@ -122,11 +122,14 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
     agree(answer, lights.light_surface(points, n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
 
 
-def test_depth_outside_the_picture_is_missing(gpu, draw):
-    depth = np.random.default_rng(1).uniform(1, 2, (5, 7)).astype(F)
-    pixel = np.floor(draw.numbers(-3, 10, 2))
-    answer = gpu("normals_triangles.glsl", "depth_at(depth_map, ivec2(p))", p=pixel, depth_map=depth)
-    agree(answer, normals_triangles.depth_at(depth, pixel.astype(int)), atol=0)
+def test_depth_outside_the_picture_is_missing(gpu):
+    depth = np.random.default_rng(1).uniform(1, 2, (15, 20)).astype(F)
+    v, u = np.mgrid[0:15, 0:20]
+    pixel = np.stack([u.ravel(), v.ravel()], -1).astype(F)
+    for offset in ((0, 0), (-3, 1), (2, -4), (0, 15)):
+        answer = gpu("inverse_depth.glsl", f"depth_at(depth_map, ivec2(p), ivec2{offset})", p=pixel, depth_map=depth)
+        mirror = inverse_depth.depth_at(depth, inverse_depth.pixel_grid(depth), offset)
+        assert (answer[:, 0] == mirror.ravel()).all()
 
 
 def test_sample_picture_and_rescale_position(gpu, draw):

@@ -9,18 +9,18 @@ import numpy as np
 
 from ..camera import Camera
 from ..shading import SHADINGS, Light, Material
-from .programs import build_program, set_uniforms
+from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures, Target
 
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 
 
 class ResolvePass:
-    """Source ids -> lit picture, by the formulas of shaders/common/phong.glsl."""
+    """Source ids -> lit picture, by the formulas of shaders/common/phong.glsl. One program a shading model."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}  # one a shading model
+        self._passes: dict[str, FullscreenPass] = {}
 
     def draw(
         self,
@@ -34,41 +34,32 @@ class ResolvePass:
         shading: str,
     ) -> None:
         """lights (n, 3, 4) float32 as `light_rows` makes them."""
-        program, array = self._model(shading)
-        set_uniforms(program, source_ids=0, surface_map=1, color_map=2, first_id=1)
-        if shading != "none":
-            set_uniforms(
-                program,
-                lights=3,
-                source=source.intrinsics,
-                view=view.T.astype("f4").tobytes(),
-                material=(material.ambient, material.diffuse, material.specular, material.shininess),
-                ambient=(1.0, 1.0, 1.0),
-                light_count=len(lights),
-            )
-        if shading in ("gouraud", "phong"):  # these two also ask where in the splat the pixel lies
-            set_uniforms(program, target=camera.intrinsics)
+        if shading not in self._passes:
+            self._passes[shading] = FullscreenPass(self._context, "resolve.frag", SHADING=SHADINGS.index(shading))
+        textures = {"source_ids": target.source_ids, "surface_map": frame.surface, "color_map": frame.color}
+        if shading == "none":
+            self._passes[shading].draw(target.picture, textures, first_id=1)
+            return
         # A texture has at least one row; light_count says how many are meant.
-        rows = lights if len(lights) else np.zeros((1, 3, 4), np.float32)
-        light_map = self._context.texture((3, len(rows)), 4, rows.tobytes(), dtype="f4")
-        light_map.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        for unit, texture in enumerate((target.source_ids, frame.surface, frame.color, light_map)):
-            texture.use(unit)
-        target.picture.use()
-        array.render(moderngl.TRIANGLES, 3)
+        light_map = data_texture(self._context, 3, max(len(lights), 1), 4)
+        light_map.write(lights if len(lights) else np.zeros((1, 3, 4), np.float32))
+        inside = {"target": camera.intrinsics} if shading in ("gouraud", "phong") else {}  # they vary within a splat
+        self._passes[shading].draw(
+            target.picture,
+            textures | {"lights": light_map},
+            first_id=1,
+            source=source.intrinsics,
+            view=view.T.astype("f4").tobytes(),
+            material=(material.ambient, material.diffuse, material.specular, material.shininess),
+            ambient=(1.0, 1.0, 1.0),
+            light_count=len(lights),
+            **inside,
+        )
         light_map.release()
 
-    def _model(self, shading: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        if shading not in self._programs:
-            number = SHADINGS.index(shading)
-            program = build_program(self._context, "fullscreen.vert", "resolve.frag", SHADING=number)
-            self._programs[shading] = program, self._context.vertex_array(program, [])
-        return self._programs[shading]
-
     def release(self) -> None:
-        for program, array in self._programs.values():
-            array.release()
-            program.release()
+        for item in self._passes.values():
+            item.release()
 
 
 def light_rows(lights: Sequence[Light], pose: np.ndarray) -> np.ndarray:

@@ -1,37 +1,102 @@
-"""Surface pass: depth texture -> surface texture (normal and depth)."""
+"""Surface pass: depth texture -> surface texture (normal and depth), by the estimator that was asked for."""
 
 from __future__ import annotations
 
 import moderngl
+import numpy as np
 
 from ..camera import Camera
-from ..normals import TRIANGLES
-from .programs import build_program, set_uniforms
+from ..noise import Choice
+from ..normals import PLANE_FITS, TRIANGLES, Step
+from .noise import NoisePass
+from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures
 
 
 class SurfacePass:
-    """Writes unit normals, source axes, towards the camera; (0, 0, 0) where depth is missing."""
+    """Writes unit normals, source axes, towards the camera; (0, 0, 0) where depth is missing.
+
+    Shaders are compiled when an estimator is first used.
+    """
 
     def __init__(self, context: moderngl.Context):
-        self._triangles = build_program(context, "fullscreen.vert", "surface_triangles.frag")
-        self._array = context.vertex_array(self._triangles, [])
+        self._context = context
+        self._passes: dict[str, FullscreenPass] = {}
+        self._noise: NoisePass | None = None
+        self._scratch: Scratch | None = None
 
-    def run(self, frame: FrameTextures, camera: Camera, method: str, max_step: tuple[float, float]) -> None:
-        """max_step = (metres, share of the depth): a neighbour further off than both together is left out."""
-        if method == "auto":
-            method, max_step = "triangles-8", (0.0, 0.05)
-        set_uniforms(
-            self._triangles,
-            depth_map=0,
-            intrinsics=camera.intrinsics,
-            triangle_count=TRIANGLES[method],
-            max_step=max_step,
-        )
-        frame.depth.use(0)
-        frame.surface_target.use()
-        self._array.render(moderngl.TRIANGLES, 3)
+    def run(
+        self, frame: FrameTextures, camera: Camera, method: str, max_step: Step, noise: np.ndarray | None = None
+    ) -> Choice:
+        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres.
+
+        Returns what ran, and for "auto" and "adaptive" why.
+        """
+        source = {"depth_map": frame.depth}
+        intrinsics = camera.intrinsics
+        if method in ("auto", "adaptive"):
+            return self._run_by_noise(frame, camera, method, noise)
+        if method in TRIANGLES:
+            count = TRIANGLES[method]
+            triangles = self._pass("surface_triangles.frag")
+            triangles.draw(frame.surface_target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
+        elif method in PLANE_FITS:
+            fit = self._pass("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
+            fit.draw(frame.surface_target, source, intrinsics=intrinsics)
+        elif method == "star-borrow":
+            scratch = self._fit(frame)
+            self._pass("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
+            textures = source | {"normal_map": scratch.image}
+            self._pass("surface_borrow.frag").draw(frame.surface_target, textures, intrinsics=intrinsics)
+        else:
+            name = f"surface_{method.replace('-', '_')}.frag"
+            self._pass(name).draw(frame.surface_target, source, intrinsics=intrinsics)
+        return Choice(method)
+
+    def _run_by_noise(self, frame: FrameTextures, camera: Camera, method: str, told: np.ndarray | None) -> Choice:
+        if self._noise is None:
+            self._noise = NoisePass(self._context)
+        noise = self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
+        if method == "auto" and told is None and noise.is_clean:
+            source = {"depth_map": frame.depth}
+            self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
+            return Choice("star", noise)
+        picture = self._noise.depth_with_noise(frame, noise, told)
+        scratch = self._fit(frame)
+        correlation = noise.correlation if told is None else 0.0
+        self._pass("depth_average.frag").draw(scratch.target, {"picture": picture}, correlation=correlation)
+        textures = {"picture": scratch.image, "depth_map": frame.depth}
+        self._pass("surface_adaptive.frag").draw(frame.surface_target, textures, intrinsics=camera.intrinsics)
+        return Choice("adaptive", noise, told is not None)
+
+    def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
+        key = f"{fragment} {constants}"
+        if key not in self._passes:
+            self._passes[key] = FullscreenPass(self._context, fragment, **constants)
+        return self._passes[key]
+
+    def _fit(self, frame: FrameTextures) -> Scratch:
+        if self._scratch is None or self._scratch.size != frame.depth_size:
+            if self._scratch is not None:
+                self._scratch.release()
+            self._scratch = None
+            self._scratch = Scratch(self._context, *frame.depth_size)
+        return self._scratch
 
     def release(self) -> None:
-        self._array.release()
-        self._triangles.release()
+        for item in (self._scratch, self._noise, *self._passes.values()):
+            if item is not None:
+                item.release()
+
+
+class Scratch:
+    """What the first of two passes writes for the second: four floats a pixel."""
+
+    def __init__(self, context: moderngl.Context, width: int, height: int):
+        self.size = width, height
+        self.image = data_texture(context, width, height, 4)
+        self.target = context.framebuffer([self.image])
+
+    def release(self) -> None:
+        self.target.release()
+        self.image.release()

@@ -27,7 +27,6 @@ class FrameTextures:
         self.surface = context.texture(self.depth_size, 4, dtype="f4")
         for texture in (self.depth, self.color, self.surface):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-
         self.surface_target = context.framebuffer([self.surface])
         self.upload(frame)
 

@@ -12,7 +12,7 @@ DEGENERATE = f32(1e-3)
 
 
 def estimate_plane_fit(depth_map, pixel, intrinsics, window):
-    """Return normals (h, w, 3) float32 of planes fitted to w over `window` (odd, 3..13) squared pixels, zeros where missing."""
+    """Return normals (h, w, 3) float32 of planes fitted to w in a window (odd, 3..13 pixels), zeros where missing."""
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
     reach = window // 2
     count, x, y, xx, xy, yy, s, xs, ys = (np.zeros_like(here) for _ in range(9))

@@ -96,7 +96,7 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
 def estimate_star(depth_map, pixel, intrinsics, sigma):
     """Return (h, w, 4) float32: unit normals towards the camera and their residual, zeros where depth is missing.
 
-    depth_map (h, w) float32; pixel = pixel_grid(depth_map); sigma = depth noise over depth, scalar or (h, w), 0 = clean.
+    depth_map (h, w) float32; pixel = pixel_grid(depth_map); sigma = noise over depth, scalar or (h, w), 0 = clean.
     """
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
     slope_u, slope_v, residual = star_slope(depth_map, pixel, here, intrinsics, sigma)

@@ -1,4 +1,5 @@
 #include "common/camera.glsl"
+#include "common/inverse_depth.glsl"
 
 // Normals from the triangles round a pixel: the mean of the cross products of edges to consecutive
 // neighbours, as for vertices of a mesh (Gouraud 1971) and, on depth pictures, in the work this project
@@ -10,18 +11,11 @@ const ivec2 RING[8] = ivec2[8](ivec2(1, 0), ivec2(1, 1), ivec2(0, 1), ivec2(-1, 
                                ivec2(-1, 0), ivec2(-1, -1), ivec2(0, -1), ivec2(1, -1));
 const int TRIANGLE_ORDER[8] = int[8](0, 4, 2, 6, 1, 5, 3, 7);
 
-// Depth at a pixel, 0 outside the picture. Clamped, because a fetch outside is undefined.
-float depth_at(sampler2D depth_map, ivec2 pixel) {
-    ivec2 last = textureSize(depth_map, 0) - 1;
-    ivec2 inside = clamp(pixel, ivec2(0), last);
-    return inside == pixel ? texelFetch(depth_map, inside, 0).r : 0.0;
-}
-
 // The first `count` triangles (1, 2, 4 or 8) of that order that exist. A neighbour further in z than
 // max_step.x + max_step.y * z is left out, and with it both its triangles. (0, 0, 0) without depth; facing the
 // camera where no triangle is left.
 vec3 normal_from_triangles(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, int count, vec2 max_step) {
-    float z = depth_at(depth_map, pixel);
+    float z = depth_at(depth_map, pixel, ivec2(0));
     if (z == 0.0) return vec3(0.0);
     vec3 ray = pixel_ray(vec2(pixel), intrinsics);
     vec3 centre = ray * z;
@@ -29,7 +23,7 @@ vec3 normal_from_triangles(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, in
     vec3 edge[8];
     bool usable[8];
     for (int k = 0; k < 8; ++k) {
-        float z_k = depth_at(depth_map, pixel + RING[k]);
+        float z_k = depth_at(depth_map, pixel, RING[k]);
         usable[k] = z_k > 0.0 && abs(z_k - z) <= limit;
         edge[k] = pixel_ray(vec2(pixel + RING[k]), intrinsics) * z_k - centre;
     }

@@ -1,0 +1,87 @@
+"""Noise passes: how noisy and how coarsely rounded a depth texture is, and depth with its noise per pixel."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..noise import Noise
+from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
+from .passes import FullscreenPass, data_texture
+from .textures import FrameTextures
+
+
+class NoisePass:
+    """Measures on a quarter of the pixels; only a small grid of blocks is read back."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._patches = FullscreenPass(context, "noise_patches.frag")
+        self._blocks = FullscreenPass(context, "noise_blocks.frag")
+        self._map = FullscreenPass(context, "noise_map.frag")
+        self._images: Images | None = None
+
+    def measure(self, frame: FrameTextures, focal: float) -> Noise:
+        """focal = mean focal length, pixels."""
+        images = self._fit(frame)
+        levels, counts = self._grid(frame, images, 1)
+        return choose_estimator(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
+
+    def depth_with_noise(self, frame: FrameTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
+        """RG32F: depth, and its standard deviation over depth. told (1, 1) or (h, w) float32 metres."""
+        images = self._fit(frame)
+        grid = np.zeros((*images.shape, 2), np.float32) if noise.grid is None else noise.grid
+        if told is not None:
+            grid = grid * np.array([0, 1], np.float32)  # the caller knows the noise; the rounding was measured
+        images.grid.write(np.ascontiguousarray(grid))
+        known = np.zeros((1, 1), np.float32) if told is None else told
+        told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
+        told_map.write(np.ascontiguousarray(known))
+        textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
+        self._map.draw(images.picture_target, textures, powers=noise.powers, first=images.first)
+        told_map.release()
+        return images.picture
+
+    def _grid(self, frame: FrameTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
+        self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
+        patches, steps = images.patches
+        self._blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
+        rows, columns = images.shape
+        levels, counts = (np.frombuffer(x.read(), np.float32).reshape(rows, columns, 4) for x in images.blocks)
+        return levels, counts
+
+    def _fit(self, frame: FrameTextures) -> Images:
+        if self._images is None or self._images.size != frame.depth_size:
+            if self._images is not None:
+                self._images.release()
+            self._images = None
+            self._images = Images(self._context, *frame.depth_size)
+        return self._images
+
+    def release(self) -> None:
+        for item in (self._images, self._map, self._blocks, self._patches):
+            if item is not None:
+                item.release()
+
+
+class Images:
+    """The textures between the passes, for one size of depth picture."""
+
+    def __init__(self, context: moderngl.Context, width: int, height: int):
+        self.size = width, height
+        (columns, rows), self.first = noise_grid(width, height)
+        across, down = columns * BLOCK_PATCHES, rows * BLOCK_PATCHES
+        self.patches = data_texture(context, across, down, 4), data_texture(context, across, down, 2)
+        self.shape = rows, columns
+        self.blocks = data_texture(context, columns, rows, 4), data_texture(context, columns, rows, 4)
+        self.grid = data_texture(context, columns, rows, 2)
+        self.picture = data_texture(context, width, height, 2)
+        self.patch_target = context.framebuffer(self.patches)
+        self.block_target = context.framebuffer(self.blocks)
+        self.picture_target = context.framebuffer([self.picture])
+
+    def release(self) -> None:
+        for target in (self.picture_target, self.block_target, self.patch_target):
+            target.release()
+        for texture in (self.picture, self.grid, *self.blocks, *self.patches):
+            texture.release()

@@ -1,0 +1,37 @@
+"""One full-screen pass: textures in, a framebuffer out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+
+from .programs import build_program, set_uniforms
+
+
+class FullscreenPass:
+    """A fragment shader drawn over a whole target."""
+
+    def __init__(self, context: moderngl.Context, fragment: str, **constants: int):
+        self._program = build_program(context, "fullscreen.vert", fragment, **constants)
+        self._array = context.vertex_array(self._program, [])
+
+    def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
+        """textures by the names of their samplers."""
+        for unit, (name, texture) in enumerate(textures.items()):
+            texture.use(unit)
+            uniforms[name] = unit
+        set_uniforms(self._program, **uniforms)
+        target.use()
+        self._array.render(moderngl.TRIANGLES, 3)
+
+    def release(self) -> None:
+        self._array.release()
+        self._program.release()
+
+
+def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:
+    """A float32 texture that is read texel by texel."""
+    texture = context.texture((width, height), components, dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture

@@ -1,0 +1,98 @@
+"""The noise of a depth picture: what the caller tells, what was measured, and how that is said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+# Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
+SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
+    "kinect": lambda z: 0.0012 + 0.0019 * (z - 0.4) ** 2,
+}
+FEW = 0.01  # share of noisy blocks up to which a frame counts as clean
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What was measured on a frame; lengths in the unit of the depth.
+
+    sigma, relative  median standard deviation of depth, and over depth
+    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" when none was found
+    correlation      noise that neighbours share over noise that they do not
+    share            share of the blocks with so much noise that it tilts normals visibly
+    grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
+                     rounding
+    """
+
+    sigma: float
+    relative: float
+    step: float
+    domain: str
+    correlation: float
+    share: float
+    grid: NDArray[np.float32] | None
+    powers: tuple[float, float]
+
+    @property
+    def is_clean(self) -> bool:
+        """So few blocks are noisy that the edge-exact estimator serves the whole frame."""
+        return self.share < FEW
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller told it."""
+
+    method: str
+    noise: Noise | None = None
+    told: bool = False
+
+
+def describe(choice: Choice) -> str:
+    """What ran and why, in one sentence."""
+    noise = choice.noise
+    if noise is None:
+        return f"{choice.method}: as asked"
+    if choice.told:
+        found = "the noise was told"
+    elif noise.is_clean:
+        found = f"the depth is clean (noise {_metres(noise.sigma)}, {noise.relative:.1e} of the depth)"
+    else:
+        found = f"noise of {_metres(noise.sigma)} ({100 * noise.relative:.2g} % of the depth)"
+        found += f" on {100 * noise.share:.0f} % of the picture"
+    if noise.step:
+        unit = _metres(noise.step) if noise.domain == "z" else f"{noise.step:.3g} in 1/z"
+        found += f", depth rounded to steps of {unit}"
+    if noise.correlation:
+        found += ", neighbours share part of it"
+    return f"{choice.method}: {found}"
+
+
+def _metres(length: float) -> str:
+    return f"{length * 1e3:.3g} mm" if length < 1 else f"{length:.3g} m"
+
+
+def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
+    """The standard deviation of depth that the caller tells, (1, 1) or (h, w) float32 metres; None when not told.
+
+    noise  a number or (h, w) in metres, or the name of a sensor. Raises ValueError for what is no noise.
+    """
+    if noise is None:
+        return None
+    if isinstance(noise, str):
+        if noise not in SENSORS:
+            raise ValueError(f"unknown sensor {noise!r}: known are {', '.join(SENSORS)}; or pass the noise in metres")
+        return SENSORS[noise](depth).astype(np.float32)
+    array = np.asarray(noise, dtype=np.float32)
+    if array.shape not in ((), depth.shape):
+        raise ValueError(f"noise must be one number or have the depth's shape {depth.shape}, got {array.shape}")
+    array = array.reshape(array.shape or (1, 1))
+    wrong = ~((array > 0) & (array < np.inf))
+    if array.shape == depth.shape:
+        wrong &= depth > 0  # nobody knows the noise of a depth that is missing
+    if wrong.any():
+        raise ValueError(f"noise must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
+    return np.where(array > 0, array, 1).astype(np.float32)

@@ -1,0 +1,131 @@
+"""From the measured blocks of a depth picture to its noise and the estimator that it asks for; small arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .noise import Noise
+
+Array = NDArray[np.float64]
+PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
+
+QUARTILE = 0.31864  # a quarter of |N(0, 1)| lies below
+STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / depth times focal length in pixels
+MARGIN = 1.1  # on the level: planes fail their fit where the noise is underrated, overrating it costs little
+WORTH = np.radians(0.1)  # less tilt than this is not worth the second estimator
+LATTICE_VOTES = 0.2  # share of the blocks that must see a lattice of depths, and how well their quartiles must agree
+LATTICE_SPREAD = 1.05
+JUMP_SHARE = 0.01  # share of the patches with an isolated jump that makes a frame a rounded one
+FULL_WIDTH, NO_WIDTH = 0.1, 0.5  # steps per pixel at which rounding errors are common to a neighbourhood, or random
+# Noise of random rounding errors in steps: 1 / sqrt(12), a third more as they are not normal.
+ROUNDED = 1.3 / np.sqrt(12)
+COMMON = 1.7  # growth of the noise from neighbours to COARSE pixels that white noise does not reach
+COARSE = 7
+
+
+def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return ((columns, rows) of the blocks, (u, v) of the first pixel of the first patch), centred on the picture."""
+    block = PATCH_PITCH * BLOCK_PATCHES
+    blocks = tuple(max(1, (n + block // 2) // block) for n in (width, height))
+    return blocks, tuple((n - (b * block - PATCH_PITCH + 4)) // 2 for n, b in zip((width, height), blocks, strict=True))
+
+
+def neighbours3(values):
+    """Return (9, rows, cols): every cell of a grid with its 8 neighbours, the border repeated."""
+    padded = np.pad(values, 1, mode="edge")
+    rows, cols = values.shape
+    return np.stack([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
+
+
+def median3(values: Array, known: NDArray[np.bool_]) -> Array:
+    """Return the 3x3 median of a grid (rows, cols); cells that are not known count as the median of all."""
+    filled = np.where(known, values, np.median(values[known]) if known.any() else 0.0)
+    return np.partition(neighbours3(filled), 4, axis=0)[4]
+
+
+def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
+    """Return the step of z on which the depths of a 16-bit picture lie, 0.0 for any other picture."""
+    votes = np.sort(lattice[lattice > 0])
+    if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
+        return 0.0
+    low, high = votes[votes.size // 4], votes[(3 * votes.size) // 4]
+    return float(votes[votes.size // 2]) if high < LATTICE_SPREAD * low else 0.0
+
+
+def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
+    """Return (step, domain) of the plateaus: the lattice of z, or steps that are even in 1 / z or in z."""
+    jump_w = levels[..., 2][jumps]
+    jump_z = jump_w * z[jumps] ** 2
+    middle_w, middle_z = np.median(jump_w), np.median(jump_z)
+    if not step_z or middle_z > 2 * step_z:
+        spread_w = np.median(np.abs(np.log(jump_w / middle_w)))
+        spread_z = np.median(np.abs(np.log(jump_z / middle_z)))
+        if min(spread_w, spread_z) < 0.25:
+            return (float(middle_w), "1/z") if spread_w <= spread_z else (float(middle_z), "z")
+    return step_z, "z" if step_z else ""
+
+
+def noise_power(z: Array, sigma_z: Array) -> float:
+    """Return the power of z with which the noise of depth grows, 0 to 2, 1 where the picture cannot tell."""
+    if z.size < 6:
+        return 1.0
+    log_z, log_sigma = np.log(z), np.log(sigma_z)
+    log_z = log_z - log_z.mean()
+    prior = 0.0025 * z.size  # spread of 5 % in depth
+    return float(np.clip((log_z @ (log_sigma - log_sigma.mean()) + prior) / (log_z @ log_z + prior), 0, 2))
+
+
+def choose_estimator(
+    levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]]
+) -> Noise:
+    """Return the Noise of a frame.
+
+    levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;
+    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames.
+    """
+    z = counts[..., 3].astype(np.float64)
+    seen = z > 0
+    blocks = max(np.count_nonzero(seen), 1)
+    z = np.where(seen, z, 1.0)
+    measured = (levels[..., 0] >= 0) & (counts[..., 0] >= 0.1)
+    raw = np.where(measured, levels[..., 0], 0.0) / QUARTILE
+    worth = WORTH / (STAR_GAIN * focal)
+    step_z = lattice_step(levels[..., 3], seen)
+    jumps = (counts[..., 1] > 0) & (counts[..., 2] < 0.9) & seen
+    plateaus = (counts[..., 1] * jumps).sum() > JUMP_SHARE * blocks
+    if not step_z and not plateaus and np.count_nonzero(raw * z > worth) < 0.01 * blocks:
+        middle = np.sort(np.stack([raw * z, raw * z * z]).reshape(2, -1))[:, z.size // 2]
+        return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, None, (0.0, 0.0))
+
+    step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
+    in_w, in_z = np.log(np.maximum(raw, 1e-30)), np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
+    noisy = measured & (raw * z > 1e-6)
+    power = noise_power(z[noisy], np.exp(in_z[noisy]))
+    powers = (power - 1, -1.0 if domain == "z" else 1.0)
+    level = np.exp(median3((1 - power / 2) * in_z + power / 2 * in_w, measured)) if measured.any() else np.zeros_like(z)
+    # Where noise begins inside a block its quartile reads clean: calm blocks beside noisy ones count as noisy.
+    calm = level * z ** powers[0] < worth
+    level = np.where(calm, neighbours3(level).max(0), level)
+    density = median3(counts[..., 2], seen)
+    local = np.full_like(z, step)
+    if plateaus:
+        own = jumps & (counts[..., 1] > 0.15) & (density < NO_WIDTH)
+        local = median3(np.where(own, np.maximum(step, levels[..., 2] * z ** (1 - powers[1])), step), seen)
+    t = np.clip((NO_WIDTH - density) / (NO_WIDTH - FULL_WIDTH), 0, 1)
+    plateau = (ROUNDED + (1 - ROUNDED) * t * t * (3 - 2 * t)) * local
+    relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])[seen]
+    correlation = 0.0
+    coarse_levels, coarse_counts = measure_coarse()
+    far = coarse_levels[..., 0] / QUARTILE
+    both = measured & (coarse_counts[..., 0] >= 0.1) & (np.maximum(raw * z, plateau * z ** powers[1]) > worth)
+    if both.any():
+        near = np.maximum(raw, plateau * z ** (powers[1] - 1))[both]
+        growth = np.quantile(far[both] / np.maximum(near, 1e-30), 0.25)
+        correlation = float(np.sqrt(growth * growth - 1)) if growth > COMMON else 0.0
+    share = float((relative > worth).mean())
+    grid = np.stack([MARGIN * level, plateau], -1).astype(np.float32)
+    sigma = float(np.median(relative * z[seen]))
+    return Noise(sigma, float(np.median(relative)), step, domain, correlation, share, grid, powers)

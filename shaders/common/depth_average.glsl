@@ -1,0 +1,58 @@
+#include "common/inverse_depth.glsl"
+
+// average_pairs: depth freed from most of its noise by point-symmetric pairs, in which every slope cancels.
+
+const float PAIR_GATE = 4.0;   // standard deviations by which a pair may miss the pixel
+const float PAIR_CHI2 = 2.2;   // spread of the pairs, in variances, above which the surface is taken for curved
+const float BOWL_CHI2 = 2.0;   // what a quadratic surface may leave of it
+const float NEGLIGIBLE = 1e-7; // noise over depth that float32 hides
+
+vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
+    vec2 at = (vec2(pixel + offset) + 0.5) / vec2(textureSize(picture, 0));
+    vec2 texel = textureLod(picture, at, 0.0).rg;
+    return at == clamp(at, vec2(0.0), vec2(1.0)) ? texel : vec2(0.0);
+}
+
+// Depth and its relative noise after averaging w = 1/z over the 12 pairs of a 5x5 window. The mean of a pair is w of
+// the pixel on every plane, so only the pairs that agree with the pixel count, and a plane stays as it is.
+// Where the pairs differ among themselves, but a quadratic surface explains them, its value in the centre is taken
+// instead (Savitzky, Golay 1964): less average, no flattened crests. `correlation` is noise that neighbours share
+// over noise that they do not; averaging leaves it.
+vec2 average_pairs(sampler2D picture, ivec2 pixel, float correlation) {
+    vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
+    if (!(here.x > 0.0) || here.y < NEGLIGIBLE) return here;
+    float variance = here.y * here.y;
+    float wide = variance * (1.0 + 0.25 * correlation * correlation);
+    float gate = PAIR_GATE * sqrt(wide);
+    float pairs = 0.0, sum = 0.0, squares = 0.0, all = 0.0, all_squares = 0.0, uu = 0.0, uv = 0.0, vv = 0.0;
+    for (int k = 13; k < 25; ++k) {
+        ivec2 offset = ivec2(k % 5 - 2, k / 5 - 2);
+        float before = relative_step(here.x, depth_at(picture, pixel, -offset));
+        float after = relative_step(here.x, depth_at(picture, pixel, offset));
+        float middle = 0.5 * (before + after);
+        float inside = abs(middle) < gate ? 1.0 : 0.0;
+        pairs += inside;
+        sum += inside * middle;
+        squares += inside * middle * middle;
+        all += middle;
+        all_squares += middle * middle;
+        uu += middle * float(offset.x * offset.x - 2);
+        vv += middle * float(offset.y * offset.y - 2);
+        uv += middle * float(offset.x * offset.y);
+    }
+    float step = sum / (pairs + 0.5);
+    float left = 1.0 / (1.0 + 2.0 * pairs);
+    // A mean of two has half the variance; 25 samples, of which a pair is two, fit the quadratic: sums over the
+    // window of (u u - 2)^2, (v v - 2)^2 and (u v)^2 are 70, 70 and 100, and 13 - 4 samples remain.
+    float spread = (squares - sum * sum / max(pairs, 1.0)) * 2.0 / (wide * max(pairs - 1.0, 1.0));
+    float mean = all / 12.5;
+    float bend_u = uu / 35.0, bend_v = vv / 35.0, bend_uv = uv / 50.0;
+    float rest = 2.0 * all_squares - 25.0 * mean * mean
+        - 70.0 * (bend_u * bend_u + bend_v * bend_v) - 100.0 * bend_uv * bend_uv;
+    if (spread > PAIR_CHI2 && rest < BOWL_CHI2 * 9.0 * wide) {
+        step = mean - 2.0 * (bend_u + bend_v);
+        left = 27.0 / 175.0;
+    }
+    if (step < -0.5) return here;  // noise as large as the depth itself
+    return vec2(here.x / (1.0 + step), here.y * sqrt(left + correlation * correlation));
+}

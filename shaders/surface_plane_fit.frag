@@ -1,0 +1,17 @@
+#version 330 core
+#ifndef WINDOW
+#define WINDOW 7  // pixels, odd: one program a size, so that the loops have fixed length
+#endif
+// Depth -> surface (unit normal, depth) by a least-squares plane of 1/z over a window.
+#include "common/normals_plane_fit.glsl"
+
+uniform sampler2D depth_map;
+uniform vec4 intrinsics;
+
+out vec4 surface;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 normal = estimate_plane_fit(depth_map, pixel, intrinsics, WINDOW);
+    surface = vec4(normal, depth_at(depth_map, pixel, ivec2(0)));
+}

@@ -1,0 +1,17 @@
+#version 330 core
+#ifndef RESIDUAL
+#define RESIDUAL 0  // 1: the residual instead of the depth in w, for surface_borrow.frag
+#endif
+// Depth -> surface (unit normal, depth) by the edge-exact star of 16 neighbours, for depth without noise.
+#include "common/normals_star.glsl"
+
+uniform sampler2D depth_map;
+uniform vec4 intrinsics;
+
+out vec4 surface;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 star = estimate_star(depth_map, pixel, intrinsics, 0.0);
+    surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : depth_at(depth_map, pixel, ivec2(0)));
+}

@@ -22,13 +22,13 @@ def normal_from_triangles(
 ) -> np.ndarray:
     z, at = depth_map, np.stack(pixel, -1)
     ray = pixel_ray(at, intrinsics)
-    centre = ray * z[..., None]
+    safe = np.where(z > 0, z, F(1))
     limit = F(max_step[0]) + F(max_step[1]) * z
     edge, usable = [], []
     for step in RING:
         z_k = depth_at(depth_map, pixel, step)
         usable.append((z_k > 0) & (np.abs(z_k - z) <= limit))
-        edge.append(pixel_ray(at + np.array(step, F), intrinsics) * z_k[..., None] - centre)
+        edge.append(pixel_ray(at + np.array(step, F), intrinsics) * (z_k / safe)[..., None] - ray)
     total, taken = np.zeros_like(ray), np.zeros(z.shape, int)
     for k in TRIANGLE_ORDER:
         after = (k + 1) & 7
@@ -37,5 +37,5 @@ def normal_from_triangles(
         taken += used
     size = length(total)
     answered = size > 0
-    turned = total / np.where(answered, np.where(dot(total, centre) > 0, -size, size), F(1))
+    turned = total / np.where(answered, np.where(dot(total, ray) > 0, -size, size), F(1))
     return np.where((z > 0)[..., None], np.where(answered, turned, -normalize(ray)), F(0))

@@ -18,14 +18,13 @@ vec3 normal_from_triangles(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, in
     float z = depth_at(depth_map, pixel, ivec2(0));
     if (z == 0.0) return vec3(0.0);
     vec3 ray = pixel_ray(vec2(pixel), intrinsics);
-    vec3 centre = ray * z;
     float limit = max_step.x + max_step.y * z;
     vec3 edge[8];
     bool usable[8];
     for (int k = 0; k < 8; ++k) {
         float z_k = depth_at(depth_map, pixel, RING[k]);
         usable[k] = z_k > 0.0 && abs(z_k - z) <= limit;
-        edge[k] = pixel_ray(vec2(pixel + RING[k]), intrinsics) * z_k - centre;
+        edge[k] = pixel_ray(vec2(pixel + RING[k]), intrinsics) * (z_k / z) - ray;  // over z: no unit can overflow
     }
     vec3 sum = vec3(0.0);
     for (int i = 0, taken = 0; i < 8 && taken < count; ++i) {
@@ -38,5 +37,5 @@ vec3 normal_from_triangles(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, in
     }
     float size = length(sum);
     if (!(size > 0.0)) return -normalize(ray);
-    return sum / (dot(sum, centre) > 0.0 ? -size : size);
+    return sum / (dot(sum, ray) > 0.0 ? -size : size);
 }

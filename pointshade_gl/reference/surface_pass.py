@@ -1,0 +1,49 @@
+"""The chain of gpu/surface.py for "auto" and "adaptive" on the CPU, around the mirrored functions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..noise import Noise
+from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
+from .depth_average import average_pairs
+from .inverse_depth import pixel_grid
+from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
+from .noise_patch import noise_patch
+from .normals_adaptive import estimate_adaptive
+from .normals_star import estimate_star
+
+F = np.float32
+
+
+def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
+    """What noise_patches.frag and noise_blocks.frag give: levels and counts, (rows, columns, 4) each."""
+    (columns, rows), first = noise_grid(*depth_map.shape[::-1])
+    at = patch_corner(indices(columns * BLOCK_PATCHES, rows * BLOCK_PATCHES), first, stride)
+    patches, steps = noise_patch(depth_map, at, stride)
+    block = indices(columns, rows)
+    quantiles = ((0, 0.25), (1, 0.25), (2, 0.5), (3, 0.25))
+    levels = np.stack([block_quantile(patches, block, which, share) for which, share in quantiles], -1)
+    return levels, block_counts(patches, steps, block)
+
+
+def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
+    return choose_estimator(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
+
+
+def normals_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:
+    """(h, w, 3) float32 by "auto", zeros where depth is missing. told (1, 1) or (h, w) metres."""
+    noise = measure_noise(depth_map, (abs(intrinsics[0]) + abs(intrinsics[1])) / 2)
+    pixel = pixel_grid(depth_map)
+    if told is None and noise.is_clean:
+        return estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3]
+    first = noise_grid(*depth_map.shape[::-1])[1]
+    known = depth_map > 0
+    z = np.where(known, depth_map, F(1))
+    grid = np.zeros((1, 1, 2), F) if noise.grid is None else noise.grid * np.array([told is None, 1], F)
+    relative = noise_at(grid, pixel, first, z, noise.powers)
+    if told is not None:
+        relative = np.maximum(told / z, relative)
+    picture = np.where(known[..., None], np.stack([depth_map, relative], -1), F(0))
+    calm = average_pairs(picture, pixel, noise.correlation if told is None else 0.0)
+    return estimate_adaptive(calm, pixel, intrinsics)

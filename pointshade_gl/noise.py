@@ -59,7 +59,7 @@ def describe(choice: Choice) -> str:
     if choice.told:
         found = "the noise was told"
     elif noise.is_clean:
-        found = f"the depth is clean (noise {_metres(noise.sigma)}, {noise.relative:.1e} of the depth)"
+        found = f"the depth is clean (noise below {max(noise.relative, 1e-7):.0e} of the depth)"
     else:
         found = f"noise of {_metres(noise.sigma)} ({100 * noise.relative:.2g} % of the depth)"
         found += f" on {100 * noise.share:.0f} % of the picture"

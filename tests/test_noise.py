@@ -182,7 +182,7 @@ def test_flicker_under_thirty_noisy_frames_is_bounded(renderer, scene):
         mean /= np.linalg.norm(mean, axis=-1, keepdims=True)
         spread[method] = float(np.mean([angle(n, mean).mean() for n in total]))
     print(f"flicker in degrees: {spread}")
-    assert spread["auto"] < 2.5 and spread["auto"] < spread["triangles-8"] / 8
+    assert spread["auto"] < 1.0 and spread["auto"] < spread["triangles-8"] / 8
 
 
 @pytest.mark.parametrize("sigma", [0.0005, 0.002, 0.005])

@@ -50,13 +50,13 @@ void main() {
     }
     vec4 own = texelFetch(surface_map, texel, 0);
     vec3 ray = pixel_ray(pixel, source);
-    Footprint splat = carry_footprint(pixel, own.w, own.xyz, source, view, target);
-    vec2 at = source_position(splat, pixel, gl_FragCoord.xy - 0.5);
-    if (SHADING == FLAT || all(lessThan(abs(at - pixel), vec2(0.001)))) {
+    if (SHADING == FLAT) {
         color = vec4(linear_to_srgb(lit(ray * own.w, own.xyz, picture_at(pixel))), 1.0);
         return;
     }
 
+    Footprint splat = carry_footprint(pixel, own.w, own.xyz, source, view, target);
+    vec2 at = source_position(splat, pixel, gl_FragCoord.xy - 0.5);
     float w = 1.0 / own.w;
     vec2 slope = inverse_depth_slope(own.xyz, ray, own.w, source);
     float total = 0.0;

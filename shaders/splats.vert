@@ -42,5 +42,5 @@ void main() {
     // Window depth 1 - near/z is linear in 1/z and keeps its sharpness relative to distance.
     vec2 middle = (low + high + 1.0) / target_size - 1.0;
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
-    gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.25;  // the rasteriser rounds positions to 1/256 pixel
+    gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
 }

@@ -124,10 +124,11 @@ def resolve(
     size = source.width, source.height
     pixel, z, normal = texel_of.astype(F), texel(depth, texel_of), texel(normals, texel_of)
     ray = pixel_ray(pixel, intrinsics[0])
-    splat = carry_footprint(pixel, z, normal, intrinsics[0], view, intrinsics[1])
-    at = source_position(splat, pixel, np.stack([u, v], -1).astype(F))
-    result = plain = lit(ray * z[:, None], normal, own)
-    if shading != "flat":
+    if shading == "flat":
+        result = lit(ray * z[:, None], normal, own)
+    else:
+        splat = carry_footprint(pixel, z, normal, intrinsics[0], view, intrinsics[1])
+        at = source_position(splat, pixel, np.stack([u, v], -1).astype(F))
         w = F(1) / z
         slope = inverse_depth_slope(normal, ray, z, intrinsics[0])
         total, mixed_normal, mixed_light = np.zeros((len(z), 1), F), np.zeros_like(own), np.zeros_like(own)
@@ -150,6 +151,5 @@ def resolve(
         result = lit(point_on_plane(at, pixel, w, slope, intrinsics[0]), normal, albedo)
         if shading == "gouraud":
             result = np.where(blended, mixed_light / safe, result)
-        result = np.where((np.abs(at - pixel) < F(0.001)).all(-1, keepdims=True), plain, result)
     image[v, u, :3] = np.round(linear_to_srgb(result) * 255)
     return image

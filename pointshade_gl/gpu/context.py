@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 import threading
@@ -12,6 +13,7 @@ import moderngl
 from ..errors import ContextError
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
+M_TRIM_THRESHOLD = -1  # its number in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 
 
@@ -30,6 +32,8 @@ class Context:
         self._thread, self._process = threading.get_ident(), os.getpid()
         with self.gl:
             self.info = self.gl.info  # asked of the driver each time, and only right while current
+        if self.is_software:
+            _keep_freed_memory()
         if self.gl.version_code < 330:
             raise ContextError(f"OpenGL 3.3 is needed, {self.renderer} offers {self.gl.version_code / 100:.1f}")
 
@@ -63,6 +67,17 @@ class Context:
     def release(self) -> None:
         if self.owned:
             self.gl.release()
+
+
+def _keep_freed_memory() -> None:
+    """Asks glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
+
+    A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that
+    memory costs 15 000 page faults a picture, a quarter of the time.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform.startswith("linux") else None
+    if mallopt is not None:  # glibc has it, musl has not
+        mallopt(M_TRIM_THRESHOLD, 256 * 1024 * 1024)
 
 
 def _create(device: int) -> moderngl.Context:

@@ -13,7 +13,7 @@ class FullscreenPass:
     """A fragment shader drawn over a whole target."""
 
     def __init__(self, context: moderngl.Context, fragment: str, **constants: int):
-        self._program = build_program(context, "fullscreen.vert", fragment, **constants)
+        self._program = build_program(context, "fullscreen.vert", fragment, None, **constants)
         self._array = context.vertex_array(self._program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:

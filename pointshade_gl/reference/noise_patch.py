@@ -49,7 +49,8 @@ def noise_patch(depth_map, corner, stride):
     steps = [np.zeros_like(known), np.zeros_like(known)]
     pairs, zeros, signs = (np.zeros_like(known) for _ in range(3))
     jump, smallest = np.full_like(known, NONE), np.full_like(known, NONE)
-    second, third = [None] * 16, []
+    second: list[np.ndarray] = [np.empty(0)] * 16
+    third = []
     for k in range(4):
         third.append(third_difference(*w[4 * k : 4 * k + 4]))
         for axis, (a, b, c, d) in enumerate((z[4 * k : 4 * k + 4], z[k : k + 13 : 4])):

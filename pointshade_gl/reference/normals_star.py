@@ -76,8 +76,8 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
         ((1, 1), steep_diagonal),
         ((1, -1), steep_diagonal),
     ):
-        steps = [relative_step(here, depth_at(depth_map, pixel, (k * du, k * dv))) for k in (-2, -1, 1, 2)]
-        votes.append(slope_along(*steps, steepest, variance))
+        steps = {k: relative_step(here, depth_at(depth_map, pixel, (k * du, k * dv))) for k in (-2, -1, 1, 2)}
+        votes.append(slope_along(steps[-2], steps[-1], steps[1], steps[2], steepest, variance))
     ray_x, ray_y = (pixel[0] - cx) / fx, (pixel[1] - cy) / fy
     square = ONE + ray_x * ray_x + ray_y * ray_y
     (u, weight_u), (v, weight_v), (p, weight_p), (q, weight_q) = votes

@@ -5,8 +5,8 @@
 uniform sampler2D picture;  // depth, noise over depth
 uniform float correlation;
 
-out vec4 averaged;
+out vec2 averaged;
 
 void main() {
-    averaged = vec4(average_pairs(picture, ivec2(gl_FragCoord.xy), correlation), 0.0, 0.0);
+    averaged = average_pairs(picture, ivec2(gl_FragCoord.xy), correlation);
 }

@@ -1,5 +1,9 @@
 #version 330 core
+#ifndef STAGE
+#define STAGE 0  // 0, 1, 2 in turn; a depth test leaves to each only the pixels that the ones before discarded
+#endif
 // Averaged depth with the noise that is left -> surface (unit normal, the frame's own depth), for noisy depth.
+#include "common/camera.glsl"
 #include "common/normals_adaptive.glsl"
 
 uniform sampler2D picture;    // depth after depth_average.frag, noise over depth
@@ -10,5 +14,13 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = vec4(estimate_adaptive(picture, pixel, intrinsics), depth_at(depth_map, pixel, ivec2(0)));
+    vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
+    vec3 slope = vec3(0.0);
+    if (STAGE == 0) slope = calm_slope(picture, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 1) slope = nearer_slope(picture, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 2) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y).xy, 1.0);
+    bool known = here.x > 0.0;
+    if (known && slope.z < 0.5) discard;
+    vec3 normal = normal_of_slope(slope.xy, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);
+    surface = known ? vec4(normal, depth_at(depth_map, pixel, ivec2(0))) : vec4(0.0);
 }

@@ -27,7 +27,8 @@ class FrameTextures:
         self.surface = context.texture(self.depth_size, 4, dtype="f4")
         for texture in (self.depth, self.color, self.surface):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.surface_target = context.framebuffer([self.surface])
+        self.open_pixels = context.depth_renderbuffer(self.depth_size)  # for estimators that answer in several draws
+        self.surface_target = context.framebuffer([self.surface], self.open_pixels)
         self.upload(frame)
 
     def fits(self, frame: Frame) -> bool:
@@ -49,7 +50,7 @@ class FrameTextures:
         return np.frombuffer(self.surface.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
 
     def release(self) -> None:
-        for item in (self.surface_target, self.surface, self.color, self.depth):
+        for item in (self.surface_target, self.open_pixels, self.surface, self.color, self.depth):
             item.release()
 
 

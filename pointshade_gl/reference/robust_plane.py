@@ -42,30 +42,38 @@ def bowl_slope(d):
     return u / f32(50), v / f32(50), rest
 
 
+def corner_plane(d, m, u, v):
+    """Return the plane through 3x3 of the samples around (u, v), each -1, 0 or 1."""
+    i = 5 * v + u + 6
+    top, mid, low = (m[i + j] + m[i + j + 1] + m[i + j + 2] for j in (0, 5, 10))
+    left, right = m[i] + m[i + 5] + m[i + 10], m[i + 2] + m[i + 7] + m[i + 12]
+    sd = d[i] + d[i + 1] + d[i + 2] + d[i + 5] + d[i + 6] + d[i + 7] + d[i + 10] + d[i + 11] + d[i + 12]
+    sud = (d[i + 2] + d[i + 7] + d[i + 12]) - (d[i] + d[i + 5] + d[i + 10])
+    svd = (d[i + 10] + d[i + 11] + d[i + 12]) - (d[i] + d[i + 1] + d[i + 2])
+    diagonal = m[i] - m[i + 2] - m[i + 10] + m[i + 12]
+    x, slope_u, slope_v = solve_plane(
+        top + mid + low, right - left, low - top, right + left, diagonal, top + low, sd, sud, svd
+    )
+    return x - (slope_u * f32(u) + slope_v * f32(v)), slope_u, slope_v
+
+
+def plane_cost(d, m, plane, variance):
+    """Return what a plane leaves unexplained."""
+    cap = OUTLIER * variance
+    cost = FOUR * np.maximum(plane[0] * plane[0] - cap, ZERO)
+    for j in range(25):
+        miss = d[j] - (plane[0] + plane[1] * f32(j % 5 - 2) + plane[2] * f32(j // 5 - 2))
+        cost += m[j] * np.minimum(miss * miss, cap)
+    return cost
+
+
 def best_corner(d, m, variance):
     """Return the best of the five planes through the centre and the corner 3x3 samples."""
-    best = [np.zeros_like(variance) for _ in range(3)]
-    least = np.full_like(variance, 1e30)
-    cap = OUTLIER * variance
-    for k in range(0, 9, 2):
-        i = (k // 3) * 5 + k % 3
-        top, mid, low = (m[i + j] + m[i + j + 1] + m[i + j + 2] for j in (0, 5, 10))
-        left, right = m[i] + m[i + 5] + m[i + 10], m[i + 2] + m[i + 7] + m[i + 12]
-        sd = d[i] + d[i + 1] + d[i + 2] + d[i + 5] + d[i + 6] + d[i + 7] + d[i + 10] + d[i + 11] + d[i + 12]
-        sud = (d[i + 2] + d[i + 7] + d[i + 12]) - (d[i] + d[i + 5] + d[i + 10])
-        svd = (d[i + 10] + d[i + 11] + d[i + 12]) - (d[i] + d[i + 1] + d[i + 2])
-        corners = m[i] - m[i + 2] - m[i + 10] + m[i + 12]
-        x, u, v = solve_plane(top + mid + low, right - left, low - top, right + left, corners, top + low, sd, sud, svd)
-        x = x - (u * f32(k % 3 - 1) + v * f32(k // 3 - 1))
-        cost = FOUR * np.maximum(x * x - cap, ZERO)
-        for j in range(25):
-            miss = d[j] - (x + u * f32(j % 5 - 2) + v * f32(j // 5 - 2))
-            cost += m[j] * np.minimum(miss * miss, cap)
-        cost = cost * (CENTRE_FIRST if k == 4 else ONE)
-        better = cost < least
-        least = np.where(better, cost, least)
-        best = [np.where(better, new, old) for new, old in zip((x, u, v), best, strict=True)]
-    return best
+    planes = [corner_plane(d, m, u, v) for u, v in ((-1, -1), (1, -1), (0, 0), (-1, 1), (1, 1))]
+    costs = [plane_cost(d, m, plane, variance) for plane in planes]
+    costs[2] = CENTRE_FIRST * costs[2]
+    best = np.argmin(costs, axis=0)
+    return [np.choose(best, [plane[k] for plane in planes]) for k in range(3)]
 
 
 def refine_plane(d, m, plane, variance):

@@ -8,7 +8,7 @@ const float BOWL_CHI2 = 2.0;   // what a quadratic surface may leave of it
 const float NEGLIGIBLE = 1e-7; // noise over depth that float32 hides
 
 vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
-    vec2 at = (vec2(pixel + offset) + 0.5) / vec2(textureSize(picture, 0));
+    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(picture, 0)));
     vec2 texel = textureLod(picture, at, 0.0).rg;
     return at == clamp(at, vec2(0.0), vec2(1.0)) ? texel : vec2(0.0);
 }

@@ -5,7 +5,7 @@ const float FAR_NEARER = 1e-6;  // a neighbour this many times nearer than the p
 // Depth at pixel + offset, 0 outside the picture. A sampler read at the texel's centre takes half the time
 // of texelFetch on llvmpipe; it needs NEAREST filtering, the wrap mode does not matter.
 float depth_at(sampler2D depth_map, ivec2 pixel, ivec2 offset) {
-    vec2 at = (vec2(pixel + offset) + 0.5) / vec2(textureSize(depth_map, 0));
+    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(depth_map, 0)));
     float z = textureLod(depth_map, at, 0.0).r;
     return at == clamp(at, vec2(0.0), vec2(1.0)) ? z : 0.0;
 }

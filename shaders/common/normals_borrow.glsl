@@ -8,7 +8,7 @@ const float STEEPEST_STEP = 7.0;  // tan(82 deg): no surface leads to a neighbou
 
 // Normal and residual of estimate_star at pixel + offset, zeros outside the picture.
 vec4 surface_at(sampler2D normal_map, ivec2 pixel, ivec2 offset) {
-    vec2 at = (vec2(pixel + offset) + 0.5) / vec2(textureSize(normal_map, 0));
+    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(normal_map, 0)));
     vec4 surface = textureLod(normal_map, at, 0.0);
     return at == clamp(at, vec2(0.0), vec2(1.0)) ? surface : vec4(0.0);
 }

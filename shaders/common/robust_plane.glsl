@@ -33,34 +33,41 @@ vec3 bowl_slope(float d[25]) {
     return vec3(u / 50.0, v / 50.0, rest);
 }
 
-// The best of five planes: through the centre 3x3 of the samples and through the four 3x3 corners, all of which hold
-// the pixel; at an edge one of the corners lies on the pixel's own side. Cost: squares, capped, over all samples.
-vec3 best_corner(float d[25], float m[25], float variance) {
-    vec3 best = vec3(0.0);
-    float least = 1e30;
-    for (int k = 0; k < 9; k += 2) {
-        int i = (k / 3) * 5 + k % 3;
-        float top = m[i] + m[i + 1] + m[i + 2], mid = m[i + 5] + m[i + 6] + m[i + 7];
-        float low = m[i + 10] + m[i + 11] + m[i + 12];
-        float left = m[i] + m[i + 5] + m[i + 10], right = m[i + 2] + m[i + 7] + m[i + 12];
-        float sd = d[i] + d[i + 1] + d[i + 2] + d[i + 5] + d[i + 6] + d[i + 7] + d[i + 10] + d[i + 11] + d[i + 12];
-        float sud = (d[i + 2] + d[i + 7] + d[i + 12]) - (d[i] + d[i + 5] + d[i + 10]);
-        float svd = (d[i + 10] + d[i + 11] + d[i + 12]) - (d[i] + d[i + 1] + d[i + 2]);
-        vec3 plane = solve_plane(top + mid + low, right - left, low - top, right + left,
-            m[i] - m[i + 2] - m[i + 10] + m[i + 12], top + low, sd, sud, svd);
-        plane.x -= plane.y * float(k % 3 - 1) + plane.z * float(k / 3 - 1);
-        float cost = 4.0 * max(plane.x * plane.x - OUTLIER * variance, 0.0);
-        for (int j = 0; j < 25; ++j) {
-            float miss = d[j] - (plane.x + plane.y * float(j % 5 - 2) + plane.z * float(j / 5 - 2));
-            cost += m[j] * min(miss * miss, OUTLIER * variance);
-        }
-        cost *= k == 4 ? CENTRE_FIRST : 1.0;
-        if (cost < least) {
-            least = cost;
-            best = plane;
-        }
+// Plane through 3x3 of the samples, u and v = -1, 0, 1 being its middle; the plane's value is that at the pixel.
+vec3 corner_plane(float d[25], float m[25], int u, int v) {
+    int i = 5 * v + u + 6;
+    float top = m[i] + m[i + 1] + m[i + 2], mid = m[i + 5] + m[i + 6] + m[i + 7];
+    float low = m[i + 10] + m[i + 11] + m[i + 12];
+    float left = m[i] + m[i + 5] + m[i + 10], right = m[i + 2] + m[i + 7] + m[i + 12];
+    float sd = d[i] + d[i + 1] + d[i + 2] + d[i + 5] + d[i + 6] + d[i + 7] + d[i + 10] + d[i + 11] + d[i + 12];
+    float sud = (d[i + 2] + d[i + 7] + d[i + 12]) - (d[i] + d[i + 5] + d[i + 10]);
+    float svd = (d[i + 10] + d[i + 11] + d[i + 12]) - (d[i] + d[i + 1] + d[i + 2]);
+    vec3 plane = solve_plane(top + mid + low, right - left, low - top, right + left,
+        m[i] - m[i + 2] - m[i + 10] + m[i + 12], top + low, sd, sud, svd);
+    plane.x -= plane.y * float(u) + plane.z * float(v);
+    return plane;
+}
+
+// What a plane leaves unexplained: the squares over all samples, capped, and four times that of the pixel itself.
+float plane_cost(float d[25], float m[25], vec3 plane, float variance) {
+    float cost = 4.0 * max(plane.x * plane.x - OUTLIER * variance, 0.0);
+    for (int j = 0; j < 25; ++j) {
+        float miss = d[j] - (plane.x + plane.y * float(j % 5 - 2) + plane.z * float(j / 5 - 2));
+        cost += m[j] * min(miss * miss, OUTLIER * variance);
     }
-    return best;
+    return cost;
+}
+
+// The best of five planes: through the centre 3x3 of the samples and through the four 3x3 corners, all of which hold
+// the pixel; at an edge one of the corners lies on the pixel's own side. Written out: indexed arrays are slow.
+vec3 best_corner(float d[25], float m[25], float variance) {
+    vec3 a = corner_plane(d, m, -1, -1), b = corner_plane(d, m, 1, -1), c = corner_plane(d, m, 0, 0);
+    vec3 e = corner_plane(d, m, -1, 1), f = corner_plane(d, m, 1, 1);
+    float cost_a = plane_cost(d, m, a, variance), cost_b = plane_cost(d, m, b, variance);
+    float cost_c = CENTRE_FIRST * plane_cost(d, m, c, variance);
+    float cost_e = plane_cost(d, m, e, variance), cost_f = plane_cost(d, m, f, variance);
+    float least = min(min(min(cost_a, cost_b), min(cost_e, cost_f)), cost_c);
+    return least == cost_a ? a : least == cost_b ? b : least == cost_c ? c : least == cost_e ? e : f;
 }
 
 // One round of least squares with biweights (Beaton, Tukey 1974). fit: chi square per sample of the plane that came

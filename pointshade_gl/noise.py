@@ -22,6 +22,8 @@ class Noise:
     sigma, relative  median standard deviation of depth, and over depth
     step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" when none was found
     correlation      noise that neighbours share over noise that they do not
+    misplaced        pixels (standard deviation) by which depths stand off: the picture was enlarged or moved to
+                     another camera's pixels; 0 when as taken
     share            share of the blocks with so much noise that it tilts normals visibly
     grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
                      rounding
@@ -32,6 +34,7 @@ class Noise:
     step: float
     domain: str
     correlation: float
+    misplaced: float
     share: float
     grid: NDArray[np.float32] | None
     powers: tuple[float, float]
@@ -66,6 +69,8 @@ def describe(choice: Choice) -> str:
     if noise.step:
         unit = _metres(noise.step) if noise.domain == "z" else f"{noise.step:.3g} in 1/z"
         found += f", depth rounded to steps of {unit}"
+    if noise.misplaced:
+        found += ", lines are repeated"
     if noise.correlation:
         found += ", neighbours share part of it"
     return f"{choice.method}: {found}"

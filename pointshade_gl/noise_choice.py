@@ -24,6 +24,10 @@ FULL_WIDTH, NO_WIDTH = 0.1, 0.5  # steps per pixel at which rounding errors are 
 ROUNDED = 1.3 / np.sqrt(12)
 COMMON = 1.7  # growth of the noise from neighbours to COARSE pixels that white noise does not reach
 COARSE = 7
+COPY_BLOCKS = 0.2  # share of the blocks that must be able to tell whether lines are repeated; some edges seem to
+COPY_SHARE = 0.05  # of the lines repeated, in most blocks: what was enlarged or moved repeats them all over the picture
+# Lines are repeated whole: 5x5 pixels have 5 positions, not 25, and their mean keeps 1/5 of the variance.
+LINES_SHARE = np.sqrt(1 / 5 - 1 / 25)
 
 
 def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -68,6 +72,15 @@ def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: floa
     return step_z, "z" if step_z else ""
 
 
+def misplaced_pixels(copied: Array) -> float:
+    """Return by how many pixels (standard deviation) depths stand off, from each block's share of copied lines."""
+    votes = copied[copied >= 0]
+    if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
+        return 0.0
+    # A line of the taken picture covers 1 / (1 - share) lines of this one, and the nearest is off evenly by half of it.
+    return float(1 / (1 - min(np.median(votes), 0.75)) / np.sqrt(12))
+
+
 def noise_power(z: Array, sigma_z: Array) -> float:
     """Return the power of z with which the noise of depth grows, 0 to 2, 1 where the picture cannot tell."""
     if z.size < 6:
@@ -90,7 +103,7 @@ def choose_estimator(
     seen = z > 0
     blocks = max(np.count_nonzero(seen), 1)
     z = np.where(seen, z, 1.0)
-    measured = (levels[..., 0] >= 0) & (counts[..., 0] >= 0.1)
+    measured = levels[..., 0] >= 0
     raw = np.where(measured, levels[..., 0], 0.0) / QUARTILE
     worth = WORTH / (STAR_GAIN * focal)
     step_z = lattice_step(levels[..., 3], seen)
@@ -98,8 +111,12 @@ def choose_estimator(
     plateaus = (counts[..., 1] * jumps).sum() > JUMP_SHARE * blocks
     if not step_z and not plateaus and np.count_nonzero(raw * z > worth) < 0.01 * blocks:
         middle = np.sort(np.stack([raw * z, raw * z * z]).reshape(2, -1))[:, z.size // 2]
-        return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, None, (0.0, 0.0))
+        return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, 0.0, None, (0.0, 0.0))
 
+    coarse_levels, coarse_counts = measure_coarse()
+    misplaced = misplaced_pixels(coarse_counts[..., 0])
+    # Where lines are repeated, isolated jumps are the slope of the surface, no rounding.
+    plateaus = plateaus and not misplaced
     step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
     in_w, in_z = np.log(np.maximum(raw, 1e-30)), np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
     noisy = measured & (raw * z > 1e-6)
@@ -118,14 +135,15 @@ def choose_estimator(
     plateau = (ROUNDED + (1 - ROUNDED) * t * t * (3 - 2 * t)) * local
     relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])[seen]
     correlation = 0.0
-    coarse_levels, coarse_counts = measure_coarse()
     far = coarse_levels[..., 0] / QUARTILE
-    both = measured & (coarse_counts[..., 0] >= 0.1) & (np.maximum(raw * z, plateau * z ** powers[1]) > worth)
+    both = measured & (far >= 0) & (np.maximum(raw * z, plateau * z ** powers[1]) > worth)
     if both.any():
         near = np.maximum(raw, plateau * z ** (powers[1] - 1))[both]
         growth = np.quantile(far[both] / np.maximum(near, 1e-30), 0.25)
         correlation = float(np.sqrt(growth * growth - 1)) if growth > COMMON else 0.0
+    if misplaced:
+        correlation = max(correlation, LINES_SHARE)
     share = float((relative > worth).mean())
     grid = np.stack([MARGIN * level, plateau], -1).astype(np.float32)
     sigma = float(np.median(relative * z[seen]))
-    return Noise(sigma, float(np.median(relative)), step, domain, correlation, share, grid, powers)
+    return Noise(sigma, float(np.median(relative)), step, domain, correlation, misplaced, share, grid, powers)

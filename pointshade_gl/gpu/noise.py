@@ -38,7 +38,8 @@ class NoisePass:
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         told_map.write(np.ascontiguousarray(known))
         textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
-        self._map.draw(images.picture_target, textures, powers=noise.powers, first=images.first)
+        constants = {"powers": noise.powers, "first": images.first, "misplaced": noise.misplaced}
+        self._map.draw(images.picture_target, textures, **constants)
         told_map.release()
         return images.picture
 
@@ -71,7 +72,7 @@ class Images:
         self.size = width, height
         (columns, rows), self.first = noise_grid(width, height)
         across, down = columns * BLOCK_PATCHES, rows * BLOCK_PATCHES
-        self.patches = data_texture(context, across, down, 4), data_texture(context, across, down, 2)
+        self.patches = data_texture(context, across, down, 4), data_texture(context, across, down, 4)
         self.shape = rows, columns
         self.blocks = data_texture(context, columns, rows, 4), data_texture(context, columns, rows, 4)
         self.grid = data_texture(context, columns, rows, 2)

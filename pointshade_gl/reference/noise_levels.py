@@ -10,7 +10,7 @@ import numpy as np
 from .noise_patch import HALF, NOTHING, ONE, ZERO, fetch
 
 f32 = np.float32
-PATCH_PITCH, BLOCK_PATCHES, PATCHES = 8, 6, 36
+PATCH_PITCH, BLOCK_PATCHES, PATCHES, FEWEST = 8, 6, 36, 4
 
 
 def indices(columns, rows):
@@ -33,7 +33,7 @@ def patch_value(patch_texel, which):
 
 
 def block_quantile(patches, block, which, share):
-    """Return (rows, cols) float32: the value below which `share` of a block's patches stay, NOTHING without any."""
+    """Return (rows, cols) float32: the value below which `share` of a block's patches stay, NOTHING of too few."""
     bits, total = [], np.zeros(block[0].shape, np.int32)
     for k in range(PATCHES):
         u, v = block[0] * BLOCK_PATCHES + k % BLOCK_PATCHES, block[1] * BLOCK_PATCHES + k // BLOCK_PATCHES
@@ -48,18 +48,19 @@ def block_quantile(patches, block, which, share):
         trial = prefix | (1 << b)
         below = sum((x < trial).astype(np.int32) for x in bits)
         prefix = np.where(below <= rank, trial, prefix)
-    return np.where(total > 0, (prefix | 0x4000).astype(np.int32).view(f32), NOTHING)
+    return np.where(total >= (FEWEST if which < 2 else 1), (prefix | 0x4000).astype(np.int32).view(f32), NOTHING)
 
 
 def block_counts(patches, patch_steps, block):
-    """Return (rows, cols, 4) float32: shares of noise samples and of jumps, steps per pixel, mean depth."""
-    samples, jumps, pairs, depth, known = (np.zeros(block[0].shape, f32) for _ in range(5))
+    """Return (rows, cols, 4) float32: shares of copied lines and of jumps, steps per pixel, mean depth."""
+    copies, lines, jumps, pairs, depth, known = (np.zeros(block[0].shape, f32) for _ in range(6))
     steps = [np.zeros_like(pairs), np.zeros_like(pairs)]
     for k in range(PATCHES):
         u, v = block[0] * BLOCK_PATCHES + k % BLOCK_PATCHES, block[1] * BLOCK_PATCHES + k // BLOCK_PATCHES
         inside = (u < patches.shape[1]) & (v < patches.shape[0])
         value, step = fetch(patches, u, v), fetch(patch_steps, u, v)
-        samples += inside & (value[..., 0] >= 0)
+        copies += np.where(inside, step[..., 2], ZERO)
+        lines += np.where(inside, step[..., 3], ZERO)
         jumps += inside & (value[..., 1] >= 0)
         known += inside & (value[..., 3] > 0)
         depth += np.where(inside, value[..., 3], ZERO)
@@ -69,7 +70,8 @@ def block_counts(patches, patch_steps, block):
     along = np.sqrt(steps[0] * steps[0] + steps[1] * steps[1]) / np.maximum(pairs, ONE)
     along = np.where(pairs > 0, along, ONE)
     depth = np.where(known > 0, depth / np.maximum(known, ONE), ZERO)
-    return np.stack([samples / f32(PATCHES), jumps / f32(PATCHES), along, depth], -1)
+    copies = np.where(lines > 0, copies / np.maximum(lines, ONE), NOTHING)
+    return np.stack([copies, jumps / f32(PATCHES), along, depth], -1)
 
 
 def noise_at(grid, pixel, first, z, powers):

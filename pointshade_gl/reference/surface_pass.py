@@ -8,6 +8,7 @@ from ..noise import Noise
 from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
 from .depth_average import average_pairs
 from .inverse_depth import pixel_grid
+from .line_copies import count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
 from .normals_adaptive import estimate_adaptive
@@ -21,6 +22,8 @@ def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.nda
     (columns, rows), first = noise_grid(*depth_map.shape[::-1])
     at = patch_corner(indices(columns * BLOCK_PATCHES, rows * BLOCK_PATCHES), first, stride)
     patches, steps = noise_patch(depth_map, at, stride)
+    copies = count_copies(depth_map, at, (1, 0)) + count_copies(depth_map, at, (0, 1)) if stride > 1 else 0 * steps
+    steps = np.concatenate([steps, copies], -1)
     block = indices(columns, rows)
     quantiles = ((0, 0.25), (1, 0.25), (2, 0.5), (3, 0.25))
     levels = np.stack([block_quantile(patches, block, which, share) for which, share in quantiles], -1)
@@ -44,6 +47,9 @@ def normals_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.nda
     relative = noise_at(grid, pixel, first, z, noise.powers)
     if told is not None:
         relative = np.maximum(told / z, relative)
+    if noise.misplaced > 0:
+        moved = misplaced_noise(depth_map, pixel, z, noise.misplaced)
+        relative = np.sqrt(relative * relative + moved * moved)
     picture = np.where(known[..., None], np.stack([depth_map, relative], -1), F(0))
     calm = average_pairs(picture, pixel, noise.correlation if told is None else 0.0)
     return estimate_adaptive(calm, pixel, intrinsics)

@@ -5,6 +5,7 @@
 const int PATCH_PITCH = 8;    // pixels between patches: a quarter of the picture is looked at
 const int BLOCK_PATCHES = 6;  // a block is 48x48 pixels
 const int PATCHES = 36;       // in a block
+const int FEWEST = 4;         // patches that make a noise level
 
 // First pixel of a patch; patches of a wider stride keep their centre (stride is odd). The grid of patches is centred
 // on the picture: `first` is the first pixel of its first patch.
@@ -19,7 +20,7 @@ float patch_value(vec4 patch_texel, int which) {
     return which == 2 ? patch_texel.y : patch_texel.z;
 }
 
-// The value below which `share` of a block's patches stay, NOTHING if none has one. Radix selection on the upper
+// The value below which `share` of a block's patches stay, NOTHING if too few have one. Radix selection on the upper
 // bits of the float: exact to 0.4 %, and the same on every machine.
 float block_quantile(sampler2D patches, ivec2 block, int which, float share) {
     int bits[PATCHES];
@@ -40,29 +41,30 @@ float block_quantile(sampler2D patches, ivec2 block, int which, float share) {
         for (int k = 0; k < PATCHES; ++k) below += bits[k] < trial ? 1 : 0;
         prefix = below <= rank ? trial : prefix;
     }
-    return total > 0 ? intBitsToFloat(prefix | 0x4000) : NOTHING;
+    return total >= (which < 2 ? FEWEST : 1) ? intBitsToFloat(prefix | 0x4000) : NOTHING;
 }
 
-// x: share of the block's patches with a noise sample, y: with an isolated jump; z: steps per pixel along the
+// x: share of copied lines, NOTHING if none could be seen; y: share of the patches with an isolated jump; z: steps per pixel along the
 // gradient (1: no plateaus), w: mean depth, 0 where nothing is known.
 vec4 block_counts(sampler2D patches, sampler2D patch_steps, ivec2 block) {
-    float samples = 0.0, jumps = 0.0, pairs = 0.0, depth = 0.0, known = 0.0;
+    float copies = 0.0, lines = 0.0, jumps = 0.0, pairs = 0.0, depth = 0.0, known = 0.0;
     vec2 steps = vec2(0.0);
     ivec2 size = textureSize(patches, 0);
     for (int k = 0; k < PATCHES; ++k) {
         ivec2 p = block * BLOCK_PATCHES + ivec2(k % BLOCK_PATCHES, k / BLOCK_PATCHES);
         if (p.x >= size.x || p.y >= size.y) continue;
         vec4 value = texelFetch(patches, p, 0);
-        vec2 step = texelFetch(patch_steps, p, 0).xy;
-        samples += value.x >= 0.0 ? 1.0 : 0.0;
+        vec4 step = texelFetch(patch_steps, p, 0);
+        copies += step.z;
+        lines += step.w;
         jumps += value.y >= 0.0 ? 1.0 : 0.0;
         known += value.w > 0.0 ? 1.0 : 0.0;
         depth += value.w;
         pairs += step.x >= 0.0 ? 4.0 : 0.0;
-        steps += max(step, vec2(0.0));
+        steps += max(step.xy, vec2(0.0));
     }
     float along = pairs > 0.0 ? sqrt(steps.x * steps.x + steps.y * steps.y) / pairs : 1.0;
-    return vec4(samples / float(PATCHES), jumps / float(PATCHES), along, known > 0.0 ? depth / known : 0.0);
+    return vec4(lines > 0.0 ? copies / lines : NOTHING, jumps / float(PATCHES), along, known > 0.0 ? depth / known : 0.0);
 }
 
 // Noise over depth at a pixel of depth z: the larger of the two levels in the block grid (x noise, y rounding),

@@ -1,0 +1,51 @@
+#include "common/inverse_depth.glsl"
+
+// Whether a depth picture was enlarged, or moved to another camera's pixels: then some lines repeat the line before.
+
+const float STEEP = 2.5;        // finest steps by which a line moves where rounding alone leaves no two lines equal
+const float EDGE_STEP = 0.05;   // a larger relative step is a depth edge
+const int SLOPE_REACH = 4;      // pixels over which the slope is looked at: more than one copy is long
+
+// Of the lines of a 4x4 patch along `across`: how many repeat the line before (x), of how many that could (y). Rounding
+// repeats lines as well, but only where the surface moves by less than a step per line; so a patch counts only where
+// some line as a whole moves by STEEP of the finest steps in the patch.
+vec2 count_copies(sampler2D depth_map, ivec2 corner, ivec2 across) {
+    float z[16];
+    float least = 1e30, finest = 1e30, largest = 0.0, copies = 0.0;
+    for (int k = 0; k < 16; ++k) {
+        z[k] = depth_at(depth_map, corner, across * (k / 4) + (ivec2(1) - across) * (k % 4));
+        least = min(least, z[k]);
+    }
+    for (int line = 0; line < 4; ++line) {
+        float moved = 1e30, most = 0.0;
+        for (int k = 4 * line; k < 4 * line + 4; ++k) {
+            float along = k % 4 > 0 ? abs(z[k] - z[k - 1]) : 0.0;
+            float step = line > 0 ? abs(z[k] - z[k - 4]) : 0.0;
+            finest = along > 0.0 ? min(finest, along) : finest;
+            finest = step > 0.0 ? min(finest, step) : finest;
+            moved = min(moved, step);
+            most = max(most, step);
+        }
+        largest = max(largest, moved);
+        copies += line > 0 && most == 0.0 ? 1.0 : 0.0;
+    }
+    bool counts = least > 0.0 && largest > STEEP * finest && largest < EDGE_STEP * least;
+    return counts ? vec2(copies, 3.0) : vec2(0.0);
+}
+
+// Noise over depth that comes from depths standing up to `misplaced` pixels (standard deviation) from where they were
+// measured: the slope of the surface times that. The flatter side counts, on edges and tops none; beside a hole the known
+// side must do.
+float misplaced_noise(sampler2D depth_map, ivec2 pixel, float z, float misplaced) {
+    vec2 slope = vec2(0.0);
+    for (int axis = 0; axis < 2; ++axis) {
+        ivec2 reach = axis == 0 ? ivec2(SLOPE_REACH, 0) : ivec2(0, SLOPE_REACH);
+        float before = depth_at(depth_map, pixel, -reach), after = depth_at(depth_map, pixel, reach);
+        float rise = relative_step(z, after > 0.0 ? after : z), fall = -relative_step(z, before > 0.0 ? before : z);
+        rise = after > 0.0 ? rise : fall;
+        fall = before > 0.0 ? fall : rise;
+        float least = min(abs(fall), abs(rise)) / float(SLOPE_REACH);
+        slope[axis] = fall * rise > 0.0 && least < EDGE_STEP ? least : 0.0;
+    }
+    return misplaced * length(slope);
+}

@@ -21,12 +21,12 @@ class Noise:
 
     sigma, relative  median standard deviation of depth, and over depth
     step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" when none was found
-    correlation      noise that neighbours share over noise that they do not
+    correlation      noise that neighbours share over noise that they do not, median of the blocks
     misplaced        pixels (standard deviation) by which depths stand off: the picture was enlarged or moved to
                      another camera's pixels; 0 when as taken
     share            share of the blocks with so much noise that it tilts normals visibly
     grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
-                     rounding
+                     rounding; grid[..., 2] is the block's own correlation
     """
 
     sigma: float

@@ -22,12 +22,12 @@ JUMP_SHARE = 0.01  # share of the patches with an isolated jump that makes a fra
 FULL_WIDTH, NO_WIDTH = 0.1, 0.5  # steps per pixel at which rounding errors are common to a neighbourhood, or random
 # Noise of random rounding errors in steps: 1 / sqrt(12), a third more as they are not normal.
 ROUNDED = 1.3 / np.sqrt(12)
-COMMON = 1.7  # growth of the noise from neighbours to COARSE pixels that white noise does not reach
-COARSE = 7
+COARSE = 7  # pixels, beyond the 5x5 that are averaged: what neighbours share shows up here, and not between neighbours
+# Growth of the noise from neighbours to COARSE pixels that proves nothing: in a lower quartile of the frame what the
+# noise is overrated by anyway, in a block alone what structure of its size adds, which passes third differences too.
+FRAME_GROWTH, BLOCK_GROWTH = MARGIN, 2.0
 COPY_BLOCKS = 0.2  # share of the blocks that must be able to tell whether lines are repeated; some edges seem to
 COPY_SHARE = 0.05  # of the lines repeated, in most blocks: what was enlarged or moved repeats them all over the picture
-# Lines are repeated whole: 5x5 pixels have 5 positions, not 25, and their mean keeps 1/5 of the variance.
-LINES_SHARE = np.sqrt(1 / 5 - 1 / 25)
 
 
 def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -70,6 +70,18 @@ def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: floa
         if min(spread_w, spread_z) < 0.25:
             return (float(middle_w), "1/z") if spread_w <= spread_z else (float(middle_z), "z")
     return step_z, "z" if step_z else ""
+
+
+def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
+    """Return per block the noise that neighbours share, over `near`, the level that the averaging starts from.
+
+    far, seen: noise of w measured between COARSE pixels and between neighbours. Between neighbours only what they do
+    not share is seen: a rounding error or a matching error that is the same over several pixels is not.
+    """
+    far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
+    block = median3(far - BLOCK_GROWTH**2 * seen, known)
+    frame = np.quantile((far - FRAME_GROWTH**2 * seen)[known], 0.25) if known.any() else 0.0
+    return np.sqrt(np.maximum(np.maximum(block, frame), 0))
 
 
 def misplaced_pixels(copied: Array) -> float:
@@ -134,16 +146,12 @@ def choose_estimator(
     t = np.clip((NO_WIDTH - density) / (NO_WIDTH - FULL_WIDTH), 0, 1)
     plateau = (ROUNDED + (1 - ROUNDED) * t * t * (3 - 2 * t)) * local
     relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])[seen]
-    correlation = 0.0
     far = coarse_levels[..., 0] / QUARTILE
-    both = measured & (far >= 0) & (np.maximum(raw * z, plateau * z ** powers[1]) > worth)
-    if both.any():
-        near = np.maximum(raw, plateau * z ** (powers[1] - 1))[both]
-        growth = np.quantile(far[both] / np.maximum(near, 1e-30), 0.25)
-        correlation = float(np.sqrt(growth * growth - 1)) if growth > COMMON else 0.0
-    if misplaced:
-        correlation = max(correlation, LINES_SHARE)
+    near = np.maximum(level * z ** powers[0], plateau * z ** powers[1]) / z
+    both = measured & (far >= 0) & (near * z > worth)
+    shared = shared_noise(far, raw, near, both)
+    correlation = float(np.median(shared[both])) if both.any() else 0.0
     share = float((relative > worth).mean())
-    grid = np.stack([MARGIN * level, plateau], -1).astype(np.float32)
+    grid = np.stack([MARGIN * level, plateau, shared], -1).astype(np.float32)
     sigma = float(np.median(relative * z[seen]))
     return Noise(sigma, float(np.median(relative)), step, domain, correlation, misplaced, share, grid, powers)

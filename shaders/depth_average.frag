@@ -1,12 +1,26 @@
 #version 330 core
-// Depth and its noise -> calmer depth and the noise that is left; first of two passes for noisy depth.
+// Depth -> calmer depth and the noise that is left over it; before surface_adaptive.frag. `told` is the noise in metres
+// that the caller tells (1x1 for a single number, 0 when not told), `grid` what was measured per block.
 #include "common/depth_average.glsl"
+#include "common/line_copies.glsl"
+#include "common/noise_levels.glsl"
 
-uniform sampler2D picture;  // depth, noise over depth
-uniform float correlation;
+uniform sampler2D depth_map;
+uniform sampler2D told;
+uniform sampler2D grid;
+uniform ivec2 first;
+uniform vec2 powers;
+uniform float misplaced;  // pixels, standard deviation; 0 in pictures as they were taken
 
-out vec2 averaged;
+out vec2 calm;
 
 void main() {
-    averaged = average_pairs(picture, ivec2(gl_FragCoord.xy), correlation);
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float z = depth_at(depth_map, pixel, ivec2(0));
+    vec2 at = gl_FragCoord.xy / vec2(textureSize(depth_map, 0));
+    float told_noise = textureLod(told, at, 0.0).r / max(z, 1e-30);
+    vec2 noise = noise_at(grid, pixel, first, max(z, 1e-30), powers);
+    if (told_noise > noise.x) noise = vec2(told_noise, 0.0);
+    if (misplaced > 0.0) noise = add_misplaced(noise, misplaced_noise(depth_map, pixel, z, misplaced));
+    calm = z > 0.0 ? average_pairs(depth_map, pixel, noise.x, noise.y) : vec2(0.0);
 }

@@ -18,7 +18,7 @@ class NoisePass:
         self._context = context
         self._patches = FullscreenPass(context, "noise_patches.frag")
         self._blocks = FullscreenPass(context, "noise_blocks.frag")
-        self._map = FullscreenPass(context, "noise_map.frag")
+        self._average = FullscreenPass(context, "depth_average.frag")
         self._images: Images | None = None
 
     def measure(self, frame: FrameTextures, focal: float) -> Noise:
@@ -27,21 +27,24 @@ class NoisePass:
         levels, counts = self._grid(frame, images, 1)
         return choose_estimator(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
 
-    def depth_with_noise(self, frame: FrameTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
-        """RG32F: depth, and its standard deviation over depth. told (1, 1) or (h, w) float32 metres."""
+    def calm_depth(self, frame: FrameTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
+        """RG32F: depth freed from most of its noise, and the noise that is left over depth.
+
+        told (1, 1) or (h, w) float32 metres takes the place of the noise that was measured, not of the rounding.
+        """
         images = self._fit(frame)
-        grid = np.zeros((*images.shape, 2), np.float32) if noise.grid is None else noise.grid
+        grid = np.zeros((*images.shape, 3), np.float32) if noise.grid is None else noise.grid
         if told is not None:
-            grid = grid * np.array([0, 1], np.float32)  # the caller knows the noise; the rounding was measured
+            grid = grid * np.array([0, 1, 1], np.float32)
         images.grid.write(np.ascontiguousarray(grid))
         known = np.zeros((1, 1), np.float32) if told is None else told
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         told_map.write(np.ascontiguousarray(known))
         textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
         constants = {"powers": noise.powers, "first": images.first, "misplaced": noise.misplaced}
-        self._map.draw(images.picture_target, textures, **constants)
+        self._average.draw(images.calm_target, textures, **constants)
         told_map.release()
-        return images.picture
+        return images.calm
 
     def _grid(self, frame: FrameTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
         self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
@@ -60,7 +63,7 @@ class NoisePass:
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, self._map, self._blocks, self._patches):
+        for item in (self._images, self._average, self._blocks, self._patches):
             if item is not None:
                 item.release()
 
@@ -75,14 +78,14 @@ class Images:
         self.patches = data_texture(context, across, down, 4), data_texture(context, across, down, 4)
         self.shape = rows, columns
         self.blocks = data_texture(context, columns, rows, 4), data_texture(context, columns, rows, 4)
-        self.grid = data_texture(context, columns, rows, 2)
-        self.picture = data_texture(context, width, height, 2)
+        self.grid = data_texture(context, columns, rows, 3)
+        self.calm = data_texture(context, width, height, 2)
         self.patch_target = context.framebuffer(self.patches)
         self.block_target = context.framebuffer(self.blocks)
-        self.picture_target = context.framebuffer([self.picture])
+        self.calm_target = context.framebuffer([self.calm])
 
     def release(self) -> None:
-        for target in (self.picture_target, self.block_target, self.patch_target):
+        for target in (self.calm_target, self.block_target, self.patch_target):
             target.release()
-        for texture in (self.picture, self.grid, *self.blocks, *self.patches):
+        for texture in (self.calm, self.grid, *self.blocks, *self.patches):
             texture.release()

@@ -23,7 +23,7 @@ class SurfacePass:
         self._context = context
         self._passes: dict[str, FullscreenPass] = {}
         self._noise: NoisePass | None = None
-        self._scratch: dict[int, Scratch] = {}
+        self._scratch: Scratch | None = None
 
     def run(
         self, frame: FrameTextures, camera: Camera, method: str, max_step: Step, noise: np.ndarray | None = None
@@ -44,7 +44,7 @@ class SurfacePass:
             fit = self._pass("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
             fit.draw(frame.surface_target, source, intrinsics=intrinsics)
         elif method == "star-borrow":
-            scratch = self._fit(frame, 4)
+            scratch = self._fit(frame)
             self._pass("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
             textures = source | {"normal_map": scratch.image}
             self._pass("surface_borrow.frag").draw(frame.surface_target, textures, intrinsics=intrinsics)
@@ -61,11 +61,7 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        picture = self._noise.depth_with_noise(frame, noise, told)
-        calm = self._fit(frame, 2)
-        correlation = noise.correlation if told is None else 0.0
-        self._pass("depth_average.frag").draw(calm.target, {"picture": picture}, correlation=correlation)
-        textures = {"picture": calm.image, "depth_map": frame.depth}
+        textures = {"picture": self._noise.calm_depth(frame, noise, told), "depth_map": frame.depth}
         frame.surface_target.clear(depth=1.0)
         self._context.enable_only(moderngl.DEPTH_TEST)
         for stage in range(3):
@@ -80,26 +76,26 @@ class SurfacePass:
             self._passes[key] = FullscreenPass(self._context, fragment, **constants)
         return self._passes[key]
 
-    def _fit(self, frame: FrameTextures, components: int) -> Scratch:
-        scratch = self._scratch.get(components)
-        if scratch is None or scratch.size != frame.depth_size:
-            if scratch is not None:
-                self._scratch.pop(components).release()
-            self._scratch[components] = Scratch(self._context, *frame.depth_size, components)
-        return self._scratch[components]
+    def _fit(self, frame: FrameTextures) -> Scratch:
+        if self._scratch is None or self._scratch.size != frame.depth_size:
+            if self._scratch is not None:
+                self._scratch.release()
+            self._scratch = None
+            self._scratch = Scratch(self._context, *frame.depth_size)
+        return self._scratch
 
     def release(self) -> None:
-        for item in (*self._scratch.values(), self._noise, *self._passes.values()):
+        for item in (self._scratch, self._noise, *self._passes.values()):
             if item is not None:
                 item.release()
 
 
 class Scratch:
-    """What one pass writes for the next."""
+    """What surface_star.frag writes for surface_borrow.frag: normal and residual."""
 
-    def __init__(self, context: moderngl.Context, width: int, height: int, components: int):
+    def __init__(self, context: moderngl.Context, width: int, height: int):
         self.size = width, height
-        self.image = data_texture(context, width, height, components)
+        self.image = data_texture(context, width, height, 4)
         self.target = context.framebuffer([self.image])
 
     def release(self) -> None:

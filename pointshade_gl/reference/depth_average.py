@@ -15,19 +15,19 @@ def depth_and_noise_at(picture, pixel, offset):
     return np.stack([depth_at(picture[..., k], pixel, offset) for k in (0, 1)], -1)
 
 
-def average_pairs(picture, pixel, correlation):
+def average_pairs(depth_map, pixel, noise, correlation):
     """Return (h, w, 2) float32: depth averaged over point-symmetric pairs and its relative noise; see the GLSL."""
-    correlation = f32(correlation)
-    depth, noise = picture[..., 0], picture[..., 1]
-    busy = (depth > 0) & (noise >= NEGLIGIBLE)
-    here, noise = np.where(busy, depth, f32(1)), np.where(busy, noise, f32(1))
+    correlation = np.asarray(correlation, f32)
+    known, as_it_is = depth_map > 0, np.stack([depth_map, noise], -1)
+    busy = known & (noise >= NEGLIGIBLE)
+    here, noise = np.where(busy, depth_map, f32(1)), np.where(busy, noise, f32(1))
     wide = noise * noise * (f32(1) + f32(0.25) * correlation * correlation)
     gate = PAIR_GATE * np.sqrt(wide)
     pairs, total, squares, everything, all_squares, uu, uv, vv = (np.zeros_like(here) for _ in range(8))
     for k in range(13, 25):
         du, dv = k % 5 - 2, k // 5 - 2
-        before = relative_step(here, depth_at(depth, pixel, (-du, -dv)))
-        after = relative_step(here, depth_at(depth, pixel, (du, dv)))
+        before = relative_step(here, depth_at(depth_map, pixel, (-du, -dv)))
+        after = relative_step(here, depth_at(depth_map, pixel, (du, dv)))
         middle = f32(0.5) * (before + after)
         inside = (np.abs(middle) < gate).astype(f32)
         pairs += inside
@@ -51,4 +51,4 @@ def average_pairs(picture, pixel, correlation):
     left = np.where(bowl, f32(27.0 / 175.0), left)
     busy &= ~(step < f32(-0.5))
     averaged = np.stack([here / (one + step), noise * np.sqrt(left + correlation * correlation)], -1)
-    return np.where(busy[..., None], averaged, picture)
+    return np.where(busy[..., None], averaged, np.where(known[..., None], as_it_is, f32(0)))

@@ -8,7 +8,7 @@ from .inverse_depth import depth_at, relative_step
 from .noise_patch import NONE, ZERO, fetch
 
 f32 = np.float32
-STEEP, EDGE_STEP, SLOPE_REACH = f32(2.5), f32(0.05), 4
+STEEP, EDGE_STEP, LINES_SHARE, SLOPE_REACH = f32(2.5), f32(0.05), f32(0.4), 4
 
 
 def count_copies(depth_map, corner, across):
@@ -31,6 +31,13 @@ def count_copies(depth_map, corner, across):
         copies += (line > 0) & (most == 0)
     counts = (least > 0) & (largest > STEEP * finest) & (largest < EDGE_STEP * least)
     return np.stack([np.where(counts, copies, ZERO), np.where(counts, f32(3), ZERO)], -1)
+
+
+def add_misplaced(noise, moved):
+    """Return (noise over depth, share in common) with misplacement added; noise is such a pair as well."""
+    total = noise[0] * noise[0] + moved * moved
+    shared = noise[0] * noise[1] * noise[0] * noise[1] + LINES_SHARE * moved * LINES_SHARE * moved
+    return np.sqrt(total), np.sqrt(shared / np.maximum(total, f32(1e-30)))
 
 
 def misplaced_noise(depth_map, pixel, z, misplaced):

@@ -75,7 +75,7 @@ def block_counts(patches, patch_steps, block):
 
 
 def noise_at(grid, pixel, first, z, powers):
-    """Return (h, w) float32 noise over depth from the block grid; pixel = (u, v) float32, z without zeros."""
+    """Return (h, w) float32 noise over depth, and what neighbours share of it; pixel = (u, v) float32, z > 0."""
     block = f32(PATCH_PITCH * BLOCK_PATCHES)
     middle = HALF * (block - f32(PATCH_PITCH) + f32(3))
     place = [((pixel[k] - f32(first[k])) - middle) / block for k in (0, 1)]
@@ -90,4 +90,4 @@ def noise_at(grid, pixel, first, z, powers):
     top = mix(grid[low[1], low[0]], grid[low[1], high[0]], t[0])
     bottom = mix(grid[high[1], low[0]], grid[high[1], high[0]], t[0])
     level = mix(top, bottom, t[1])
-    return np.maximum(level[..., 0] * z ** f32(powers[0]), level[..., 1] * z ** f32(powers[1]))
+    return np.maximum(level[..., 0] * z ** f32(powers[0]), level[..., 1] * z ** f32(powers[1])), level[..., 2]

@@ -8,7 +8,7 @@ from ..noise import Noise
 from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
 from .depth_average import average_pairs
 from .inverse_depth import pixel_grid
-from .line_copies import count_copies, misplaced_noise
+from .line_copies import add_misplaced, count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
 from .normals_adaptive import estimate_adaptive
@@ -43,13 +43,13 @@ def normals_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.nda
     first = noise_grid(*depth_map.shape[::-1])[1]
     known = depth_map > 0
     z = np.where(known, depth_map, F(1))
-    grid = np.zeros((1, 1, 2), F) if noise.grid is None else noise.grid * np.array([told is None, 1], F)
-    relative = noise_at(grid, pixel, first, z, noise.powers)
+    grid = np.zeros((1, 1, 3), F) if noise.grid is None else noise.grid * np.array([told is None, 1, 1], F)
+    relative, shared = noise_at(grid, pixel, first, z, noise.powers)
     if told is not None:
+        shared = np.where(told / z > relative, F(0), shared)
         relative = np.maximum(told / z, relative)
     if noise.misplaced > 0:
         moved = misplaced_noise(depth_map, pixel, z, noise.misplaced)
-        relative = np.sqrt(relative * relative + moved * moved)
-    picture = np.where(known[..., None], np.stack([depth_map, relative], -1), F(0))
-    calm = average_pairs(picture, pixel, noise.correlation if told is None else 0.0)
+        relative, shared = add_misplaced((relative, shared), moved)
+    calm = average_pairs(depth_map, pixel, relative, shared)
     return estimate_adaptive(calm, pixel, intrinsics)

@@ -18,17 +18,17 @@ vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
 // Where the pairs differ among themselves, but a quadratic surface explains them, its value in the centre is taken
 // instead (Savitzky, Golay 1964): less average, no flattened crests. `correlation` is noise that neighbours share
 // over noise that they do not; averaging leaves it.
-vec2 average_pairs(sampler2D picture, ivec2 pixel, float correlation) {
-    vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
-    if (!(here.x > 0.0) || here.y < NEGLIGIBLE) return here;
-    float variance = here.y * here.y;
+vec2 average_pairs(sampler2D depth_map, ivec2 pixel, float noise, float correlation) {
+    float here = depth_at(depth_map, pixel, ivec2(0));
+    if (!(here > 0.0) || noise < NEGLIGIBLE) return vec2(here, noise);
+    float variance = noise * noise;
     float wide = variance * (1.0 + 0.25 * correlation * correlation);
     float gate = PAIR_GATE * sqrt(wide);
     float pairs = 0.0, sum = 0.0, squares = 0.0, all = 0.0, all_squares = 0.0, uu = 0.0, uv = 0.0, vv = 0.0;
     for (int k = 13; k < 25; ++k) {
         ivec2 offset = ivec2(k % 5 - 2, k / 5 - 2);
-        float before = relative_step(here.x, depth_at(picture, pixel, -offset));
-        float after = relative_step(here.x, depth_at(picture, pixel, offset));
+        float before = relative_step(here, depth_at(depth_map, pixel, -offset));
+        float after = relative_step(here, depth_at(depth_map, pixel, offset));
         float middle = 0.5 * (before + after);
         float inside = abs(middle) < gate ? 1.0 : 0.0;
         pairs += inside;
@@ -53,6 +53,6 @@ vec2 average_pairs(sampler2D picture, ivec2 pixel, float correlation) {
         step = mean - 2.0 * (bend_u + bend_v);
         left = 27.0 / 175.0;
     }
-    if (step < -0.5) return here;  // noise as large as the depth itself
-    return vec2(here.x / (1.0 + step), here.y * sqrt(left + correlation * correlation));
+    if (step < -0.5) return vec2(here, noise);  // noise as large as the depth itself
+    return vec2(here / (1.0 + step), noise * sqrt(left + correlation * correlation));
 }

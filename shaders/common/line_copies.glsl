@@ -4,6 +4,7 @@
 
 const float STEEP = 2.5;        // finest steps by which a line moves where rounding alone leaves no two lines equal
 const float EDGE_STEP = 0.05;   // a larger relative step is a depth edge
+const float LINES_SHARE = 0.4;  // lines repeat whole: 5x5 pixels hold 5 positions; their mean keeps 1/5 = 1/25 + 0.4^2
 const int SLOPE_REACH = 4;      // pixels over which the slope is looked at: more than one copy is long
 
 // Of the lines of a 4x4 patch along `across`: how many repeat the line before (x), of how many that could (y). Rounding
@@ -31,6 +32,13 @@ vec2 count_copies(sampler2D depth_map, ivec2 corner, ivec2 across) {
     }
     bool counts = least > 0.0 && largest > STEEP * finest && largest < EDGE_STEP * least;
     return counts ? vec2(copies, 3.0) : vec2(0.0);
+}
+
+// Noise over depth (x) and what neighbours share of it over the rest (y), with misplacement added.
+vec2 add_misplaced(vec2 noise, float moved) {
+    float sum = noise.x * noise.x + moved * moved;
+    float shared = noise.x * noise.y * noise.x * noise.y + LINES_SHARE * moved * LINES_SHARE * moved;
+    return vec2(sqrt(sum), sqrt(shared / max(sum, 1e-30)));
 }
 
 // Noise over depth that comes from depths standing up to `misplaced` pixels (standard deviation) from where they were

@@ -67,18 +67,18 @@ vec4 block_counts(sampler2D patches, sampler2D patch_steps, ivec2 block) {
     return vec4(lines > 0.0 ? copies / lines : NOTHING, jumps / float(PATCHES), along, known > 0.0 ? depth / known : 0.0);
 }
 
-// Noise over depth at a pixel of depth z: the larger of the two levels in the block grid (x noise, y rounding),
-// bilinear between block centres, each carried to the pixel's own depth by its power of z.
-// first: first pixel of the first patch.
-float noise_at(sampler2D grid, ivec2 pixel, ivec2 first, float z, vec2 powers) {
+// Noise over depth at a pixel of depth z (x): the larger of the two levels in the block grid (x noise, y rounding),
+// bilinear between block centres, each carried to the pixel's own depth by its power of z; and what neighbours share
+// of it (y, from the grid's z). first: first pixel of the first patch.
+vec2 noise_at(sampler2D grid, ivec2 pixel, ivec2 first, float z, vec2 powers) {
     float block = float(PATCH_PITCH * BLOCK_PATCHES);
     vec2 place = (vec2(pixel - first) - 0.5 * (block - float(PATCH_PITCH) + 3.0)) / block;
     vec2 corner = floor(place);
     vec2 t = place - corner;
     ivec2 last = textureSize(grid, 0) - 1;
     ivec2 low = clamp(ivec2(corner), ivec2(0), last), high = clamp(ivec2(corner) + 1, ivec2(0), last);
-    vec2 top = mix(texelFetch(grid, low, 0).xy, texelFetch(grid, ivec2(high.x, low.y), 0).xy, t.x);
-    vec2 bottom = mix(texelFetch(grid, ivec2(low.x, high.y), 0).xy, texelFetch(grid, high, 0).xy, t.x);
-    vec2 level = mix(top, bottom, t.y);
-    return max(level.x * pow(z, powers.x), level.y * pow(z, powers.y));
+    vec3 top = mix(texelFetch(grid, low, 0).xyz, texelFetch(grid, ivec2(high.x, low.y), 0).xyz, t.x);
+    vec3 bottom = mix(texelFetch(grid, ivec2(low.x, high.y), 0).xyz, texelFetch(grid, high, 0).xyz, t.x);
+    vec3 level = mix(top, bottom, t.y);
+    return vec2(max(level.x * pow(z, powers.x), level.y * pow(z, powers.y)), level.z);
 }

@@ -1,4 +1,4 @@
-"""The command line: `pointshade render`, `normals`, `info`. Files and numbers in, one line about the result out."""
+"""The command line: `pointshade render`, `normals`, `info`, `bench`. Files in, a line about the result out."""
 
 from __future__ import annotations
 
@@ -171,6 +171,23 @@ def info(
                 rows = time_stages(renderer)
             for name, milliseconds in rows:
                 print(f"{name:16s}{milliseconds:8.2f} ms")
+
+
+@app.command()
+def bench(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where to write.")] = Path("bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="Smaller pictures, fewer scenes: under a minute.")] = False,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="A method, condition or stress; repeatable.")
+    ] = None,
+    images: Annotated[bool, typer.Option("--images", help="Also measure whole lit pictures.")] = False,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the noise and the holes.")] = 0,
+    device: Device = 0,
+) -> None:
+    """Measure every estimator, speed against accuracy and under stress: charts and results.json."""
+    from .bench.command import bench as run_bench
+
+    print(run_bench(output, quick, only or [], images, seed, device))
 
 
 def main() -> None:

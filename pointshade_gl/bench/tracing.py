@@ -61,6 +61,18 @@ def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> Surface:
     return Surface(meet, albedo)
 
 
+def moved(surface: Surface, pose: ArrayLike) -> Surface:
+    """The surface, carried by a rigid pose: its own axes are the pose's."""
+    matrix = check_pose(pose)
+    turn, shift = matrix[:3, :3], matrix[:3, 3]
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        t, normals = surface.meet((origin - shift) @ turn, rays @ turn)
+        return t, normals @ turn.T
+
+    return Surface(meet, lambda points: surface.albedo((points - shift) @ turn))
+
+
 def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = None) -> Hits:
     """The nearest surface through every pixel's centre."""
     matrix = check_pose(pose)

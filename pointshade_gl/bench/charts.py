@@ -1,0 +1,214 @@
+"""The results as pictures: error against time, and error against stress. Drawn by matplotlib, imported when called."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from .labels import place_labels
+from .measure import BROKEN
+from .stress import CONDITIONS, STRESSES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Name = TypeVar("Name")
+WIDTH, DPI = 9.0, 200  # inches and dots: sharp on a page 900 pixels wide
+COLUMNS = 3
+LEAST = 1e-3  # degrees; exact answers have no logarithm
+INK, PALE, BAD = "#333333", "#cccccc", "#f6ebe8"
+FAMILIES = {  # by the beginning of a method's name: what the legend says, and the colour
+    "auto": ("auto", "#d03a2b"),
+    "adaptive": ("adaptive", "#8a4f9e"),
+    "star": ("star, star-borrow", "#3d9463"),
+    "plane-fit": ("plane fits, by their width in pixels", "#3f7fb5"),
+    "triangles": ("triangles, by their number", "#c98a2e"),
+    "": ("differences: central, one-sided", "#7d7d7d"),
+}
+CURVES = "plane-fit", "triangles"  # families whose members are one thing in sizes: a line joins them
+CLOCKS = {"gpu_ms": "GPU time", "wall_ms": "wall clock"}
+
+
+def check_matplotlib() -> None:
+    """Raises ValueError with what to install; ask before a long measurement."""
+    try:
+        import matplotlib.figure  # noqa: F401 - only whether it is there
+    except ImportError:
+        raise ValueError("charts need matplotlib: pip install 'pointshade-gl[bench]'") from None
+
+
+def family(method: str) -> str:
+    return next(start for start in FAMILIES if method.startswith(start))
+
+
+def color(method: str) -> str:
+    return FAMILIES[family(method)][1]
+
+
+def short(method: str) -> str:
+    """What stands beside a point: the colour already tells the family."""
+    last = method.rsplit("-", 1)[-1]
+    return last if last.isdigit() else {"star-borrow": "borrow"}.get(method, method)
+
+
+def error_chart(results: dict[str, Any]) -> bytes:
+    """A PNG: milliseconds against mean angular error, one panel per condition, the Pareto front drawn."""
+    conditions, methods, clock = results["conditions"], results["methods"], results["clock"]
+    figure, panels = new_figure(len(conditions), 2.45, shared=True)
+    data = {c: [(results["times"][m][c][clock], results["errors"][m][c]["all"]) for m in methods] for c in conditions}
+    for axes, condition in zip(panels, conditions, strict=True):
+        points = np.maximum(data[condition], LEAST)
+        front = points[pareto_front(*points.T)]
+        title(axes, CONDITIONS[condition].title)
+        axes.step(*front.T, where="post", color=PALE, lw=3.5, zorder=1)
+        for start in CURVES:
+            own = points[[family(m) == start for m in methods]]
+            axes.plot(*own.T, color=FAMILIES[start][1], lw=0.8, alpha=0.5)
+        for method, point in zip(methods, points, strict=True):
+            mark(axes, method, *point)
+    width, height = results["size"]
+    where = f"{CLOCKS[clock]}, {results['gl']['renderer'].split(' (')[0]}"
+    figure.supxlabel(f"milliseconds for {width}x{height} pixels ({where})", fontsize=8.5)
+    figure.supylabel("mean angular error, degrees", fontsize=8.5)
+    front = {"color": PALE, "lw": 3.5, "label": "best for its time (Pareto front)"}
+    legend(figure, methods, "Error against time: lower left is better", front)
+    for axes, condition in settled(figure, panels, conditions):
+        words = [
+            f"auto {error:.2g}°" if m == "auto" else short(m)
+            for m, (_, error) in zip(methods, data[condition], strict=True)
+        ]
+        label_points(axes, np.maximum(data[condition], LEAST), words, methods)
+    return png(figure)
+
+
+def stability_chart(results: dict[str, Any]) -> bytes:
+    """A PNG: error against the strength of a stress, one panel per stress; a cross where an estimator breaks."""
+    stability, methods = results["stability"], results["methods"]
+    holds = [m for m in methods if all(row["breaks"][m] is None for row in stability.values())]
+    said = f"below {BROKEN:g}° throughout: {', '.join(holds)}" if holds else f"none stays below {BROKEN:g}° throughout"
+    figure, panels = new_figure(len(stability), 2.0)
+    broken = {name: [m for m in methods if found["breaks"][m] is not None] for name, found in stability.items()}
+    for axes, (name, found) in zip(panels, stability.items(), strict=True):
+        title(axes, STRESSES[name].title)
+        axes.set_xlabel(STRESSES[name].axis, fontsize=7.5, labelpad=1)
+        axes.set_ylim(0.01, 100)
+        axes.axhspan(BROKEN, 100, color=BAD, zorder=0)
+        for method in reversed(methods):
+            line = {"auto": {"lw": 3, "zorder": 4}, "adaptive": {"lw": 1.2, "zorder": 5, "ls": (0, (2, 2))}}
+            errors = np.maximum(found["errors"][method], LEAST)
+            axes.plot(found["strengths"], errors, color=color(method), **line.get(method, {"lw": 0.9, "alpha": 0.7}))
+        for method in broken[name]:
+            axes.plot(found["breaks"][method], BROKEN, "x", color=color(method), ms=4, mew=1.2, zorder=5)
+    figure.supylabel("mean angular error, degrees", fontsize=8.5)
+    cross = {"color": INK, "marker": "x", "lw": 0, "ms": 5, "label": f"breaks: passes {BROKEN:g}°"}
+    legend(figure, methods, f"Error under rising stress; {said}", cross)
+    for axes, name in settled(figure, panels, stability):
+        crosses = [(stability[name]["breaks"][m], BROKEN) for m in broken[name]]
+        label_points(axes, np.reshape(crosses, (-1, 2)), [short(m) for m in broken[name]], broken[name], above=True)
+    return png(figure)
+
+
+def pareto_front(times: Sequence[float], errors: Sequence[float]) -> list[int]:
+    """The numbers of those that nothing else beats in both time and error, by rising time."""
+    front: list[int] = []
+    for k in sorted(range(len(times)), key=lambda k: (times[k], errors[k])):
+        if not front or errors[k] < errors[front[-1]]:
+            front.append(k)
+    return front
+
+
+def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure, list[Axes]]:
+    """A figure of `count` logarithmic panels, `height` inches each."""
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import FuncFormatter
+
+    columns = min(COLUMNS, count)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(WIDTH, height * rows + 0.9), dpi=DPI, layout="constrained")
+    panels = list(figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=True).flat)
+    for axes in panels[count:]:
+        axes.remove()
+    for axes in panels[:count]:
+        axes.set(xscale="log", yscale="log")
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(PALE)
+        axes.minorticks_off()  # they take most of the drawing's time, and nobody reads them
+        axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.grid(True, color="#eeeeee", lw=0.6, zorder=0)
+    return figure, panels[:count]
+
+
+def title(axes: Axes, text: str) -> None:
+    axes.set_title(text, fontsize=9, fontweight="bold", loc="left", color=INK)
+
+
+def mark(axes: Axes, method: str, x: float, y: float) -> None:
+    """A dot; a ring for auto, so that what it chose shows through."""
+    if method == "auto":
+        axes.plot(x, y, "o", color=color(method), ms=8, mew=2, fillstyle="none", zorder=4)
+    else:
+        axes.plot(x, y, "o", color=color(method), ms=3.5, zorder=3)
+
+
+def settled(figure: Figure, panels: Sequence[Axes], names: Iterable[Name]) -> Iterator[tuple[Axes, Name]]:
+    """The panels with their names, once it is known which pixels they cover; they stay there."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    yield from zip(panels, names, strict=True)
+
+
+def label_points(axes: Axes, points: Any, words: Sequence[str], methods: Sequence[str], above: bool = False) -> None:
+    """Writes each point's words beside it, or above all points. points (n, 2) in data coordinates."""
+    from matplotlib.patheffects import withStroke
+
+    order = sorted(range(len(methods)), key=lambda k: methods[k] != "auto")  # auto takes the best place
+    texts = []
+    for k in order:
+        strong = methods[k] == "auto"
+        text = axes.annotate(words[k], points[k], ha="center", va="center", zorder=6, color=color(methods[k]))
+        text.set(fontsize=8 if strong else 6.5, fontweight="bold" if strong else "normal")
+        text.set_path_effects([withStroke(linewidth=1.6, foreground="white")])
+        texts.append(text)
+    sizes = [(box.width + 3, box.height * 0.85) for box in (text.get_window_extent() for text in texts)]
+    to_pixels, room = axes.transData, axes.get_window_extent()
+    places = to_pixels.transform(points[order]) if order else np.zeros((0, 2))
+    bottom = places[:, 1].max() if above and order else room.y0
+    middles = place_labels(places, sizes, (room.x0, bottom, room.x1, room.y1), reach=DPI / 22)
+    for k, text, place, middle, size in zip(order, texts, places, middles, sizes, strict=True):
+        text.set_position(to_pixels.inverted().transform(middle))
+        gap = np.maximum(np.abs(middle - place) - np.array(size) / 2, 0)
+        if np.hypot(*gap) > DPI / 12:  # so far away that the eye wants a line
+            ends = to_pixels.inverted().transform([place, middle])
+            axes.plot(*ends.T, color=color(methods[k]), lw=0.5, alpha=0.6, zorder=2)
+
+
+def legend(figure: Figure, methods: Sequence[str], headline: str, last: dict[str, Any]) -> None:
+    """What the picture says, the families in use, and one entry more."""
+    from matplotlib.lines import Line2D
+
+    used = [start for start in FAMILIES if any(family(m) == start for m in methods)]
+    entries = [Line2D([], [], color=FAMILIES[s][1], lw=3, label=FAMILIES[s][0]) for s in used]
+    figure.legend(
+        handles=[*entries, Line2D([], [], **last)],
+        loc="outside upper left",
+        title=headline,
+        title_fontproperties={"size": 12, "weight": "bold"},
+        alignment="left",
+        ncols=4,
+        fontsize=8,
+        frameon=False,
+        columnspacing=1.6,
+        handlelength=1.4,
+    )
+
+
+def png(figure: Figure) -> bytes:
+    buffer = BytesIO()
+    figure.savefig(buffer, format="png", facecolor="white")
+    return buffer.getvalue()

@@ -1,0 +1,153 @@
+"""`pointshade bench`: measures, draws, writes; nothing is left half-written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from ..normals import METHODS
+from ..renderer import Renderer
+from .charts import check_matplotlib, error_chart, stability_chart
+from .lit_pictures import count_pictures, measure_pictures
+from .measure import BROKEN, FULL, QUICK, Measurement, Plan
+from .picture_chart import picture_chart
+from .stress import CONDITIONS, STRESSES
+
+PLAIN_WIDTH = 150  # columns of a table that goes into a file
+
+
+def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
+    """Measures into a folder: results.json, chart.png, stability.png, with `images` also images.png; tables on stdout.
+
+    only  names of methods, conditions or stresses; nothing means all, and names of one kind leave the other kinds
+          whole, except that conditions alone need no stresses and stresses alone no conditions
+
+    Returns what was written, in one line. Raises ValueError for unknown names, or without matplotlib.
+    """
+    methods, conditions, stresses = select(only)
+    check_matplotlib()
+    if output.exists() and not output.is_dir():
+        raise ValueError(f"cannot write into {output}: it is a file, expected a folder")
+    plan = QUICK if quick else FULL
+    with Renderer(device=device) as renderer:
+        output.mkdir(parents=True, exist_ok=True)  # now, for a place that cannot be written is best told early
+        results = measure(renderer, plan, methods, conditions, stresses, images, seed)
+    results["quick"] = quick
+    pictures = {}
+    if conditions:
+        pictures["chart.png"] = error_chart(results)
+    if stresses:
+        pictures["stability.png"] = stability_chart(results)
+    if images:
+        pictures["images.png"] = picture_chart(results)
+    for name, content in pictures.items():
+        write_whole(output / name, content)
+    write_whole(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    show(results)
+    where = results["gl"]["renderer"]
+    return f"{output}: {', '.join([*pictures, 'results.json'])}: {len(methods)} methods on {where}"
+
+
+def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """Methods, conditions and stresses that were named, in their own order."""
+    known = {"methods": METHODS, "conditions": tuple(CONDITIONS), "stresses": tuple(STRESSES)}
+    for name in only:
+        if not any(name in names for names in known.values()):
+            lists = "; ".join(f"{kind} {', '.join(names)}" for kind, names in known.items())
+            raise ValueError(f"unknown name {name!r} for --only: known are {lists}")
+    methods, conditions, stresses = ([name for name in names if name in only] for names in known.values())
+    if not (conditions or stresses):
+        conditions, stresses = list(CONDITIONS), list(STRESSES)
+    return methods or list(METHODS), conditions, stresses
+
+
+def measure(
+    renderer: Renderer,
+    plan: Plan,
+    methods: Sequence[str],
+    conditions: Sequence[str],
+    stresses: Sequence[str],
+    images: bool,
+    seed: int,
+) -> dict[str, Any]:
+    """All measurements behind one progress bar on stderr."""
+    console = Console(stderr=True)
+    if renderer.context.is_software:
+        name = renderer.context.renderer
+        console.print(f"note: {name} is a software renderer: errors are right, times are this CPU's", soft_wrap=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("measuring", total=None)
+        measurement = Measurement(renderer, plan, methods, seed, lambda: progress.advance(task))
+        steps, rounds = measurement.steps(conditions, stresses), max(plan.rounds - 1, 1)
+        progress.update(task, total=steps + (count_pictures(methods, rounds) if images else 0))
+        results = measurement.results(conditions, stresses)
+        if images:
+            results["pictures"] = measure_pictures(renderer, plan.size, methods, rounds, seed, measurement.advance)
+    return results
+
+
+def show(results: dict[str, Any]) -> None:
+    """The tables: errors per condition with times, and where each estimator breaks."""
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=PLAIN_WIDTH)
+    methods, errors, clock = results["methods"], results["errors"], results["clock"]
+    if results["conditions"]:
+        table = new_table("mean angular error in degrees: all pixels / near depth edges")
+        for name in (clock.replace("_", " "), *results["conditions"]):
+            table.add_column(name, justify="right")
+        for method in methods:
+            times = [row[clock] for row in results["times"][method].values()]
+            cells = [f"{brief(cell['all'])}/{brief(cell['edge'])}" for cell in errors[method].values()]
+            table.add_row(method, f"{brief(min(times))}-{brief(max(times))}", *cells, style=bold(method))
+        console.print(table)
+    breaks = {name: found["breaks"] for name, found in results["stability"].items()}
+    breaks = {name: row for name, row in breaks.items() if any(row.values())}
+    if results["stability"]:
+        table = new_table(f"strength at which the error passes {BROKEN:g} degrees; what no estimator minds is left out")
+        for name in breaks:
+            table.add_column(f"{name}\n{STRESSES[name].axis}", justify="right")
+        for method in methods:
+            table.add_row(method, *(brief(row[method]) for row in breaks.values()), style=bold(method))
+        console.print(table)
+
+
+def new_table(title: str) -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
+    table.add_column("method", no_wrap=True)
+    return table
+
+
+def bold(method: str) -> str | None:
+    return "bold" if method == "auto" else None
+
+
+def brief(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}" if value >= 100 else f"{value:.2g}"
+
+
+def shortened(value: Any) -> Any:
+    """The same with five digits a number: the rest is noise."""
+    if isinstance(value, dict):
+        return {key: shortened(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [shortened(item) for item in value]
+    return float(f"{value:.5g}") if isinstance(value, float) else value
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Writes a file completely or not at all."""
+    temporary = path.with_name(f".{uuid4().hex}.part")
+    try:
+        temporary.write_bytes(content)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

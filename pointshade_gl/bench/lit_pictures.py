@@ -1,0 +1,73 @@
+"""Whole pictures against ray-traced truth: every estimator under every shading model and splat policy."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from itertools import product
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from ..camera import orbit_pose
+from ..frame import Frame
+from ..renderer import Renderer
+from ..shading import SHADINGS, SPLATS, Light, Material
+from .pictures import co_visible, score_picture
+from .scenes import standard_camera
+from .stress import CONDITIONS, generator
+from .tracing import as_frame, encode, shade, sphere_and_wall, trace
+
+SPOILED = "clean", "1mm-noise", "kinect"
+LIT = tuple(shading for shading in SHADINGS if shading != "none")
+LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
+
+
+def count_pictures(methods: Sequence[str], rounds: int) -> int:
+    """How many times `measure_pictures` will call `advance`."""
+    return len(SPOILED) * len(methods) * len(LIT) * len(SPLATS) * (rounds + 1)
+
+
+def measure_pictures(
+    renderer: Renderer,
+    size: tuple[int, int],
+    methods: Sequence[str],
+    rounds: int,
+    seed: int,
+    advance: Callable[[], None],
+) -> dict[str, Any]:
+    """PSNR and milliseconds of a sphere before a wall, seen from 15 degrees aside: {condition: [row, ...]}.
+
+    The time is that of `Renderer.render`, arrays to array, by the wall clock: median of interleaved rounds.
+    """
+    camera = standard_camera(*size)
+    source = trace(sphere_and_wall(), camera)
+    pose = orbit_pose(None, (0, 0, 1.8), YAW)
+    hits = trace(sphere_and_wall(), camera, pose)
+    truth = encode(shade(hits, LIGHT, Material(), pose[:3, 3]))
+    seen, colors = co_visible(hits, source, camera, np.eye(4)), as_frame(source, camera).color
+    numbers = np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8)
+    found: dict[str, Any] = {"size": list(size), "yaw": YAW, "rows": {}}
+    for name in SPOILED:
+        depth = CONDITIONS[name].spoil(source.depth, CONDITIONS[name].strength, generator(seed, name, "picture"))
+        frame, numbered = Frame(colors, depth, camera), Frame(numbers, depth, camera)
+        shown = {
+            splat: renderer.render(numbered, pose=pose, shading="none", splat=splat)[..., 0].astype(int) - 1
+            for splat in SPLATS
+        }
+        jobs = list(product(methods, LIT, SPLATS))
+        laps: dict[tuple[str, str, str], list[float]] = {job: [] for job in jobs}
+        rows = []
+        for turn in range(rounds + 1):  # the first one warms up, and is judged
+            for job in jobs:
+                method, shading, splat = job
+                start = time.perf_counter()
+                image = renderer.render(frame, LIGHT, pose=pose, normals=method, shading=shading, splat=splat)
+                laps[job].append((time.perf_counter() - start) * 1e3)
+                if turn == 0:
+                    score = score_picture(image, shown[splat], truth, hits, seen)
+                    rows.append({"method": method, "shading": shading, "splat": splat} | vars(score))
+                advance()
+        found["rows"][name] = [row | {"ms": median(laps[job][1:])} for job, row in zip(jobs, rows, strict=True)]
+    return found

@@ -1,0 +1,180 @@
+"""Speed against accuracy of every normal estimator, and how long it stands a rising stress."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import fmean, median
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .. import __version__
+from ..frame import Frame
+from ..renderer import Renderer
+from .scenes import SCENES, Scene, make_scene, standard_camera, view_rays
+from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
+
+BORDER = 8  # pixels along the picture's border that are not judged: windows have no neighbours there
+BROKEN = 10.0  # degrees of mean error at which an estimator no longer says anything useful
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is measured. `every`: each how many-eth strength of a stress; `rounds` of timing, interleaved."""
+
+    size: tuple[int, int]
+    scenes: tuple[str, ...]
+    stress_scenes: tuple[str, ...]
+    every: int
+    rounds: int
+    timed_scene: str = "overlap"
+
+
+FULL = Plan((640, 480), tuple(SCENES), ("sphere", "stairs", "overlap"), 1, 5)
+QUICK = Plan((320, 240), ("grazing-85", "torus", "stairs", "rods", "overlap"), ("overlap",), 2, 3)
+
+
+class Measurement:
+    """One run: the renderer, the plan, the methods, and the scenes traced so far."""
+
+    def __init__(self, renderer: Renderer, plan: Plan, methods: Sequence[str], seed: int, advance: Callable[[], None]):
+        self.renderer, self.plan, self.methods, self.seed, self.advance = renderer, plan, methods, seed, advance
+        self.camera = standard_camera(*plan.size)
+        self._scenes: dict[str, Scene] = {}
+
+    def scene(self, name: str) -> Scene:
+        if name not in self._scenes:
+            self._scenes[name] = make_scene(name, self.camera)
+        return self._scenes[name]
+
+    def errors(self, scene: Scene, frame: Frame) -> dict[str, tuple[float, float | None]]:
+        """Per method the mean angular errors, degrees: of all known pixels, and near depth edges (None: no edge).
+
+        A missing normal counts as the one that faces the viewer.
+        """
+        facing = -view_rays(scene.camera)
+        facing = (facing / np.linalg.norm(facing, axis=-1, keepdims=True)).astype(np.float32)
+        known = np.zeros(scene.depth.shape, bool)
+        known[BORDER:-BORDER, BORDER:-BORDER] = True
+        known &= (frame.depth > 0) & (scene.depth > 0)
+        truth, edge, facing = scene.normals[known], scene.edge[known], facing[known]
+        result = {}
+        for method in self.methods:
+            normals = self.renderer.estimate_normals(frame, method)[known]
+            normals = np.where(np.isfinite(normals), normals, facing)
+            error = angle(normals, truth)
+            result[method] = float(error.mean()), float(error[edge].mean()) if edge.any() else None
+            self.advance()
+        return result
+
+    def conditions(self, conditions: Sequence[str]) -> dict[str, Any]:
+        """{method: {condition: {"all", "edge", "scenes"}}}"""
+        found: dict[str, Any] = {method: {} for method in self.methods}
+        for name in conditions:
+            condition, rows = CONDITIONS[name], {}
+            for scene in map(self.scene, self.plan.scenes):
+                rows[scene.name] = self.errors(scene, self.frame(scene, condition.spoil, condition.strength, name))
+            for method in self.methods:
+                by_scene = {scene: {"all": row[method][0], "edge": row[method][1]} for scene, row in rows.items()}
+                edges = [row["edge"] for row in by_scene.values() if row["edge"] is not None]
+                found[method][name] = {
+                    "all": fmean(row["all"] for row in by_scene.values()),
+                    "edge": fmean(edges) if edges else None,
+                    "scenes": by_scene,
+                }
+        return found
+
+    def stability(self, stresses: Sequence[str]) -> dict[str, Any]:
+        """{stress: {"strengths", "errors": {method: [...]}, "breaks": {method: strength or None}}}"""
+        found: dict[str, Any] = {}
+        for name in stresses:
+            stress, rows = STRESSES[name], []
+            strengths = self.strengths(stress)
+            for strength in strengths:
+                row = []
+                for scene_name in self.plan.stress_scenes:
+                    scene = self.scene(scene_name)
+                    if stress.look is not None:
+                        scene = make_scene(scene_name, self.camera, *stress.look(self.camera, strength))
+                    row.append(self.errors(scene, self.frame(scene, stress.spoil, strength, name)))
+                rows.append(row)
+            errors = {m: [fmean(each[m][0] for each in row) for row in rows] for m in self.methods}
+            breaks = {m: breaking_point(strengths, errors[m]) for m in self.methods}
+            found[name] = {"strengths": strengths, "errors": errors, "breaks": breaks}
+        return found
+
+    def times(self, conditions: Sequence[str]) -> dict[str, Any]:
+        """{method: {condition: {"gpu_ms", "wall_ms"}}}, medians; the methods take turns, so that all have the same
+        weather. GPU times are None where the driver has no timer, or draws on the CPU and later than it says."""
+        found: dict[str, Any] = {method: {} for method in self.methods}
+        scene = self.scene(self.plan.timed_scene)
+        for name in conditions:
+            frame = self.frame(scene, CONDITIONS[name].spoil, CONDITIONS[name].strength, name)
+            laps: dict[str, tuple[list[float], list[float]]] = {method: ([], []) for method in self.methods}
+            for _ in range(self.plan.rounds):
+                for method in self.methods:
+                    gpu, wall = self.renderer.time_normals(frame, method, 1)
+                    laps[method][0].extend(gpu)
+                    laps[method][1].extend(wall)
+                    self.advance()
+            for method, (gpu, wall) in laps.items():
+                timed = len(gpu) == len(wall) and not self.renderer.context.is_software
+                found[method][name] = {"gpu_ms": median(gpu) if timed else None, "wall_ms": median(wall)}
+        return found
+
+    def frame(self, scene: Scene, spoil: Spoil, strength: float, why: str) -> Frame:
+        depth = spoil(scene.depth.astype(float), strength, generator(self.seed, why, scene.name))
+        return Frame(None, np.where(scene.depth > 0, depth, 0), scene.camera)
+
+    def strengths(self, stress: Stress) -> list[float]:
+        return [float(s) for s in stress.strengths[:: -self.plan.every][::-1]]  # the strongest is always measured
+
+    def steps(self, conditions: Sequence[str], stresses: Sequence[str]) -> int:
+        """How many times `advance` will be called."""
+        estimates = len(conditions) * (len(self.plan.scenes) + self.plan.rounds)
+        estimates += sum(len(self.strengths(STRESSES[name])) for name in stresses) * len(self.plan.stress_scenes)
+        return estimates * len(self.methods)
+
+    def results(self, conditions: Sequence[str], stresses: Sequence[str]) -> dict[str, Any]:
+        """Everything, ready for JSON: what was measured, on what, with what."""
+        times = self.times(conditions)
+        gpu = all(time["gpu_ms"] is not None for row in times.values() for time in row.values())
+        return {
+            "pointshade_gl": __version__,
+            "gl": self.renderer.context.limits(),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "moderngl": moderngl.__version__,  # type: ignore[attr-defined]
+            "system": f"{platform.system()} {platform.machine()}",
+            "seed": self.seed,
+            "size": list(self.plan.size),
+            "scenes": list(self.plan.scenes),
+            "stress_scenes": list(self.plan.stress_scenes),
+            "timed_scene": self.plan.timed_scene,
+            "clock": "gpu_ms" if gpu else "wall_ms",
+            "methods": list(self.methods),
+            "conditions": list(conditions),
+            "errors": self.conditions(conditions),
+            "times": times,
+            "stability": self.stability(stresses),
+        }
+
+
+def angle(normals: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Degrees between unit vectors (n, 3), by the chord: exact for small angles in float32."""
+    chord = np.linalg.norm(normals - truth, axis=-1)
+    return np.degrees(2 * np.arcsin(np.minimum(chord / 2, 1)))
+
+
+def breaking_point(strengths: Sequence[float], errors: Sequence[float]) -> float | None:
+    """The strength at which the error first passes BROKEN, between two measured ones by their logarithms."""
+    for k, error in enumerate(errors):
+        if error > BROKEN:
+            if k == 0:
+                return strengths[0]
+            share = np.log(BROKEN / errors[k - 1]) / np.log(error / errors[k - 1])
+            return float(strengths[k - 1] * (strengths[k] / strengths[k - 1]) ** share)
+    return None

@@ -1,0 +1,101 @@
+"""The shapes that the measured scenes need beside sphere, plane and solid, each in its own axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..camera import orbit_pose
+from .solids import Look, solid
+from .tracing import Array, Surface
+
+HALVINGS = 48  # of the interval in which a ray meets a height field: 1e-15 of a metre
+
+
+def grey(points: Array) -> Array:
+    return np.full(points.shape, 0.6)
+
+
+def placed(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Array:
+    """A pose at `centre`, rolled about z, then turned as a camera that orbits: degrees."""
+    a = np.radians(roll)
+    pose = orbit_pose(None, (0, 0, 0), yaw, pitch).copy()
+    pose[:2, :3] = [[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] @ pose[:2, :3]
+    pose[:3, 3] = centre
+    return pose
+
+
+def box(half: ArrayLike) -> Surface:
+    """A box round the origin, by its half edges."""
+    size = np.asarray(half, float)
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sides = np.sort([(-size - origin) / rays, (size - origin) / rays], axis=0)
+        enter, leave = sides[0].max(-1), sides[1].min(-1)
+        normals = np.eye(3)[sides[0].argmax(-1)]
+        return np.where((enter < leave) & (enter > 0), enter, np.inf), normals
+
+    return Surface(meet, grey)
+
+
+def sheet(half_width: float, low: float, high: float) -> Surface:
+    """A strip of the plane z = 0, `low` to `high` along y."""
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = -origin[2] / rays[..., 2]
+        t = np.where(np.isfinite(t) & (t > 0), t, 0)
+        x, y = origin[0] + t * rays[..., 0], origin[1] + t * rays[..., 1]
+        on = (t > 0) & (np.abs(x) < half_width) & (y > low) & (y < high)
+        return np.where(on, t, np.inf), np.broadcast_to((0.0, 0.0, 1.0), rays.shape)
+
+    return Surface(meet, grey)
+
+
+def rod(radius: float, half_length: float) -> Surface:
+    """An open cylinder along y."""
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        o, d = origin[[0, 2]], rays[..., [0, 2]]
+        a, b = (d * d).sum(-1), -(d @ o)
+        q = b * b - a * (o @ o - radius**2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (b - np.sqrt(np.maximum(q, 0))) / a
+        t = np.where((q > 0) & (t > 0) & (np.abs(origin[1] + t * rays[..., 1]) < half_length), t, np.inf)
+        normals = np.zeros(rays.shape)
+        normals[..., [0, 2]] = (o + np.where(np.isfinite(t), t, 0)[..., None] * d) / radius
+        return t, normals
+
+    return Surface(meet, grey)
+
+
+def torus(ring: float, tube: float) -> Surface:
+    """A ring round the y axis."""
+
+    def shape(p: Array) -> Look:
+        across = np.hypot(p[..., 0], p[..., 2]) - ring
+        return np.hypot(across, p[..., 1]) - tube, lambda: grey(p)
+
+    return solid(shape, np.zeros((1, 3)), ring + tube, caution=0.95)
+
+
+def relief(height: Callable[[Array, Array], Array], low: float, high: float) -> Surface:
+    """z = height(x, y), between `low` and `high`, seen roughly along z: each ray must meet it once."""
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        near, far = (low - origin[2]) / rays[..., 2], (high - origin[2]) / rays[..., 2]
+        for _ in range(HALVINGS):
+            half = (near + far) / 2
+            x, y, z = origin[:, None, None] + half * np.moveaxis(rays, -1, 0)
+            above = z < height(x, y)
+            near, far = np.where(above, half, near), np.where(above, far, half)
+        t = (near + far) / 2
+        x, y, e = origin[0] + t * rays[..., 0], origin[1] + t * rays[..., 1], 1e-6
+        slopes = height(x + e, y) - height(x - e, y), height(x, y + e) - height(x, y - e)
+        normals = np.stack([slopes[0] / (2 * e), slopes[1] / (2 * e), -np.ones_like(t)], -1)
+        return np.where(t > 0, t, np.inf), normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+
+    return Surface(meet, grey)

@@ -10,7 +10,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from pointshade_gl.bench import command, measure
-from pointshade_gl.bench.charts import pareto_front
+from pointshade_gl.bench.charts import pareto_front, who_holds
 from pointshade_gl.bench.labels import place_labels
 from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera, view_rays
@@ -139,6 +139,15 @@ def test_an_estimator_breaks_where_its_error_first_passes_ten_degrees():
 
 def test_the_front_holds_what_nothing_beats():
     assert pareto_front([3, 1, 2, 4], [1, 5, 6, 0.5]) == [1, 0, 3]
+
+
+def test_the_headline_names_those_that_break_least():
+    stability = {
+        "noise": {"breaks": {"a": None, "b": 2.0, "c": 1.0}},
+        "steps": {"breaks": {"a": 5.0, "b": None, "c": 3.0}},
+    }
+    assert who_holds(stability, ["a", "b", "c"]) == "broken least, by 1 of 2: a, b"
+    assert who_holds({"noise": stability["noise"]}, ["a", "b"]) == "never broken: a"
 
 
 def test_labels_stay_inside_and_off_each_other():

@@ -18,6 +18,7 @@ from .scenes import SCENES, Scene, make_scene, standard_camera, view_rays
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 
 BORDER = 8  # pixels along the picture's border that are not judged: windows have no neighbours there
+LAPS = 2  # timed in a row before the next method's turn, after one that is not
 BROKEN = 10.0  # degrees of mean error at which an estimator no longer says anything useful
 
 
@@ -53,7 +54,8 @@ class Measurement:
     def errors(self, scene: Scene, frame: Frame) -> dict[str, tuple[float, float | None]]:
         """Per method the mean angular errors, degrees: of all known pixels, and near depth edges (None: no edge).
 
-        A missing normal counts as the one that faces the viewer.
+        A missing normal counts as the one that faces the viewer. Methods run by their name alone, without options:
+        triangles without a depth step.
         """
         facing = -view_rays(scene.camera)
         facing = (facing / np.linalg.norm(facing, axis=-1, keepdims=True)).astype(np.float32)
@@ -116,7 +118,7 @@ class Measurement:
             laps: dict[str, tuple[list[float], list[float]]] = {method: ([], []) for method in self.methods}
             for _ in range(self.plan.rounds):
                 for method in self.methods:
-                    gpu, wall = self.renderer.time_normals(frame, method, 1)
+                    gpu, wall = self.renderer.time_normals(frame, method, LAPS)
                     laps[method][0].extend(gpu)
                     laps[method][1].extend(wall)
                     self.advance()

@@ -26,6 +26,7 @@ COARSE = 7  # pixels, beyond the 5x5 that are averaged: what neighbours share sh
 # Growth of the noise from neighbours to COARSE pixels that proves nothing: in a lower quartile of the frame what the
 # noise is overrated by anyway, in a block alone what structure of its size adds, which passes third differences too.
 FRAME_GROWTH, BLOCK_GROWTH = MARGIN, 2.0
+STRUCTURE = 2.0  # times the frame's shared noise that a block may have of its own
 COPY_BLOCKS = 0.2  # share of the blocks that must be able to tell whether lines are repeated; some edges seem to
 COPY_SHARE = 0.05  # of the lines repeated, in most blocks: what was enlarged or moved repeats them all over the picture
 
@@ -81,7 +82,8 @@ def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_])
     far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
     block = median3(far - BLOCK_GROWTH**2 * seen, known)
     frame = np.quantile((far - FRAME_GROWTH**2 * seen)[known], 0.25) if known.any() else 0.0
-    return np.sqrt(np.maximum(np.maximum(block, frame), 0))
+    # A block far above the calmest quarter of the frame holds structure, no noise: curved surfaces differ over COARSE.
+    return np.sqrt(np.maximum(np.maximum(np.minimum(block, STRUCTURE**2 * frame), frame), 0))
 
 
 def misplaced_pixels(copied: Array) -> float:

@@ -1,4 +1,7 @@
 #version 330 core
+#ifndef MISPLACED
+#define MISPLACED 1  // 0 for pictures as they were taken
+#endif
 // Depth -> calmer depth and the noise that is left over it; before surface_adaptive.frag. `told` is the noise in metres
 // that the caller tells (1x1 for a single number, 0 when not told), `grid` what was measured per block.
 #include "common/depth_average.glsl"
@@ -10,7 +13,7 @@ uniform sampler2D told;
 uniform sampler2D grid;
 uniform ivec2 first;
 uniform vec2 powers;
-uniform float misplaced;  // pixels, standard deviation; 0 in pictures as they were taken
+uniform float misplaced;  // pixels, standard deviation
 
 out vec2 calm;
 
@@ -21,6 +24,6 @@ void main() {
     float told_noise = textureLod(told, at, 0.0).r / max(z, 1e-30);
     vec2 noise = noise_at(grid, pixel, first, max(z, 1e-30), powers);
     if (told_noise > noise.x) noise = vec2(told_noise, 0.0);
-    if (misplaced > 0.0) noise = add_misplaced(noise, misplaced_noise(depth_map, pixel, z, misplaced));
+    if (MISPLACED == 1) noise = add_misplaced(noise, misplaced_noise(depth_map, pixel, z, misplaced));
     calm = z > 0.0 ? average_pairs(depth_map, pixel, noise.x, noise.y) : vec2(0.0);
 }

@@ -1,6 +1,6 @@
 #version 330 core
 #ifndef STAGE
-#define STAGE 0  // 0, 1, 2 in turn; a depth test leaves to each only the pixels that the ones before discarded
+#define STAGE 0  // 0 to 3 in turn; a depth test leaves to each only the pixels that the ones before discarded
 #endif
 // Averaged depth with the noise that is left -> surface (unit normal, the frame's own depth), for noisy depth.
 #include "common/camera.glsl"
@@ -17,8 +17,9 @@ void main() {
     vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
     vec3 slope = vec3(0.0);
     if (STAGE == 0) slope = calm_slope(picture, pixel, here, widest_stride(here, intrinsics));
-    if (STAGE == 1) slope = nearer_slope(picture, pixel, here, widest_stride(here, intrinsics));
-    if (STAGE == 2) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y).xy, 1.0);
+    if (STAGE == 1) slope = robust_slope(picture, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 2) slope = nearer_slope(picture, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 3) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y).xy, 1.0);
     bool known = here.x > 0.0;
     if (known && slope.z < 0.5) discard;
     vec3 normal = normal_of_slope(slope.xy, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);

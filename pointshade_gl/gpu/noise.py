@@ -18,7 +18,7 @@ class NoisePass:
         self._context = context
         self._patches = FullscreenPass(context, "noise_patches.frag")
         self._blocks = FullscreenPass(context, "noise_blocks.frag")
-        self._average = FullscreenPass(context, "depth_average.frag")
+        self._average = [FullscreenPass(context, "depth_average.frag", MISPLACED=moved) for moved in (0, 1)]
         self._images: Images | None = None
 
     def measure(self, frame: FrameTextures, focal: float) -> Noise:
@@ -41,8 +41,9 @@ class NoisePass:
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         told_map.write(np.ascontiguousarray(known))
         textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
-        constants = {"powers": noise.powers, "first": images.first, "misplaced": noise.misplaced}
-        self._average.draw(images.calm_target, textures, **constants)
+        moved = {"misplaced": noise.misplaced} if noise.misplaced else {}
+        average = self._average[bool(moved)]
+        average.draw(images.calm_target, textures, powers=noise.powers, first=images.first, **moved)
         told_map.release()
         return images.calm
 
@@ -63,7 +64,7 @@ class NoisePass:
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, self._average, self._blocks, self._patches):
+        for item in (self._images, *self._average, self._blocks, self._patches):
             if item is not None:
                 item.release()
 

@@ -64,7 +64,7 @@ class SurfacePass:
         textures = {"picture": self._noise.calm_depth(frame, noise, told), "depth_map": frame.depth}
         frame.surface_target.clear(depth=1.0)
         self._context.enable_only(moderngl.DEPTH_TEST)
-        for stage in range(3):
+        for stage in range(4):
             adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
             adaptive.draw(frame.surface_target, textures, intrinsics=camera.intrinsics)
         self._context.enable_only(moderngl.NOTHING)

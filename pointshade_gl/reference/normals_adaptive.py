@@ -55,8 +55,8 @@ def robust_slope(picture, pixel, here, stride):
 
 
 def nearer_slope(picture, pixel, here, stride):
-    """Return (slope u, slope v, holds) as calm_slope does, for pixels where that does not hold."""
-    slope_u, slope_v, holds = (x.copy() for x in robust_slope(picture, pixel, here, stride))
+    """Return (slope u, slope v, holds) as calm_slope does, for pixels where neither that nor robust_slope holds."""
+    slope_u, slope_v, holds = np.zeros_like(here[0]), np.zeros_like(here[0]), np.zeros(here[0].shape, bool)
     near = stride * 2 // 5
     while (ask := np.flatnonzero((near > 0) & ~holds)).size:
         for answer in (calm_slope, robust_slope):
@@ -77,7 +77,7 @@ def estimate_adaptive(picture, pixel, intrinsics):
     slope_u, slope_v, _ = star_slope(picture[..., 0], pixel, depth, intrinsics, noise)
     stride = widest_stride((depth, noise), intrinsics)
     v, u = np.nonzero(known)
-    for answer in (nearer_slope, calm_slope):  # the first of the three answers writes last
+    for answer in (nearer_slope, robust_slope, calm_slope):  # the first of the answers writes last
         found = answer(picture, (u, v), (depth[v, u], noise[v, u]), stride[v, u])
         slope_u[v, u] = np.where(found[2], found[0], slope_u[v, u])
         slope_v[v, u] = np.where(found[2], found[1], slope_v[v, u])

@@ -2,8 +2,9 @@
 #include "common/robust_plane.glsl"
 #include "common/normals_star.glsl"
 
-// Normals from noisy depth: a surface through 5x5 samples, set as far apart as the noise asks. Three answers in turn,
-// each for the pixels that the one before leaves open: calm_slope, nearer_slope, and star_slope of normals_star.glsl.
+// Normals from noisy depth: a surface through 5x5 samples, set as far apart as the noise asks. Four answers in turn,
+// each for the pixels that the one before leaves open: calm_slope, robust_slope, nearer_slope, and star_slope of
+// normals_star.glsl.
 
 const float TILT = 0.006;      // radians of tilt noise that the fit aims at
 const float FIT_GAIN = 7.07;   // sqrt(50), the spread of 5x5 samples: sum of u u
@@ -51,10 +52,10 @@ vec3 robust_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     return vec3(plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
-// The same for pixels where calm_slope does not hold: a robust plane there, or either from samples ever nearer; z is 0
-// when none holds at all.
+// The same for pixels where neither holds at this stride: either of them from samples ever nearer; z is 0 when none
+// holds at all.
 vec3 nearer_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
-    vec3 slope = robust_slope(picture, pixel, here, stride);
+    vec3 slope = vec3(0.0);
     for (int near = stride * 2 / 5; near > 0 && slope.z < 0.5; near = near * 2 / 5) {
         slope = calm_slope(picture, pixel, here, near);
         if (slope.z < 0.5) slope = robust_slope(picture, pixel, here, near);

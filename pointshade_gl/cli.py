@@ -11,6 +11,25 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .cli_options import (
+    LIGHT,
+    VIEW,
+    Baseline,
+    Color,
+    Depth,
+    DepthKind,
+    DepthScale,
+    Device,
+    Fov,
+    Input,
+    Intrinsics,
+    Lights,
+    MaxDepthStep,
+    NoiseOption,
+    Normals,
+    Output,
+)
+
 if TYPE_CHECKING:
     from .frame import Frame
     from .renderer import Renderer
@@ -23,41 +42,6 @@ app = typer.Typer(
     help="Depth and colour pictures become lit objects, on the GPU.",
 )
 
-FRAME, LIGHT, VIEW = "Frame", "Light and surface", "View"
-Input = Annotated[
-    str | None,
-    typer.Argument(metavar="[INPUT]", help="A folder with color.*, depth.*, intrinsics.json; or 'vase' (the default)."),
-]
-Color = Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)]
-Depth = Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)]
-Intrinsics = Annotated[
-    str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
-]
-Fov = Annotated[
-    float | None, typer.Option(metavar="DEG", help="Vertical field of view, without intrinsics.", rich_help_panel=FRAME)
-]
-DepthScale = Annotated[
-    float | None, typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME)
-]
-DepthKind = Annotated[
-    str | None, typer.Option(metavar="KIND", help="z, ray, plane, inverse or disparity.", rich_help_panel=FRAME)
-]
-Normals = Annotated[str, typer.Option(metavar="METHOD", help="How normals are estimated.", rich_help_panel=FRAME)]
-MaxDepthStep = Annotated[
-    str | None,
-    typer.Option(metavar="M", help="Depth step that ends a surface: metres, or '3%'.", rich_help_panel=FRAME),
-]
-NoiseOption = Annotated[
-    str | None,
-    typer.Option("--noise", metavar="M|SENSOR", help="Noise of the depth: metres, or kinect.", rich_help_panel=FRAME),
-]
-Device = Annotated[int, typer.Option(metavar="N", help="Which GPU (Linux).")]
-Lights = Annotated[
-    list[str] | None,
-    typer.Option(metavar="X,Y,Z", help="Point light, metres, world axes; repeatable.", rich_help_panel=LIGHT),
-]
-Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
-
 
 @app.command()
 def render(
@@ -69,6 +53,7 @@ def render(
     fov: Fov = None,
     depth_scale: DepthScale = None,
     depth_kind: DepthKind = None,
+    baseline: Baseline = None,
     normals: Normals = "auto",
     max_depth_step: MaxDepthStep = None,
     noise: NoiseOption = None,
@@ -99,7 +84,16 @@ def render(
     from .shading import Material
 
     check_writable(output)
-    frame = _load(input, color, depth, intrinsics, fov, depth_scale, depth_kind)
+    frame = _load(
+        input,
+        color=color,
+        depth=depth,
+        intrinsics=intrinsics,
+        fov=fov,
+        depth_scale=depth_scale,
+        depth_kind=depth_kind,
+        baseline=baseline,
+    )
     with _renderer(device) as renderer, _spinner("rendering"):
         start = time.perf_counter()
         image = renderer.render(
@@ -130,6 +124,7 @@ def write_normals(
     fov: Fov = None,
     depth_scale: DepthScale = None,
     depth_kind: DepthKind = None,
+    baseline: Baseline = None,
     normals: Normals = "auto",
     max_depth_step: MaxDepthStep = None,
     noise: NoiseOption = None,
@@ -141,7 +136,16 @@ def write_normals(
     from .noise import describe
 
     check_writable(output)
-    frame = _load(input, color, depth, intrinsics, fov, depth_scale, depth_kind)
+    frame = _load(
+        input,
+        color=color,
+        depth=depth,
+        intrinsics=intrinsics,
+        fov=fov,
+        depth_scale=depth_scale,
+        depth_kind=depth_kind,
+        baseline=baseline,
+    )
     with _renderer(device) as renderer, _spinner("estimating normals"):
         start = time.perf_counter()
         result = renderer.estimate_normals(frame, normals, max_depth_step=max_depth_step, noise=_noise(noise))
@@ -209,15 +213,13 @@ def _fail(error: Exception, code: int) -> None:
     raise SystemExit(code) from None
 
 
-def _load(source: str | None, color: Any, depth: Any, intrinsics: Any, fov: Any, scale: Any, kind: Any) -> Frame:
+def _load(source: str | None, **options: Any) -> Frame:
+    """The frame of the command line; without a word about it the built-in vase."""
     from .readers import load_frame
 
-    if source is None and color is None and depth is None:
+    if source is None and options["color"] is None and options["depth"] is None:
         source = "vase"
-
-    return load_frame(
-        source, color=color, depth=depth, intrinsics=intrinsics, fov=fov, depth_scale=scale, depth_kind=kind
-    )
+    return load_frame(source, **options)
 
 
 @contextmanager

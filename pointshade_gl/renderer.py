@@ -33,7 +33,8 @@ NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is c
 class Renderer:
     """Owns the passes, and the OpenGL context unless it is given one. Use it in the thread that made it.
 
-    context  a moderngl.Context of the caller's; it stays hers. None makes one off screen.
+    context  a moderngl.Context of the caller's; it stays hers, with her framebuffer bound again after each call, but
+             with all enable flags (depth test, blending) off. None makes one off screen.
     device   which GPU, counted by EGL (Linux)
 
     Raises ContextError when no OpenGL 3.3 can be had.

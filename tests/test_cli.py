@@ -68,6 +68,13 @@ class TestWithGl:
         done = run("render", folder, "-o", tmp_path / "back.png", "--pose", tmp_path / "pose.txt")
         assert done.returncode == 0, done.stderr
 
+    def test_a_disparity_picture_with_its_baseline(self, folder, tmp_path):
+        options = ["--depth-kind", "disparity", "--depth-scale", "1000", "--baseline", "0.3"]
+        done = run("render", folder, "-o", tmp_path / "out.png", "--shading", "none", *options)
+        assert done.returncode == 0, done.stderr
+        with Image.open(tmp_path / "out.png") as image:
+            assert np.asarray(image)[..., 3].all()
+
     def test_normals_as_numbers_and_as_colours(self, folder, tmp_path):
         assert run("normals", folder, "-o", tmp_path / "n.npy").returncode == 0
         assert np.load(tmp_path / "n.npy") == pytest.approx(np.broadcast_to((0, 0, -1), (6, 8, 3)), abs=1e-5)

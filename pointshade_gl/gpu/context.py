@@ -6,6 +6,7 @@ import ctypes
 import os
 import sys
 import threading
+from ctypes.util import find_library
 from typing import Any
 
 import moderngl
@@ -83,7 +84,10 @@ def _keep_freed_memory() -> None:
 def _create(device: int) -> moderngl.Context:
     try:
         if sys.platform.startswith("linux"):
-            return moderngl.create_context(standalone=True, require=330, backend="egl", device_index=device)  # type: ignore[call-arg]
+            # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
+            libgl = find_library("GL") or find_library("EGL")
+            settings: dict[str, Any] = {"backend": "egl", "device_index": device, "libgl": libgl}
+            return moderngl.create_context(standalone=True, require=330, **settings)
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"

@@ -10,6 +10,11 @@ f32 = np.float32
 MISSING_STEP = f32(5e5)
 
 
+def axis_steps(depth_map, pixel, here):
+    """Return the relative steps of w, (h, w) each, to the left, right, upper and lower neighbour."""
+    return [relative_step(here, depth_at(depth_map, pixel, offset)) for offset in ((-1, 0), (1, 0), (0, -1), (0, 1))]
+
+
 def central_difference(before, after, otherwise):
     """Return half the step from one neighbour to the other, one-sided where a neighbour is missing."""
     has_before, has_after = before < MISSING_STEP, after < MISSING_STEP
@@ -27,9 +32,7 @@ def smaller_difference(before, after, otherwise):
 def _estimate(difference, depth_map, pixel, intrinsics):
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
     otherwise = facing_slope(ray, intrinsics)
-    left, right, above, below = (
-        relative_step(here, depth_at(depth_map, pixel, offset)) for offset in ((-1, 0), (1, 0), (0, -1), (0, 1))
-    )
+    left, right, above, below = axis_steps(depth_map, pixel, here)
     slope = difference(left, right, otherwise[0]), difference(above, below, otherwise[1])
     return np.where(known[..., None], normal_of_slope(slope, ray, intrinsics), f32(0))
 

@@ -4,6 +4,14 @@
 
 const float MISSING_STEP = 5e5;  // relative_step gives a million for a missing neighbour
 
+// Relative steps of w to the left, right, upper and lower neighbour.
+vec4 axis_steps(sampler2D depth_map, ivec2 pixel, float here) {
+    return vec4(relative_step(here, depth_at(depth_map, pixel, ivec2(-1, 0))),
+                relative_step(here, depth_at(depth_map, pixel, ivec2(1, 0))),
+                relative_step(here, depth_at(depth_map, pixel, ivec2(0, -1))),
+                relative_step(here, depth_at(depth_map, pixel, ivec2(0, 1))));
+}
+
 // Half the step from one neighbour to the other, one-sided where a neighbour is missing.
 float central_difference(float before, float after, float otherwise) {
     bool has_before = before < MISSING_STEP;
@@ -25,11 +33,8 @@ vec3 estimate_central(sampler2D depth_map, ivec2 pixel, vec4 intrinsics) {
     if (!(here > 0.0)) return vec3(0.0);
     vec2 ray = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
     vec2 otherwise = facing_slope(ray, intrinsics);
-    float left = relative_step(here, depth_at(depth_map, pixel, ivec2(-1, 0)));
-    float right = relative_step(here, depth_at(depth_map, pixel, ivec2(1, 0)));
-    float above = relative_step(here, depth_at(depth_map, pixel, ivec2(0, -1)));
-    float below = relative_step(here, depth_at(depth_map, pixel, ivec2(0, 1)));
-    vec2 slope = vec2(central_difference(left, right, otherwise.x), central_difference(above, below, otherwise.y));
+    vec4 steps = axis_steps(depth_map, pixel, here);
+    vec2 slope = vec2(central_difference(steps.x, steps.y, otherwise.x), central_difference(steps.z, steps.w, otherwise.y));
     return normal_of_slope(slope, ray, intrinsics);
 }
 
@@ -39,10 +44,7 @@ vec3 estimate_one_sided(sampler2D depth_map, ivec2 pixel, vec4 intrinsics) {
     if (!(here > 0.0)) return vec3(0.0);
     vec2 ray = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
     vec2 otherwise = facing_slope(ray, intrinsics);
-    float left = relative_step(here, depth_at(depth_map, pixel, ivec2(-1, 0)));
-    float right = relative_step(here, depth_at(depth_map, pixel, ivec2(1, 0)));
-    float above = relative_step(here, depth_at(depth_map, pixel, ivec2(0, -1)));
-    float below = relative_step(here, depth_at(depth_map, pixel, ivec2(0, 1)));
-    vec2 slope = vec2(smaller_difference(left, right, otherwise.x), smaller_difference(above, below, otherwise.y));
+    vec4 steps = axis_steps(depth_map, pixel, here);
+    vec2 slope = vec2(smaller_difference(steps.x, steps.y, otherwise.x), smaller_difference(steps.z, steps.w, otherwise.y));
     return normal_of_slope(slope, ray, intrinsics);
 }

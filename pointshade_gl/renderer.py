@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import inspect
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +17,7 @@ from .frame import Frame
 from .gpu.context import Context
 from .gpu.resolve import ResolvePass, light_rows
 from .gpu.splats import SplatPass
+from .gpu.steps import Steps
 from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
 from .noise import Choice, parse_noise
@@ -33,6 +33,9 @@ NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is c
 class Renderer:
     """Owns the passes, and the OpenGL context unless it is given one. Use it in the thread that made it.
 
+    Each call pays only for what has changed since the last: another light runs only the resolve pass, another camera
+    keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
+
     context  a moderngl.Context of the caller's; it stays hers, with her framebuffer bound again after each call, but
              with all enable flags (depth test, blending) off. None makes one off screen.
     device   which GPU, counted by EGL (Linux)
@@ -46,6 +49,7 @@ class Renderer:
             self._surface = SurfacePass(self.context.gl)
             self._splats = SplatPass(self.context.gl)
             self._resolve = ResolvePass(self.context.gl)
+        self.steps = Steps(self.context.gl, self.context.is_software)
         self.choice: Choice | None = None  # what estimated the last normals, and why
         self._frame: FrameTextures | None = None
         self._target: Target | None = None
@@ -78,6 +82,32 @@ class Renderer:
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
+        self.draw(
+            frame, light, material, camera, pose, normals, shading, size,
+            splat=splat, max_depth_step=max_depth_step, noise=noise,
+        )  # fmt: skip
+        with self._in_use():
+            return self._fit_target(camera or frame.camera).read()
+
+    def draw(
+        self,
+        frame: Frame,
+        light: Light | Sequence[Light] | None = None,
+        material: Material | None = None,
+        camera: Camera | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        shading: str = "phong",
+        size: float | ArrayLike | None = None,
+        *,
+        splat: str = "footprint",
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
+    ) -> moderngl.Texture:
+        """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
+
+        It belongs to this renderer and holds the picture until the next call.
+        """
         lights = [light or Light()] if light is None or isinstance(light, Light) else list(light)
         material, camera = material or Material(), camera or frame.camera
         target_pose = frame.pose if pose is None else check_pose(pose)
@@ -85,15 +115,25 @@ class Renderer:
         sizes = check_sizes(size, frame.depth.shape)
         check_choice("shading", shading, SHADINGS)
         check_choice("splat", splat, SPLATS)
+        run = self.steps.run
         with self._in_use():
-            textures = self._upload(frame)
+            textures = run("upload", (frame,), self._upload, frame)
             self._find_normals(textures, frame, normals, max_depth_step, noise)
-            target = self._clear_target(camera)
-            near = NEAR * frame.scale
-            self._splats.draw(textures, frame.camera, target, camera, view, near, sizes, splat)
+            target = self._fit_target(camera)
+            way = frame.camera, target, camera, view
+            run(
+                "splats",
+                (camera, view, sizes, splat),
+                self._splats.draw,
+                textures,
+                *way,
+                NEAR * frame.scale,
+                sizes,
+                splat,
+            )
             rows = light_rows(lights, target_pose)
-            self._resolve.draw(textures, frame.camera, target, camera, view, rows, material, shading)
-            return target.read()
+            run("resolve", None, self._resolve.draw, textures, *way, rows, material, shading)
+            return target.color
 
     def estimate_normals(
         self,
@@ -117,35 +157,15 @@ class Renderer:
         Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
         """
         with self._in_use():
-            textures = self._upload(frame)
+            textures = self.steps.run("upload", (frame,), self._upload, frame)
             self._find_normals(textures, frame, method, max_depth_step, noise)
             normals = textures.read_normals()
         normals[frame.depth == 0] = np.nan
         return normals
 
-    def time_normals(
-        self, frame: Frame, method: str = "auto", repeats: int = 5, **options: Any
-    ) -> tuple[list[float], list[float]]:
-        """Milliseconds of the surface pass alone, by GL timer query ([] where there is none) and by the wall clock.
-
-        options as for `estimate_normals`. The first of the runs, which may compile shaders, is not counted.
-        """
-        gpu, wall = [], []
-        with self._in_use() as gl:
-            textures = self._upload(frame)
-            query = gl.query(time=True)
-            for _ in range(repeats + 1):
-                gl.finish()
-                start = time.perf_counter()
-                with query:
-                    self._find_normals(textures, frame, method, **options)
-                gl.finish()
-                wall.append((time.perf_counter() - start) * 1e3)
-                gpu.append(query.elapsed / 1e6)
-        return (gpu[1:] if all(gpu) else []), wall[1:]
-
     def release(self) -> None:
         """Frees everything this renderer made, in reverse order."""
+        self.steps.forget("upload")
         with self._in_use():
             for item in (self._target, self._frame, self._resolve, self._splats, self._surface):
                 if item is not None:
@@ -189,19 +209,20 @@ class Renderer:
     ) -> None:
         if isinstance(normals, str):
             check_method(normals)
-            max_step, told = parse_max_depth_step(max_depth_step), parse_noise(noise, frame.depth)
-            self.choice = self._surface.run(textures, frame.camera, normals, max_step, told)
+            options = normals, parse_max_depth_step(max_depth_step), parse_noise(noise, frame.depth)
+            self.choice = self.steps.run("surface", options, self._surface.run, textures, frame.camera, *options)
         else:
+            own = check_normals(normals, frame.depth.shape)
+            self.steps.run("surface", (own,), textures.write_normals, own, frame.depth)
             self.choice = Choice("the caller's")
-            textures.write_normals(check_normals(normals, frame.depth.shape), frame.depth)
 
-    def _clear_target(self, camera: Camera) -> Target:
+    def _fit_target(self, camera: Camera) -> Target:
         if self._target is None or self._target.size != (camera.width, camera.height):
             if self._target is not None:
                 self._target.release()
-            self._target = None
+            self._target = None  # stays so when the new one does not fit the GPU
+            self.steps.forget("splats")
             self._target = Target(self.context.gl, camera.width, camera.height)
-        self._target.clear()
         return self._target
 
 

@@ -36,6 +36,7 @@ class ResolvePass:
         """lights (n, 3, 4) float32 as `light_rows` makes them."""
         if shading not in self._passes:
             self._passes[shading] = FullscreenPass(self._context, "resolve.frag", SHADING=SHADINGS.index(shading))
+        target.picture.clear()
         textures = {"source_ids": target.source_ids, "surface_map": frame.surface, "color_map": frame.color}
         if shading == "none":
             self._passes[shading].draw(target.picture, textures, first_id=1)

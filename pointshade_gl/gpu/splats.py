@@ -51,6 +51,7 @@ class SplatPass:
         )
         frame.surface.use(0)
         target.visible.use()
+        target.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
         self._array.render(moderngl.POINTS, vertices=source.width * source.height)
         self._context.enable_only(moderngl.NOTHING)

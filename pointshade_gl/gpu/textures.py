@@ -67,10 +67,6 @@ class Target:
         self.visible = context.framebuffer([self.source_ids], self.depth)
         self.picture = context.framebuffer([self.color])
 
-    def clear(self) -> None:
-        self.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
-        self.picture.clear()
-
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""
         width, height = self.size

@@ -1,0 +1,85 @@
+"""Pay only for what changed: which steps of the pipeline run when what is asked for changes, by counting them."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+
+from . import frames
+
+SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
+ALL = {"upload", "surface", "splats", "resolve"}
+
+
+def ran(renderer, frame, **options):
+    """The steps that one more picture takes, and the picture."""
+    before = renderer.steps.counts.copy()
+    image = renderer.render(frame, **options)
+    return {name for name, count in (renderer.steps.counts - before).items() if count}, image
+
+
+@pytest.fixture
+def frame(renderer):
+    made = frames.sphere()
+    assert ran(renderer, made)[0] == ALL
+    return made
+
+
+@pytest.mark.parametrize(
+    ("options", "steps"),
+    [
+        ({}, {"resolve"}),
+        ({"light": ps.Light(position=(1, 0, 0))}, {"resolve"}),
+        ({"light": []}, {"resolve"}),
+        ({"material": ps.Material(specular=0)}, {"resolve"}),
+        ({"shading": "flat"}, {"resolve"}),
+        ({"pose": SIDE}, {"splats", "resolve"}),
+        ({"camera": frames.CAMERA.fitted(50, 40)}, {"splats", "resolve"}),
+        ({"size": 2}, {"splats", "resolve"}),
+        ({"size": np.full((120, 160), 1.5)}, {"splats", "resolve"}),
+        ({"splat": "round"}, {"splats", "resolve"}),
+        ({"normals": "triangles-8"}, {"surface", "splats", "resolve"}),
+        ({"normals": np.full((120, 160, 3), (0, 0, -1.0))}, {"surface", "splats", "resolve"}),
+        ({"noise": 0.001}, {"surface", "splats", "resolve"}),
+    ],
+)
+def test_only_what_changed_runs_again_and_the_picture_is_that_of_a_new_renderer(renderer, frame, options, steps):
+    count, image = ran(renderer, frame, **options)
+    assert count == steps
+    assert ran(renderer, frame, **options)[0] == {"resolve"}
+    renderer.render(frames.step())
+    assert (renderer.render(frames.sphere(), **options) == image).all()
+
+
+def test_an_equal_frame_is_a_new_one(renderer, frame):
+    assert ran(renderer, ps.Frame(frame.color, frame.depth, frame.camera))[0] == ALL
+
+
+def test_arrays_that_the_caller_has_written_into_are_seen(renderer, frame):
+    sizes = np.ones(frame.depth.shape, np.float32)
+    renderer.render(frame, size=sizes)
+    sizes[60, 80] = 0
+    assert ran(renderer, frame, size=sizes)[0] == {"splats", "resolve"}
+
+
+def test_normals_are_shared_by_pictures_and_estimates(renderer, frame):
+    before = renderer.steps.counts.copy()
+    renderer.estimate_normals(frame)
+    assert renderer.steps.counts == before
+    renderer.estimate_normals(frame, "central")
+    assert ran(renderer, frame)[0] == {"surface", "splats", "resolve"}
+
+
+def test_a_step_that_failed_runs_again(renderer, frame):
+    with pytest.raises(ValueError, match="larger than this GPU's textures"):
+        renderer.render(frame, camera=ps.Camera(9, 9, 9, 9, 10**6, 4))
+    assert ran(renderer, frame)[0] == {"splats", "resolve"}
+
+
+def test_timing_is_asked_for_and_tells_each_step(renderer, frame):
+    renderer.steps.laps.clear()
+    renderer.steps.timed = True
+    ran(renderer, frames.sphere())
+    renderer.steps.timed = False
+    assert set(renderer.steps.laps) == ALL
+    assert all(lap.wall_ms > 0 for lap in renderer.steps.laps.values())

@@ -13,20 +13,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose, view_matrix
+from .errors import ContextError
 from .frame import Frame
+from .gpu.compute_splats import ComputeSplatPass
 from .gpu.context import Context
-from .gpu.resolve import ResolvePass, light_rows
+from .gpu.light import LightPass
+from .gpu.resolve import ResolvePass
 from .gpu.splats import SplatPass
 from .gpu.steps import Steps
 from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
 from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
-from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes
+from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes, light_rows
 
 if TYPE_CHECKING:
     import moderngl
 
+RASTERIZERS = ("auto", "points", "compute")
 NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is cut away
 
 
@@ -39,16 +43,25 @@ class Renderer:
     context  a moderngl.Context of the caller's; it stays hers, with her framebuffer bound again after each call, but
              with all enable flags (depth test, blending) off. None makes one off screen.
     device   which GPU, counted by EGL (Linux)
+    rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
+             other than 1 and round splats to the points; "auto" is compute where it can be had
 
     Raises ContextError when no OpenGL 3.3 can be had.
     """
 
-    def __init__(self, context: moderngl.Context | None = None, device: int = 0):
+    def __init__(self, context: moderngl.Context | None = None, device: int = 0, rasterizer: str = "auto"):
+        check_choice("rasterizer", rasterizer, RASTERIZERS)
         self.context = Context(context, device)
-        with self.context.gl:
-            self._surface = SurfacePass(self.context.gl)
-            self._splats = SplatPass(self.context.gl)
-            self._resolve = ResolvePass(self.context.gl)
+        can_compute = self.context.gl.version_code >= 430
+        if rasterizer == "compute" and not can_compute:
+            name = self.context.renderer
+            raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: take the points")
+        with self.context.gl as gl:
+            self._surface = SurfacePass(gl)
+            self._points = SplatPass(gl)
+            self._compute = ComputeSplatPass(gl) if can_compute and rasterizer != "points" else None
+            self._resolve = ResolvePass(gl)
+            self._light = LightPass(gl)
         self.steps = Steps(self.context.gl, self.context.is_software)
         self.choice: Choice | None = None  # what estimated the last normals, and why
         self._frame: FrameTextures | None = None
@@ -120,19 +133,18 @@ class Renderer:
             textures = run("upload", (frame,), self._upload, frame)
             self._find_normals(textures, frame, normals, max_depth_step, noise)
             target = self._fit_target(camera)
-            way = frame.camera, target, camera, view
-            run(
-                "splats",
-                (camera, view, sizes, splat),
-                self._splats.draw,
-                textures,
-                *way,
-                NEAR * frame.scale,
-                sizes,
-                splat,
-            )
-            rows = light_rows(lights, target_pose)
-            run("resolve", None, self._resolve.draw, textures, *way, rows, material, shading)
+            way = textures, frame.camera, target, camera, view
+            splats = self._rasterizer(sizes, splat)
+            run("splats", (camera, view, sizes, splat), splats.draw, *way, NEAR * frame.scale, sizes, splat)
+            if shading == "phong":
+                rows = light_rows(lights, target_pose, target_pose)
+                run("resolve", (shading,), self._resolve.draw, *way, shading, splats.look_up)
+                run("light", None, self._light.draw_pixels, target, camera, rows, material)
+            else:
+                rows, eye = light_rows(lights, target_pose, frame.pose), np.linalg.inv(view)[:3, 3]
+                if shading != "none":
+                    run("light", None, self._light.draw_points, textures, frame.camera, eye, rows, material)
+                run("resolve", None, self._resolve.draw, *way, shading, splats.look_up)
             return target.color
 
     def estimate_normals(
@@ -167,7 +179,8 @@ class Renderer:
         """Frees everything this renderer made, in reverse order."""
         self.steps.forget("upload")
         with self._in_use():
-            for item in (self._target, self._frame, self._resolve, self._splats, self._surface):
+            passes = self._light, self._resolve, self._compute, self._points, self._surface
+            for item in (self._target, self._frame, *passes):
                 if item is not None:
                     item.release()
         self.context.release()
@@ -215,6 +228,11 @@ class Renderer:
             own = check_normals(normals, frame.depth.shape)
             self.steps.run("surface", (own,), textures.write_normals, own, frame.depth)
             self.choice = Choice("the caller's")
+
+    def _rasterizer(self, sizes: NDArray[np.float32], splat: str) -> SplatPass | ComputeSplatPass:
+        if self._compute and splat == "footprint" and (sizes == 1).all():
+            return self._compute
+        return self._points
 
     def _fit_target(self, camera: Camera) -> Target:
         if self._target is None or self._target.size != (camera.width, camera.height):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +14,7 @@ from .camera import check_point
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
+UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 Vector = tuple[float, float, float]
 
 
@@ -83,3 +86,21 @@ def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArr
     if not (np.isfinite(sizes).all() and (sizes >= 0).all()):
         raise ValueError("size must be finite and not negative everywhere")
     return sizes.ravel()
+
+
+def light_rows(lights: Sequence[Light], target_pose: NDArray[Any], axes: NDArray[Any]) -> NDArray[np.float32]:
+    """Lights as shaders/common/lights.glsl reads them: (n, 3, 4) float32, in the axes of a camera with this pose.
+
+    target_pose is who looks: the default light stands at her upper left.
+    """
+    rows = np.zeros((len(lights), 3, 4))
+    for row, light in zip(rows, lights, strict=True):
+        if light.position is not None:
+            row[0] = [*(axes[:3, :3].T @ (np.array(light.position) - axes[:3, 3])), 1]
+        elif light.direction is not None:
+            row[0, :3] = axes[:3, :3].T @ np.array(light.direction)
+        else:
+            row[0, :3] = axes[:3, :3].T @ (target_pose[:3, :3] @ UPPER_LEFT)
+        row[1, :3] = np.array(light.color) * light.intensity
+        row[2, :3] = light.attenuation
+    return rows.astype(np.float32)

@@ -2,88 +2,108 @@
 #ifndef SHADING
 #define SHADING 3  // one program a model: software drivers run both sides of every branch
 #endif
-// Looks every visible pixel up in its frame and lights it once (deferred shading: Deering et al. 1988).
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+// What each pixel of the view shows, found in the frame. SHADING 0 (none): the picture's own colour; 1 (flat): the light
+// of the point; 2 (gouraud): the light of the points round it, interpolated; 3 (phong): normal and albedo, interpolated,
+// for the light pass. Nothing blends across an edge.
+// Points drew which source pixel is seen; the compute rasteriser (LOOK_UP) only how far it is, which tells where to look.
 #include "common/color.glsl"
-#include "common/lights.glsl"
 #include "common/picture.glsl"
 #include "common/surface.glsl"
 
+#if LOOK_UP
+layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0 is nothing
+#else
 uniform isampler2D source_ids;
+uniform int first_id;  // of the first pixel; 0 stands for nothing
+#endif
 uniform sampler2D surface_map;  // unit normal, depth
-uniform sampler2D color_map;
-uniform sampler2D lights;
+uniform sampler2D color_map;    // sRGB, of any size; the points' linear light for flat and gouraud
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
-uniform int first_id;  // of the first pixel; 0 stands for nothing
-uniform vec4 material;
-uniform vec3 ambient;
-uniform int light_count;
+uniform ivec2 target_size;
 
+#if SHADING == 3
+layout(location = 0) out vec4 surface;  // unit normal, depth, both in target axes
+layout(location = 1) out vec4 albedo;   // linear
+#else
 out vec4 color;
+#endif
 
-const int NONE = 0;  // 3 is phong
-const int FLAT = 1;
-const int GOURAUD = 2;
-
-// The colour picture at a position of the depth picture; their sizes may differ.
-vec3 picture_at(vec2 pixel) {
-    vec2 position = rescale_position(pixel, vec2(textureSize(surface_map, 0)), vec2(textureSize(color_map, 0)));
-    return sample_picture(color_map, position);
-}
-
-vec3 lit(vec3 source_point, vec3 source_normal, vec3 encoded_albedo) {
-    vec3 point = (view * vec4(source_point, 1.0)).xyz;
-    vec3 albedo = srgb_to_linear(encoded_albedo);
-    return light_surface(point, mat3(view) * source_normal, albedo, material, ambient, lights, light_count);
-}
+ivec2 size = textureSize(surface_map, 0);
 
 void main() {
-    ivec2 size = textureSize(surface_map, 0);
+    vec2 target_pixel = gl_FragCoord.xy - 0.5;
+
+    // Where in the source picture: `at`, and 1/z there. What the frame has at the four corners round it.
+#if LOOK_UP
+    float inverse_depth = uintBitsToFloat(nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)]);
+    if (inverse_depth == 0.0) discard;
+    vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
+    vec2 at = back.xy;
+    float w_at = back.z;
+#else
     int index = texelFetch(source_ids, ivec2(gl_FragCoord.xy), 0).r - first_id;
     if (index < 0 || index >= size.x * size.y) discard;
-    ivec2 texel = ivec2(index % size.x, index / size.x);
-    vec2 pixel = vec2(texel);
-    if (SHADING == NONE) {
-        color = vec4(picture_at(pixel), 1.0);
-        return;
-    }
-    vec4 own = texelFetch(surface_map, texel, 0);
-    vec3 ray = pixel_ray(pixel, source);
-    if (SHADING == FLAT) {
-        color = vec4(linear_to_srgb(lit(ray * own.w, own.xyz, picture_at(pixel))), 1.0);
-        return;
-    }
+    vec2 pixel = vec2(pixel_of(index, size.x));
+    vec4 own = texelFetch(surface_map, ivec2(pixel), 0);
+    vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(pixel, source), own.w, source);
+    vec2 at = source_position(carry_footprint(pixel, own.w, own.xyz, source, view, target), pixel, target_pixel);
+    float w_at = inverse_depth_at(at, pixel, 1.0 / own.w, slope);
+    float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
+#endif
+    ivec2 low = clamp(ivec2(floor(at)), ivec2(0), size - 1);
+    ivec2 high = clamp(ivec2(floor(at)) + 1, ivec2(0), size - 1);
+    ivec2 corner_b = ivec2(high.x, low.y);
+    ivec2 corner_c = ivec2(low.x, high.y);
+    vec4 a = texelFetch(surface_map, low, 0);
+    vec4 b = texelFetch(surface_map, corner_b, 0);
+    vec4 c = texelFetch(surface_map, corner_c, 0);
+    vec4 d = texelFetch(surface_map, high, 0);
 
-    Footprint splat = carry_footprint(pixel, own.w, own.xyz, source, view, target);
-    vec2 at = source_position(splat, pixel, gl_FragCoord.xy - 0.5);
+    // The pixel whose splat is seen.
+#if LOOK_UP
+    vec4 error = vec4(
+        look_up_error(a.w, vec2(low), at, w_at), look_up_error(b.w, vec2(corner_b), at, w_at),
+        look_up_error(c.w, vec2(corner_c), at, w_at), look_up_error(d.w, vec2(high), at, w_at)
+    );
+    bool right = error.y < error.x;
+    bool right_below = error.w < error.z;
+    bool below = (right_below ? error.w : error.z) < (right ? error.y : error.x);
+    right = below ? right_below : right;
+    vec2 pixel = vec2(right ? high.x : low.x, below ? high.y : low.y);
+    vec4 own = below ? (right ? d : c) : (right ? b : a);
+    if (own.w == 0.0) discard;
+    vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(pixel, source), own.w, source);
+#endif
+
+#if SHADING == 0
+    color = vec4(picture_at(color_map, pixel, vec2(size)), 1.0);
+#elif SHADING == 1
+    color = vec4(linear_to_srgb(texelFetch(color_map, ivec2(pixel), 0).rgb), 1.0);
+#else
     float w = 1.0 / own.w;
-    vec2 slope = inverse_depth_slope(own.xyz, ray, own.w, source);
-    float total = 0.0;
-    vec3 mixed_normal = vec3(0.0);
-    vec3 mixed_light = vec3(0.0);
-    bool whole = true;
-    for (int k = 0; k < 4; ++k) {
-        ivec2 corner = clamp(ivec2(floor(at)) + ivec2(k & 1, k >> 1), ivec2(0), size - 1);
-        vec4 there = texelFetch(surface_map, corner, 0);
-        float weight = neighbour_weight(there.w, vec2(corner), at, pixel, w, slope);
-        whole = whole && weight > 0.0;
-        if (weight == 0.0) continue;
-        mixed_normal += weight * there.xyz;
-        if (SHADING == GOURAUD) {
-            vec2 position = vec2(corner);
-            mixed_light += weight * lit(pixel_ray(position, source) * there.w, there.xyz, picture_at(position));
-        }
-        total += weight;
-    }
-    vec3 result;
-    if (SHADING == GOURAUD && total > 0.001) {
-        result = mixed_light / total;
-    } else {
-        // With neighbours all round the colour is taken between pixels too; at an edge it would take the other side's.
-        vec3 albedo = picture_at(whole ? at : pixel);
-        vec3 normal = total > 0.001 ? normalize(mixed_normal) : own.xyz;
-        result = lit(point_on_plane(at, pixel, w, slope, source), normal, albedo);
-    }
-    color = vec4(linear_to_srgb(result), 1.0);
+    vec4 weight = vec4(
+        neighbour_weight(a.w, vec2(low), at, pixel, w, slope), neighbour_weight(b.w, vec2(corner_b), at, pixel, w, slope),
+        neighbour_weight(c.w, vec2(corner_c), at, pixel, w, slope), neighbour_weight(d.w, vec2(high), at, pixel, w, slope)
+    );
+    float total = weight.x + weight.y + weight.z + weight.w;
+#if SHADING == 2
+    vec3 mixed = weight.x * texelFetch(color_map, low, 0).rgb + weight.y * texelFetch(color_map, corner_b, 0).rgb
+        + weight.z * texelFetch(color_map, corner_c, 0).rgb + weight.w * texelFetch(color_map, high, 0).rgb;
+    vec3 light = total > 0.001 ? mixed / total : texelFetch(color_map, ivec2(pixel), 0).rgb;
+    color = vec4(linear_to_srgb(light), 1.0);
+#else
+    vec3 mixed = weight.x * a.xyz + weight.y * b.xyz + weight.z * c.xyz + weight.w * d.xyz;
+    vec3 normal = total > 0.001 ? normalize(mixed) : own.xyz;
+    // With neighbours all round the colour is taken between pixels too; at an edge it would take the other side's.
+    bool whole = min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0;
+    vec3 encoded = picture_at(color_map, whole ? at : pixel, vec2(size));
+    surface = vec4(mat3(view) * normal, 1.0 / inverse_depth);
+    albedo = vec4(srgb_to_linear(encoded), 1.0);
+#endif
+#endif
 }

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.gpu.resolve import light_rows
 from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.renderer import NEAR
 
@@ -19,15 +18,26 @@ def vase():
     return ps.Frame(frame.color, frame.depth[2::4, 2::4], small)
 
 
-def both(renderer, frame, lights=(LIGHT,), pose=None, camera=None, normals="triangles-8", step="5%", **options):
-    """(GPU picture, mirror picture), the mirror lit by the GPU's own normals, which have tests of their own."""
+@pytest.fixture(params=["compute", "points"])
+def rasterizer(request, renderer):
+    """A renderer for each rasteriser."""
+    if request.param == "compute" and renderer.context.gl.version_code < 430:
+        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    with ps.Renderer(rasterizer=request.param) as made:
+        made.name = request.param
+        yield made
+
+
+def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="triangles-8", step="5%", **options):
+    """What `golden` takes; the mirror is lit by the GPU's own normals, which have tests of their own."""
     pose, camera = frame.pose if pose is None else pose, camera or frame.camera
-    actual = renderer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
-    found = np.nan_to_num(renderer.estimate_normals(frame, normals, max_depth_step=step))
+    actual = rasterizer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
+    found = np.nan_to_num(rasterizer.estimate_normals(frame, normals, max_depth_step=step))
+    by_points = "size" in options or "splat" in options
     mirror = mirror_render(
         frame,
         found,
-        light_rows(lights, pose),
+        lights,
         ps.Material(),
         camera,
         pose,
@@ -35,8 +45,9 @@ def both(renderer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tria
         options.get("shading", "phong"),
         options.get("size", 1.0),
         options.get("splat") == "round",
+        "points" if by_points else rasterizer.name,
     )
-    return actual, mirror
+    return actual, mirror, rasterizer.name == "points"  # the stored pictures are theirs
 
 
 def turned(frame, yaw=15.0, pitch=5.0, dolly=0.0):
@@ -54,36 +65,36 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_scene(renderer, golden, name):
+def test_scene(rasterizer, golden, name):
     make, view = SCENES[name]
     frame = make()
-    golden(name, *both(renderer, frame, pose=turned(frame, **view)))
+    golden(name, *both(rasterizer, frame, pose=turned(frame, **view)))
 
 
-def test_vase_from_its_own_camera(renderer, golden):
-    golden("vase_front", *both(renderer, vase()))
+def test_vase_from_its_own_camera(rasterizer, golden):
+    golden("vase_front", *both(rasterizer, vase()))
 
 
-def test_vase_from_the_side(renderer, golden):
+def test_vase_from_the_side(rasterizer, golden):
     frame = vase()
-    golden("vase_side", *both(renderer, frame, pose=turned(frame, 25, 10)))
+    golden("vase_side", *both(rasterizer, frame, pose=turned(frame, 25, 10)))
 
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud"])
-def test_shading(renderer, golden, shading):
+def test_shading(rasterizer, golden, shading):
     """A closer look, so that one splat covers several pixels and the models differ."""
     frame = frames.sphere()
-    golden(f"shading_{shading}", *both(renderer, frame, pose=turned(frame, 15, 5, 0.4), shading=shading))
+    golden(f"shading_{shading}", *both(rasterizer, frame, pose=turned(frame, 15, 5, 0.4), shading=shading))
 
 
-def test_round_splats_of_several_sizes(renderer, golden):
+def test_round_splats_of_several_sizes(rasterizer, golden):
     frame = frames.sphere_before_wall()
     sizes = 0.5 + 2 * np.random.default_rng(2).random(frame.depth.shape)
     pose = turned(frame, 15, 5, 0.3)
-    golden("round_sizes", *both(renderer, frame, pose=pose, splat="round", size=sizes))
+    golden("round_sizes", *both(rasterizer, frame, pose=pose, splat="round", size=sizes))
 
 
-def test_two_lights_and_a_frame_pose(renderer, golden):
+def test_two_lights_and_a_frame_pose(rasterizer, golden):
     made = frames.sphere_before_wall()
     pose = ps.orbit_pose(None, (0.3, 0, -2), 40, 10)
     frame = ps.Frame(None, made.depth, made.camera, pose)
@@ -93,20 +104,35 @@ def test_two_lights_and_a_frame_pose(renderer, golden):
         ),
         ps.Light(direction=(-1, 0.2, 0.5), color=(0.2, 0.3, 0.8), intensity=0.8),
     )
-    golden("two_lights", *both(renderer, frame, lights=lights, pose=turned(frame)))
+    golden("two_lights", *both(rasterizer, frame, lights=lights, pose=turned(frame)))
 
 
-def test_colours_of_another_size(renderer, golden):
+def test_colours_of_another_size(rasterizer, golden):
     """Colours at twice the depth's size, odd on one side: sampled at the depth pixel's place."""
     frame = frames.sphere_before_wall()
     color = frame.color.repeat(2, 0).repeat(2, 1)[:, 1:]
     frame = ps.Frame(color, frame.depth, frame.camera)
-    golden("colour_size", *both(renderer, frame, pose=turned(frame, 10, 0, 0.2)))
+    golden("colour_size", *both(rasterizer, frame, pose=turned(frame, 10, 0, 0.2)))
 
 
-def test_another_size_and_the_default_light(renderer, golden):
+def test_another_size_and_the_default_light(rasterizer, golden):
     frame = frames.sphere()
-    golden("small_default_light", *both(renderer, frame, lights=(ps.Light(),), camera=frame.camera.fitted(100, 120)))
+    golden("small_default_light", *both(rasterizer, frame, lights=(ps.Light(),), camera=frame.camera.fitted(100, 120)))
+
+
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+def test_both_rasterizers_cover_the_same_and_differ_only_where_splats_overlap(renderer, shading):
+    """Neighbours overlap by a tenth of a source pixel; which one is seen there may differ, and what is mixed hardly."""
+    if renderer.context.gl.version_code < 430:
+        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    with ps.Renderer(rasterizer="points") as points, ps.Renderer(rasterizer="compute") as compute:
+        for frame in (vase(), frames.sphere(), frames.sphere_before_wall(), frames.step()):
+            own, other = (r.render(frame, LIGHT, shading=shading).astype(int) for r in (points, compute))
+            assert np.abs(own - other).max() <= 1
+            pose = turned(frame)
+            own, other = (r.render(frame, LIGHT, pose=pose, shading=shading).astype(int) for r in (points, compute))
+            assert (own[..., 3] != other[..., 3]).mean() <= 0.0001
+            assert np.abs(own - other).mean() <= (0.2 if shading in ("gouraud", "phong") else 1)
 
 
 def test_the_lit_side_faces_the_light(renderer):

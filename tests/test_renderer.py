@@ -29,7 +29,7 @@ KINDS = ("Texture", "Buffer", "Framebuffer", "VertexArray", "Program", "Shader")
 def living_objects(context):
     """How many objects of each kind a context holds, asked of GL itself.
 
-    GL keeps the program that drew last until another one draws, so one is drawn here first.
+    GL keeps the programs that drew and computed last until others do, so one of each runs here first.
     """
     bound = context.detect_framebuffer()
     program = context.program(vertex_shader=MINIMAL, fragment_shader="#version 330 core\nvoid main() {}")
@@ -38,7 +38,9 @@ def living_objects(context):
     target.use()
     array.render(moderngl.POINTS, 1)
     bound.use()
-    for item in (target, texture, array, program):
+    compute = context.compute_shader(MINIMAL_COMPUTE)
+    compute.run()
+    for item in (target, texture, array, program, compute):
         item.release()
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetProcAddress.restype = ctypes.c_void_p
@@ -50,6 +52,7 @@ def living_objects(context):
 
 
 MINIMAL = "#version 330 core\nvoid main() { gl_Position = vec4(2); }"
+MINIMAL_COMPUTE = "#version 430 core\nlayout(local_size_x = 1) in; void main() {}"
 TALL = ps.Camera(9, 9, 3, 4, 7, 9)
 
 

@@ -84,9 +84,17 @@ def test_srgb_curves(gpu, draw):
     agree(gpu("color.glsl", "linear_to_srgb(c), 0", c=rgb), color.linear_to_srgb(rgb))
 
 
-def test_srgb_curves_undo_each_other():
-    steps = (np.arange(256, dtype=F) / 255)[:, None]
-    assert np.abs(color.linear_to_srgb(color.srgb_to_linear(steps)) - steps).max() < 1e-5
+def test_srgb_curves_are_a_fraction_of_an_8_bit_step_from_the_standard():
+    encoded = np.linspace(0, 1, 4096)[:, None]
+    linear = np.where(encoded < 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    assert np.abs(color.linear_to_srgb(linear.astype(F)) - encoded).max() < 0.0125 / 255
+    slope = np.gradient(linear[:, 0], encoded[:, 0])[:, None]
+    assert (np.abs(color.srgb_to_linear(encoded.astype(F)) - linear) / slope).max() < 0.0135 / 255
+
+
+def test_srgb_curves_bring_every_8_bit_step_back():
+    steps = np.arange(256, dtype=F)[:, None]
+    assert (np.round(color.linear_to_srgb(color.srgb_to_linear(steps / 255)) * 255) == steps).all()
 
 
 def test_attenuation(gpu, draw):
@@ -117,9 +125,10 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
     rows[1, 0], rows[1, 1, :3] = (1, 1, 2, 0), (0.2, 0.2, 0.4)
     rows[2, 0], rows[2, 1, :3], rows[2, 2, :3] = (0.25, 0.5, 1, 1), (0.5, 0.5, 0.5), (1, 0, 0)
     m = np.array([0.1, 0.9, 0.3, 32], F)
-    call = "light_surface(p, n, c, m, vec3(1), rows_map, 3), 0"
-    answer = gpu("lights.glsl", call, p=points, n=n, c=albedo, m=m[None], rows_map=rows)
-    agree(answer, lights.light_surface(points, n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
+    eye = np.array([[0.1, -0.2, 0.3]], F)
+    call = "light_surface(p, e, n, c, m, vec3(1), rows_map, 3), 0"
+    answer = gpu("lights.glsl", call, p=points, e=eye, n=n, c=albedo, m=m[None], rows_map=rows)
+    agree(answer, lights.light_surface(points, eye[0], n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
 
 
 def test_depth_outside_the_picture_is_missing(gpu):
@@ -143,6 +152,13 @@ def test_sample_picture_and_rescale_position(gpu, draw):
     agree(answer, picture.rescale_position(position, sizes[0][0], sizes[1][0]))
 
 
+def test_picture_at_scales_the_position(gpu, draw):
+    colors, size = np.random.default_rng(1).random((5, 7, 4)).astype(F), np.array([[14, 20]], F)
+    position = draw.numbers(-1, 20, 2)
+    answer = gpu("picture.glsl", "picture_at(color_map, p, s), 0", p=position, s=size, color_map=colors)
+    agree(answer, picture.picture_at(colors, position, size[0]))
+
+
 def carried(draw):
     pixel, z = draw.numbers(0, 600, 2), draw.numbers(0.5, 4)
     normal = draw.facing(camera.pixel_ray(pixel, K))
@@ -163,6 +179,18 @@ def test_carry_footprint(gpu, draw):
     agree(gpu("splat.glsl", f"{call}.to_target", **inputs), mirror.to_target, atol=1e-3, rtol=1e-3)
     agree(gpu("splat.glsl", f"{call}.centre, 0, 0", **inputs), mirror.centre, atol=2e-3)
     agree(gpu("splat.glsl", f"{call}.inverse_depth", **inputs), mirror.inverse_depth)
+    agree(gpu("splat.glsl", f"{call}.tilt, 0, 0", **inputs), mirror.tilt, atol=1e-5, rtol=1e-3)
+
+
+def test_inverse_depth_within_a_footprint(gpu, draw):
+    pixel, z, normal, mirror = carried(draw)
+    offset, inverse = draw.numbers(-1, 1, 2), splat.invert_footprint(mirror.to_target)
+    call = f"footprint_inverse_depth(carry_footprint(p, z, n, k, {VIEW_GLSL}, t), i, o)"
+    inputs = {"p": pixel, "z": z, "n": normal, "k": K[None], "t": TARGET[None], "i": inverse, "o": offset}
+    expected = splat.footprint_inverse_depth(mirror, inverse, offset)
+    tame = np.abs(expected / mirror.inverse_depth - 1) < 0.5
+    assert tame.mean() > 0.9
+    np.testing.assert_allclose(gpu("splat.glsl", call, **inputs)[tame, 0], expected[tame], rtol=1e-3)
 
 
 def test_the_jacobian_is_the_derivative_of_the_warp():
@@ -202,7 +230,7 @@ def test_a_surface_seen_from_its_edge_has_no_inverse():
     assert not splat.invert_footprint(np.array([[1.0, 2.0, 2.0, 4.0]], F)).any()
 
 
-def test_source_position_and_point_on_plane(gpu, draw):
+def test_source_position_and_inverse_depth_there(gpu, draw):
     pixel, z, normal, mirror = carried(draw)
     target_pixel = mirror.centre + draw.numbers(-1, 1, 2)
     call = f"source_position(carry_footprint(p, z, n, k, {VIEW_GLSL}, t), p, q), 0, 0"
@@ -214,8 +242,39 @@ def test_source_position_and_point_on_plane(gpu, draw):
     np.testing.assert_allclose(answer[tame], at[tame], atol=0.01)
     w, ray = 1 / z, camera.pixel_ray(pixel, K)
     slope = splat.inverse_depth_slope(normal, ray, z[:, 0], K)
-    answer = gpu("surface.glsl", "point_on_plane(a, p, w, s, k), 0", a=at, p=pixel, w=w, s=slope, k=K[None])
-    agree(answer, surface.point_on_plane(at, pixel, w[:, 0], slope, K), rtol=1e-4)
+    answer = gpu("surface.glsl", "inverse_depth_at(a, p, w, s)", a=at, p=pixel, w=w, s=slope)
+    agree(answer, surface.inverse_depth_at(at, pixel, w[:, 0], slope), rtol=1e-4)
+
+
+def test_carry_back_undoes_the_warp(gpu, draw):
+    """What carry_footprint carries into the view comes back to where it was."""
+    pixel, z, _, mirror = carried(draw)
+    assert (mirror.inverse_depth > 0).all()
+    back = surface.carry_back(mirror.centre, mirror.inverse_depth, TARGET, VIEW, K)
+    np.testing.assert_allclose(back[:, :2], pixel, atol=0.01)
+    np.testing.assert_allclose(back[:, 2], 1 / z[:, 0], rtol=1e-4)
+    inputs = {"q": mirror.centre, "w": mirror.inverse_depth[:, None], "t": TARGET[None], "k": K[None]}
+    answer = gpu("surface.glsl", f"carry_back(q, w, t, {VIEW_GLSL}, k), 0", **inputs)
+    np.testing.assert_allclose(answer[:, :3], back, rtol=1e-4, atol=1e-3)
+
+
+def test_pixel_of_is_exact_where_floats_are_not(gpu):
+    columns, rows = 7919, np.array([0, 1, 2117, 4001, 5000])
+    index = (rows[:, None] * columns + np.array([0, 1, columns // 2, columns - 1])).ravel()
+    pair = np.stack([index // 10000, index % 10000], -1).astype(F)  # beyond 2**24 a float is no number of a pixel
+    answer = gpu("surface.glsl", f"pixel_of(int(i.x) * 10000 + int(i.y), {columns}), 0, 0", i=pair)
+    assert (answer[:, :2] == surface.pixel_of(index, columns)).all()
+
+
+def test_look_up_error_is_least_for_the_splat_that_is_seen(gpu, draw):
+    z = draw.numbers(1.9, 2.1)
+    z[::7] = 0
+    at = draw.numbers(1, 28, 2)
+    corner, w_at = np.round(at + draw.numbers(-0.4, 0.4, 2)), np.full((COUNT, 1), 0.5, F)
+    answer = gpu("surface.glsl", "look_up_error(z, c, a, w)", z=z, c=corner, a=at, w=w_at)
+    expected = surface.look_up_error(z[:, 0], corner, at, w_at[:, 0])
+    agree(answer, expected)
+    assert 0.2 < (expected < 1).mean() < 0.95
 
 
 def test_neighbour_weight(gpu, draw):

@@ -8,7 +8,10 @@ import pointshade_gl as ps
 from . import frames
 
 SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
-ALL = {"upload", "surface", "splats", "resolve"}
+LIGHT = {"light"}
+VIEW = {"splats", "resolve", "light"}
+NORMALS = {"surface", *VIEW}
+ALL = {"upload", *NORMALS}
 
 
 def ran(renderer, frame, **options):
@@ -28,27 +31,36 @@ def frame(renderer):
 @pytest.mark.parametrize(
     ("options", "steps"),
     [
-        ({}, {"resolve"}),
-        ({"light": ps.Light(position=(1, 0, 0))}, {"resolve"}),
-        ({"light": []}, {"resolve"}),
-        ({"material": ps.Material(specular=0)}, {"resolve"}),
-        ({"shading": "flat"}, {"resolve"}),
-        ({"pose": SIDE}, {"splats", "resolve"}),
-        ({"camera": frames.CAMERA.fitted(50, 40)}, {"splats", "resolve"}),
-        ({"size": 2}, {"splats", "resolve"}),
-        ({"size": np.full((120, 160), 1.5)}, {"splats", "resolve"}),
-        ({"splat": "round"}, {"splats", "resolve"}),
-        ({"normals": "triangles-8"}, {"surface", "splats", "resolve"}),
-        ({"normals": np.full((120, 160, 3), (0, 0, -1.0))}, {"surface", "splats", "resolve"}),
-        ({"noise": 0.001}, {"surface", "splats", "resolve"}),
+        ({}, LIGHT),
+        ({"light": ps.Light(position=(1, 0, 0))}, LIGHT),
+        ({"light": []}, LIGHT),
+        ({"material": ps.Material(specular=0)}, LIGHT),
+        ({"pose": SIDE}, VIEW),
+        ({"camera": frames.CAMERA.fitted(50, 40)}, VIEW),
+        ({"size": 2}, VIEW),
+        ({"size": np.full((120, 160), 1.5)}, VIEW),
+        ({"splat": "round"}, VIEW),
+        ({"normals": "triangles-8"}, NORMALS),
+        ({"normals": np.full((120, 160, 3), (0, 0, -1.0))}, NORMALS),
+        ({"noise": 0.001}, NORMALS),
     ],
 )
 def test_only_what_changed_runs_again_and_the_picture_is_that_of_a_new_renderer(renderer, frame, options, steps):
     count, image = ran(renderer, frame, **options)
     assert count == steps
-    assert ran(renderer, frame, **options)[0] == {"resolve"}
+    assert ran(renderer, frame, **options)[0] == LIGHT
     renderer.render(frames.step())
     assert (renderer.render(frames.sphere(), **options) == image).all()
+
+
+@pytest.mark.parametrize(
+    ("shading", "steps"), [("none", {"resolve"}), ("flat", {"light", "resolve"}), ("gouraud", {"light", "resolve"})]
+)
+def test_models_that_light_points_look_them_up_again(renderer, frame, shading, steps):
+    phong = renderer.render(frame)
+    assert ran(renderer, frame, shading=shading)[0] == steps
+    assert ran(renderer, frame, shading=shading, light=ps.Light(position=(1, 0, 0)))[0] == steps
+    assert (renderer.render(frame) == phong).all()
 
 
 def test_an_equal_frame_is_a_new_one(renderer, frame):
@@ -59,7 +71,7 @@ def test_arrays_that_the_caller_has_written_into_are_seen(renderer, frame):
     sizes = np.ones(frame.depth.shape, np.float32)
     renderer.render(frame, size=sizes)
     sizes[60, 80] = 0
-    assert ran(renderer, frame, size=sizes)[0] == {"splats", "resolve"}
+    assert ran(renderer, frame, size=sizes)[0] == VIEW
 
 
 def test_normals_are_shared_by_pictures_and_estimates(renderer, frame):
@@ -67,13 +79,13 @@ def test_normals_are_shared_by_pictures_and_estimates(renderer, frame):
     renderer.estimate_normals(frame)
     assert renderer.steps.counts == before
     renderer.estimate_normals(frame, "central")
-    assert ran(renderer, frame)[0] == {"surface", "splats", "resolve"}
+    assert ran(renderer, frame)[0] == NORMALS
 
 
 def test_a_step_that_failed_runs_again(renderer, frame):
     with pytest.raises(ValueError, match="larger than this GPU's textures"):
         renderer.render(frame, camera=ps.Camera(9, 9, 9, 9, 10**6, 4))
-    assert ran(renderer, frame)[0] == {"splats", "resolve"}
+    assert ran(renderer, frame)[0] == VIEW
 
 
 def test_timing_is_asked_for_and_tells_each_step(renderer, frame):

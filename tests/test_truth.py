@@ -14,6 +14,14 @@ LIGHT = ps.Light(position=(-1.0, -1.0, -0.5))
 ESTIMATED = {"normals": "triangles-8", "max_depth_step": 0.05}
 
 
+@pytest.fixture(scope="module", params=["compute", "points"])
+def rasterizer(request, renderer):
+    if request.param == "compute" and renderer.context.gl.version_code < 430:
+        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    with ps.Renderer(rasterizer=request.param) as made:
+        yield made
+
+
 @pytest.fixture(scope="module")
 def source():
     return trace(sphere_and_wall(), CAMERA)
@@ -33,16 +41,16 @@ def score(renderer, source, yaw, splat="footprint", **options):
 
 
 @pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
-def test_from_the_own_camera(renderer, source, shading):
-    result = score(renderer, source, 0, shading=shading)
+def test_from_the_own_camera(rasterizer, source, shading):
+    result = score(rasterizer, source, 0, shading=shading)
     assert result.psnr >= 60
     assert result.holes == 0 and result.spill == 0
 
 
 @pytest.mark.parametrize("splat", ["footprint", "round"])
 @pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
-def test_turned_by_15_degrees(renderer, source, shading, splat):
-    result = score(renderer, source, 15, splat, shading=shading)
+def test_turned_by_15_degrees(rasterizer, source, shading, splat):
+    result = score(rasterizer, source, 15, splat, shading=shading)
     assert result.psnr >= 47
     assert result.holes <= 0.0002 and result.spill <= 0.001
 

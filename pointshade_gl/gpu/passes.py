@@ -12,8 +12,8 @@ from .programs import build_program, set_uniforms
 class FullscreenPass:
     """A fragment shader drawn over a whole target."""
 
-    def __init__(self, context: moderngl.Context, fragment: str, **constants: int):
-        self._program = build_program(context, "fullscreen.vert", fragment, None, **constants)
+    def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
+        self._program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
         self._array = context.vertex_array(self._program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import moderngl
+import numpy as np
 
+from ..camera import Camera
 from ..errors import ShaderError
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
@@ -52,17 +54,24 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
 
 
 def build_program(
-    context: moderngl.Context, vertex: str, fragment: str, folder: Path | None = None, **constants: int
+    context: moderngl.Context,
+    vertex: str,
+    fragment: str,
+    folder: Path | None = None,
+    version: int = 330,
+    **constants: int,
 ) -> moderngl.Program:
     """A program from two shader files; `constants` are defined in the fragment shader.
+
+    version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
 
     Raises ShaderError with file and line of the driver's complaints.
     """
     vertex_text, vertex_origin = splice(vertex, folder)
     fragment_text, fragment_origin = splice(fragment, folder)
     defines = [f"#define {name} {value}" for name, value in constants.items()]
-    version, rest = fragment_text.split("\n", 1)
-    fragment_text = "\n".join([version, *defines, rest])
+    first, rest = fragment_text.split("\n", 1)
+    fragment_text = "\n".join([first.replace("330", str(version)), *defines, rest])
     fragment_origin[1:1] = [(fragment, 1)] * len(defines)
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
@@ -70,6 +79,15 @@ def build_program(
         log = str(error)
         origin = vertex_origin if "vertex_shader" in log else fragment_origin
         raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
+
+
+def build_compute(context: moderngl.Context, name: str) -> moderngl.ComputeShader:
+    """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
+    text, origin = splice(name)
+    try:
+        return context.compute_shader(text)
+    except moderngl.Error as error:
+        raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
 
 
 def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
@@ -83,7 +101,7 @@ def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
     return "\n".join(found)
 
 
-def set_uniforms(program: moderngl.Program, **values: Any) -> None:
+def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: Any) -> None:
     """Sets uniforms by name. A name that the program does not have raises KeyError."""
     for name, value in values.items():
         uniform = program[name]
@@ -91,3 +109,8 @@ def set_uniforms(program: moderngl.Program, **values: Any) -> None:
             uniform.write(value)  # type: ignore[union-attr]
         else:
             uniform.value = value  # type: ignore[union-attr]
+
+
+def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
+    """The uniforms of every warp; view (4, 4) takes source axes to target axes."""
+    return {"source": source.intrinsics, "target": target.intrinsics, "view": view.T.astype("f4").tobytes()}

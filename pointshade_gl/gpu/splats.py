@@ -6,7 +6,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from .programs import build_program, set_uniforms
+from .programs import build_program, set_uniforms, source_and_target
 from .textures import FrameTextures, Target
 
 
@@ -15,6 +15,8 @@ class SplatPass:
 
     A splat larger than the driver's largest point is drawn at that size round its place in the picture.
     """
+
+    look_up = False
 
     def __init__(self, context: moderngl.Context):
         self._context = context
@@ -41,11 +43,9 @@ class SplatPass:
         set_uniforms(
             self._program,
             surface_map=0,
-            source=source.intrinsics,
-            target=camera.intrinsics,
-            view=view.T.astype("f4").tobytes(),
             target_size=target.size,
             near=near,
+            **source_and_target(source, camera, view),
             is_round=splat == "round",
             first_id=1,
         )

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import Any, TypeVar
+
 import moderngl
 import numpy as np
 
 from ..frame import Frame
 
+_Item = TypeVar("_Item")
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 
 class FrameTextures:
     """Depth (R32F), colour (RGB8 or RGBA8) and surface (RGBA32F: unit normal, depth) of one frame.
+
+    For flat and gouraud shading also the light of its points (RGBA16, linear).
 
     Raises ValueError when the driver cannot hold a picture of that size.
     """
@@ -29,7 +35,18 @@ class FrameTextures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.open_pixels = context.depth_renderbuffer(self.depth_size)  # for estimators that answer in several draws
         self.surface_target = context.framebuffer([self.surface], self.open_pixels)
+        self._context = context
         self.upload(frame)
+
+    @cached_property
+    def lit(self) -> moderngl.Texture:
+        texture = self._context.texture(self.depth_size, 4, dtype="nu2")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    @cached_property
+    def lit_target(self) -> moderngl.Framebuffer:
+        return self._context.framebuffer([self.lit])
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color
@@ -50,22 +67,54 @@ class FrameTextures:
         return np.frombuffer(self.surface.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
 
     def release(self) -> None:
+        if "lit_target" in self.__dict__:
+            self.lit_target.release()
+            self.lit.release()
         for item in (self.surface_target, self.open_pixels, self.surface, self.color, self.depth):
             item.release()
 
 
 class Target:
-    """The images of one view: source pixel seen (R32I, counted from 1; 0 is none), depth, lit picture (RGBA8)."""
+    """The images of one view: the lit picture (RGBA8), and what it is made from, each made when it is first used."""
 
     def __init__(self, context: moderngl.Context, width: int, height: int):
         check_size(context, width, height)
+        self._context = context
         self.size = width, height
-        self.source_ids = context.texture(self.size, 1, dtype="i4")
-        self.depth = context.depth_texture(self.size)
-        self.color = context.texture(self.size, 4)
-        self.source_ids.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.visible = context.framebuffer([self.source_ids], self.depth)
-        self.picture = context.framebuffer([self.color])
+        self._made: list[Any] = []
+        self.color = self._keep(context.texture(self.size, 4))
+        self.picture = self._keep(context.framebuffer([self.color]))
+
+    @cached_property
+    def source_ids(self) -> moderngl.Texture:
+        """R32I: the source pixel seen, counted from 1; 0 is none. Written by `visible`."""
+        return self._nearest(self._context.texture(self.size, 1, dtype="i4"))
+
+    @cached_property
+    def visible(self) -> moderngl.Framebuffer:
+        """Source ids, with a depth buffer."""
+        depth = self._keep(self._context.depth_texture(self.size))
+        return self._keep(self._context.framebuffer([self.source_ids], depth))
+
+    @cached_property
+    def nearest(self) -> moderngl.Buffer:
+        """One uint a pixel, rows from the top: the bits of the nearest 1/z; 0 is none."""
+        return self._keep(self._context.buffer(reserve=4 * self.size[0] * self.size[1]))
+
+    @cached_property
+    def surface(self) -> moderngl.Texture:
+        """RGBA32F: unit normal and depth of the surface seen, target axes; depth 0 is none. Written by `surfaces`."""
+        return self._nearest(self._context.texture(self.size, 4, dtype="f4"))
+
+    @cached_property
+    def albedo(self) -> moderngl.Texture:
+        """RGBA16, linear. Written by `surfaces`."""
+        return self._nearest(self._context.texture(self.size, 4, dtype="nu2"))
+
+    @cached_property
+    def surfaces(self) -> moderngl.Framebuffer:
+        """What the light pass of `phong` reads."""
+        return self._keep(self._context.framebuffer([self.surface, self.albedo]))
 
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""
@@ -73,8 +122,16 @@ class Target:
         return np.frombuffer(self.color.read(), np.uint8).reshape(height, width, 4).copy()
 
     def release(self) -> None:
-        for item in (self.picture, self.visible, self.color, self.depth, self.source_ids):
-            item.release()
+        while self._made:
+            self._made.pop().release()
+
+    def _keep(self, item: _Item) -> _Item:
+        self._made.append(item)
+        return item
+
+    def _nearest(self, texture: moderngl.Texture) -> moderngl.Texture:
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return self._keep(texture)
 
 
 def check_size(context: moderngl.Context, width: int, height: int) -> None:

@@ -12,6 +12,7 @@ F = np.float32
 
 def light_surface(
     point: np.ndarray,
+    eye: np.ndarray,
     n: np.ndarray,
     albedo: np.ndarray,
     material: np.ndarray,
@@ -19,7 +20,7 @@ def light_surface(
     lights: np.ndarray,
     count: int,
 ) -> np.ndarray:
-    v = -normalize(point)
+    v = normalize(eye - point)
     result = material[0] * ambient * albedo
     for row in lights[:count]:
         place, light, k = row[0], row[1, :3], row[2, :3]

@@ -28,3 +28,7 @@ def rescale_position(position: np.ndarray, size: np.ndarray, other_size: np.ndar
     if (size == other_size).all():
         return position
     return (position + F(0.5)) * (other_size / size).astype(F) - F(0.5)
+
+
+def picture_at(picture: np.ndarray, position: np.ndarray, size: np.ndarray) -> np.ndarray:
+    return sample_picture(picture, rescale_position(position, size, np.array(picture.shape[1::-1], F)))

@@ -18,6 +18,7 @@ class Footprint(NamedTuple):
     centre: np.ndarray  # (..., 2)
     to_target: np.ndarray  # (..., 4)
     inverse_depth: np.ndarray  # (...,)
+    tilt: np.ndarray  # (..., 2)
 
 
 def inverse_depth_slope(normal: np.ndarray, ray: np.ndarray, z: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
@@ -40,7 +41,9 @@ def carry_footprint(
     scale = target[:2] / (safe * safe)[..., None]
     columns = [scale * (d[..., :2] * h[..., 2:] - h[..., :2] * d[..., 2:]) for d in (h_u, h_v)]
     centre = project(np.concatenate([h[..., :2], safe[..., None]], -1), target)
-    return Footprint(centre, np.concatenate(columns, -1), np.where(ahead, w / safe, F(0)))
+    change = np.concatenate([h_u[..., 2:], h_v[..., 2:]], -1)
+    tilt = (slope * h[..., 2:] - w[..., None] * change) / (safe * safe)[..., None]
+    return Footprint(centre, np.concatenate(columns, -1), np.where(ahead, w / safe, F(0)), tilt)
 
 
 def splat_reach(size: np.ndarray, is_round: bool) -> np.ndarray:
@@ -66,3 +69,8 @@ def footprint_covers(to_source: np.ndarray, offset: np.ndarray, reach: np.ndarra
     if is_round:
         return dot(back, back)[..., 0] <= reach * reach
     return np.abs(back).max(-1) <= reach
+
+
+def footprint_inverse_depth(splat: Footprint, to_source: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    back = to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
+    return np.maximum(splat.inverse_depth + dot(splat.tilt, back)[..., 0], F(0.01) * splat.inverse_depth)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from .camera import pixel_ray
-from .splat import Footprint, invert_footprint
+from .camera import pixel_ray, project
+from .splat import MARGIN, Footprint, invert_footprint
 from .vectors import dot
 
 F = np.float32
 SAME_SURFACE = F(0.02)
+
+
+def pixel_of(index: np.ndarray, columns: int) -> np.ndarray:
+    return np.stack([index % columns, index // columns], -1)
 
 
 def source_position(splat: Footprint, pixel: np.ndarray, target_pixel: np.ndarray) -> np.ndarray:
@@ -18,12 +22,15 @@ def source_position(splat: Footprint, pixel: np.ndarray, target_pixel: np.ndarra
     return pixel + to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
 
 
-def point_on_plane(
-    at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray, source: np.ndarray
+def inverse_depth_at(at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    return np.maximum(w + dot(slope, at - pixel)[..., 0], F(0.01) * w)
+
+
+def carry_back(
+    target_pixel: np.ndarray, inverse_depth: np.ndarray, target: np.ndarray, view: np.ndarray, source: np.ndarray
 ) -> np.ndarray:
-    w = w[..., None]
-    w_at = np.maximum(w + dot(slope, at - pixel), F(0.01) * w)
-    return pixel_ray(at, source) / w_at
+    h = (pixel_ray(target_pixel, target) - view[:3, 3] * inverse_depth[..., None]) @ view[:3, :3]
+    return np.concatenate([project(h, source), (inverse_depth / h[..., 2])[..., None]], -1)
 
 
 def neighbour_weight(
@@ -34,3 +41,9 @@ def neighbour_weight(
     off = np.abs(F(1) / np.where(known, z, F(1)) - expected) > SAME_SURFACE * w
     closeness = np.maximum(F(1) - np.abs(at - corner), F(0))
     return np.where(known & ~off, closeness[..., 0] * closeness[..., 1], F(0))
+
+
+def look_up_error(z: np.ndarray, corner: np.ndarray, at: np.ndarray, w_at: np.ndarray) -> np.ndarray:
+    off = np.abs(at - corner).max(-1)
+    known = (z > 0) & (off <= F(0.501) + MARGIN)
+    return np.where(known, np.abs(F(1) / np.where(known, z, F(1)) - w_at), F(1e30))

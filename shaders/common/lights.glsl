@@ -1,12 +1,14 @@
 #include "common/phong.glsl"
 
-// All lights of a scene on one surface point. One row of `lights` a light, target axes:
+// All lights of a scene on one surface point, seen by an eye; all in the same axes. One row of `lights` a light:
 // texel 0 position, or direction of travel; w is 1 for a position, 0 for a direction
 // texel 1 colour times intensity, linear
 // texel 2 attenuation (constant, linear, quadratic)
 
-vec3 light_surface(vec3 point, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count) {
-    vec3 v = -normalize(point);
+vec3 light_surface(
+    vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count
+) {
+    vec3 v = normalize(eye - point);
     vec3 result = material.x * ambient * albedo;
     for (int i = 0; i < count; ++i) {
         vec4 place = texelFetch(lights, ivec2(0, i), 0);

@@ -4,7 +4,6 @@ vec3 sample_picture(sampler2D picture, vec2 position) {
     vec2 corner = floor(position);
     vec2 share = position - corner;
     ivec2 low = clamp(ivec2(corner), ivec2(0), last);
-    if (share == vec2(0.0)) return texelFetch(picture, low, 0).rgb;
     ivec2 high = clamp(ivec2(corner) + 1, ivec2(0), last);
     vec3 top = mix(texelFetch(picture, low, 0).rgb, texelFetch(picture, ivec2(high.x, low.y), 0).rgb, share.x);
     vec3 bottom = mix(texelFetch(picture, ivec2(low.x, high.y), 0).rgb, texelFetch(picture, high, 0).rgb, share.x);
@@ -15,4 +14,9 @@ vec3 sample_picture(sampler2D picture, vec2 position) {
 vec2 rescale_position(vec2 position, vec2 size, vec2 other_size) {
     if (size == other_size) return position;
     return (position + 0.5) * (other_size / size) - 0.5;
+}
+
+// The picture at a position of another one, whose size is given.
+vec3 picture_at(sampler2D picture, vec2 position, vec2 size) {
+    return sample_picture(picture, rescale_position(position, size, vec2(textureSize(picture, 0))));
 }

@@ -11,6 +11,7 @@ struct Footprint {
     vec2 centre;          // target pixels
     vec4 to_target;       // columns of the Jacobian, target pixels per source pixel: (dx/du, dy/du, dx/dv, dy/dv)
     float inverse_depth;  // 1/z in the target view; below or at 0 the splat lies behind it
+    vec2 tilt;            // its change per source pixel
 };
 
 // Change of w = 1/z per source pixel on the plane through the point z * ray with this normal.
@@ -32,6 +33,7 @@ Footprint carry_footprint(vec2 pixel, float z, vec3 normal, vec4 source, mat4 vi
     splat.centre = project(h, target);
     vec2 scale = target.xy / (h.z * h.z);
     splat.to_target = vec4(scale * (h_u.xy * h.z - h.xy * h_u.z), scale * (h_v.xy * h.z - h.xy * h_v.z));
+    splat.tilt = (slope * h.z - w * vec2(h_u.z, h_v.z)) / (h.z * h.z);
     return splat;
 }
 
@@ -58,4 +60,11 @@ bool footprint_covers(vec4 to_source, vec2 offset, float reach, bool is_round) {
     vec2 back = to_source.xy * offset.x + to_source.zw * offset.y;
     if (is_round) return dot(back, back) <= reach * reach;
     return max(abs(back.x), abs(back.y)) <= reach;
+}
+
+// 1/z of the splat's plane at a target pixel this far from its centre. It is linear in target pixels, so the Jacobian
+// gives it exactly; beyond the plane's horizon it stays above 0.
+float footprint_inverse_depth(Footprint splat, vec4 to_source, vec2 offset) {
+    vec2 back = to_source.xy * offset.x + to_source.zw * offset.y;
+    return max(splat.inverse_depth + dot(splat.tilt, back), 0.01 * splat.inverse_depth);
 }

@@ -1,8 +1,17 @@
 #include "common/splat.glsl"
 
-// Looking a target pixel up in its frame, once it is known which source pixel covers it.
+// Looking a target pixel up in its frame.
 
 const float SAME_SURFACE = 0.02;  // a neighbour further off the tangent plane than this share of 1/z is another surface
+
+// Row and column of a pixel by its number. Integer division is slow on many GPUs; a float's may be one off.
+ivec2 pixel_of(int index, int columns) {
+    int row = int(float(index) / float(columns));
+    int column = index - row * columns;
+    if (column < 0) return ivec2(column + columns, row - 1);
+    if (column >= columns) return ivec2(column - columns, row + 1);
+    return ivec2(column, row);
+}
 
 // Position in the source picture that a target pixel shows; inside the splat by construction.
 vec2 source_position(Footprint splat, vec2 pixel, vec2 target_pixel) {
@@ -11,10 +20,16 @@ vec2 source_position(Footprint splat, vec2 pixel, vec2 target_pixel) {
     return pixel + to_source.xy * offset.x + to_source.zw * offset.y;
 }
 
-// The point of the tangent plane at a position in the source picture; w and slope are the plane's 1/z at pixel.
-vec3 point_on_plane(vec2 at, vec2 pixel, float w, vec2 slope, vec4 source) {
-    float w_at = max(w + dot(slope, at - pixel), 0.01 * w);  // never behind the camera
-    return pixel_ray(at, source) / w_at;
+// 1/z of the tangent plane at a position in the source picture; w and slope are the plane's at pixel.
+float inverse_depth_at(vec2 at, vec2 pixel, float w, vec2 slope) {
+    return max(w + dot(slope, at - pixel), 0.01 * w);  // never behind the camera
+}
+
+// The same from the other side: what a target pixel with this 1/z shows, as position in the source picture and 1/z
+// there. view takes source axes to target axes.
+vec3 carry_back(vec2 target_pixel, float inverse_depth, vec4 target, mat4 view, vec4 source) {
+    vec3 h = (pixel_ray(target_pixel, target) - view[3].xyz * inverse_depth) * mat3(view);  // v * M = transpose(M) * v
+    return vec3(project(h, source), inverse_depth / h.z);
 }
 
 // Weight of the neighbour with depth z at a corner round `at`: bilinear, but 0 where the neighbour is missing or on
@@ -25,4 +40,11 @@ float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 
     if (abs(1.0 / z - expected) > SAME_SURFACE * w) return 0.0;
     vec2 closeness = max(1.0 - abs(at - corner), 0.0);
     return closeness.x * closeness.y;
+}
+
+// Does the splat at a corner cover this position, and how well does its 1/z agree? The most likely has the least.
+float look_up_error(float z, vec2 corner, vec2 at, float w_at) {
+    vec2 off = abs(at - corner);
+    if (z == 0.0 || max(off.x, off.y) > 0.501 + MARGIN) return 1e30;
+    return abs(1.0 / z - w_at);
 }

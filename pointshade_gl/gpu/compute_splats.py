@@ -1,0 +1,52 @@
+"""Compute rasteriser (OpenGL 4.3): the footprints' 1/z, the nearest of each pixel kept by atomics."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from .programs import build_compute, set_uniforms, source_and_target
+from .textures import FrameTextures, Target
+
+GROUP = 128  # as in splats.comp
+
+
+class ComputeSplatPass:
+    """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
+
+    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself.
+    """
+
+    look_up = True
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._program = build_compute(context, "splats.comp")
+
+    def draw(
+        self,
+        frame: FrameTextures,
+        source: Camera,
+        target: Target,
+        camera: Camera,
+        view: np.ndarray,
+        near: float,
+        *_: object,
+    ) -> None:
+        """view (4, 4) takes source axes to target axes."""
+        set_uniforms(
+            self._program,
+            surface_map=0,
+            target_size=target.size,
+            near=near,
+            **source_and_target(source, camera, view),
+        )
+        frame.surface.use(0)
+        target.nearest.clear()
+        target.nearest.bind_to_storage_buffer(0)
+        self._program.run((source.width + GROUP - 1) // GROUP, source.height)
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def release(self) -> None:
+        self._program.release()

@@ -1,0 +1,65 @@
+"""Light pass: pictures of surfaces -> lit pictures, by the formulas of shaders/common/phong.glsl."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..camera import Camera
+from ..shading import Material
+from .passes import FullscreenPass, data_texture
+from .textures import FrameTextures, Target
+
+
+class LightPass:
+    """Lights the pixels of a view, or the points of a frame for shading models that show light between points."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._pixels = FullscreenPass(context, "light.frag")
+        self._points = FullscreenPass(context, "light.frag", POINTS=1)
+        self._lights = data_texture(context, 3, 1, 4)
+
+    def draw_pixels(self, target: Target, camera: Camera, lights: np.ndarray, material: Material) -> None:
+        """target.surface and albedo -> target.picture. lights (n, 3, 4) float32 in target axes."""
+        target.picture.clear()
+        maps = {"surface_map": target.surface, "albedo_map": target.albedo}
+        self._draw(self._pixels, target.picture, maps, camera, (0.0, 0.0, 0.0), lights, material)
+
+    def draw_points(
+        self, frame: FrameTextures, camera: Camera, eye: np.ndarray, lights: np.ndarray, material: Material
+    ) -> None:
+        """frame.surface and color -> frame.lit. lights and the eye (3,) in source axes."""
+        frame.lit_target.clear()  # nothing undefined where there is no point: it would be weighted by 0, not left out
+        maps = {"surface_map": frame.surface, "albedo_map": frame.color}
+        self._draw(self._points, frame.lit_target, maps, camera, tuple(eye.tolist()), lights, material)
+
+    def _draw(
+        self,
+        light_pass: FullscreenPass,
+        target: moderngl.Framebuffer,
+        maps: dict[str, moderngl.Texture],
+        camera: Camera,
+        eye: tuple[float, ...],
+        lights: np.ndarray,
+        material: Material,
+    ) -> None:
+        rows = max(len(lights), 1)  # a texture has at least one; light_count says how many are meant
+        if self._lights.height != rows:
+            self._lights.release()
+            self._lights = data_texture(self._context, 3, rows, 4)
+        if len(lights):
+            self._lights.write(lights)
+        light_pass.draw(
+            target,
+            maps | {"lights": self._lights},
+            intrinsics=camera.intrinsics,
+            eye=eye,
+            material=(material.ambient, material.diffuse, material.specular, material.shininess),
+            ambient=(1.0, 1.0, 1.0),
+            light_count=len(lights),
+        )
+
+    def release(self) -> None:
+        for item in (self._lights, self._points, self._pixels):
+            item.release()

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose
 
-PROBE = 40_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
+PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
 
 @dataclass(frozen=True, eq=False)

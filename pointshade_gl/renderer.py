@@ -25,7 +25,7 @@ from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
 from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
-from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes, light_rows
+from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
 
 if TYPE_CHECKING:
     import moderngl
@@ -45,11 +45,15 @@ class Renderer:
     device   which GPU, counted by EGL (Linux)
     rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
              other than 1 and round splats to the points; "auto" is compute where it can be had
+    merge    of the compute rasteriser: 2x2 or 4x4 pixels that lie on one plane, but for this share of 1/z, are carried
+             into the view as one splat. Colours and normals stay those of the pixels. 0 carries each by itself.
 
     Raises ContextError when no OpenGL 3.3 can be had.
     """
 
-    def __init__(self, context: moderngl.Context | None = None, device: int = 0, rasterizer: str = "auto"):
+    def __init__(
+        self, context: moderngl.Context | None = None, device: int = 0, rasterizer: str = "auto", merge: float = MERGE
+    ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         self.context = Context(context, device)
         can_compute = self.context.gl.version_code >= 430
@@ -59,7 +63,7 @@ class Renderer:
         with self.context.gl as gl:
             self._surface = SurfacePass(gl)
             self._points = SplatPass(gl)
-            self._compute = ComputeSplatPass(gl) if can_compute and rasterizer != "points" else None
+            self._compute = ComputeSplatPass(gl, check_merge(merge)) if can_compute and rasterizer != "points" else None
             self._resolve = ResolvePass(gl)
             self._light = LightPass(gl)
         self.steps = Steps(self.context.gl, self.context.is_software)

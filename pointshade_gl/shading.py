@@ -14,6 +14,7 @@ from .camera import check_point
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
+MERGE = 1e-4  # of 1/z: at 30 degrees aside it moves a point by at most a fortieth of a pixel
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 Vector = tuple[float, float, float]
 
@@ -74,6 +75,13 @@ def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
     """Raises ValueError, listing the known ones, for a name that is none of them."""
     if value not in known:
         raise ValueError(f"unknown {name} {value!r}: known are {', '.join(known)}")
+
+
+def check_merge(merge: float) -> float:
+    """The tolerance of merged splats, a share of 1/z. Raises ValueError for what is none."""
+    if not 0 <= merge <= 0.01:
+        raise ValueError(f"merge must be a share of the inverse depth from 0 to 0.01, got {merge}")
+    return float(merge)
 
 
 def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:

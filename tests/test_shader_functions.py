@@ -226,6 +226,17 @@ def test_reach_extent_inverse_and_cover(gpu, draw, is_round):
     assert 0.1 < expected.mean() < 0.9
 
 
+def test_lies_on_plane(gpu, draw):
+    z, own, off = draw.numbers(0.999, 1.001), np.ones((COUNT, 1), F), np.floor(draw.numbers(0, 4, 2))
+    z[::7], own[::11] = 0, 0
+    slope = draw.numbers(-1e-4, 1e-4, 2)
+    answer = gpu("splat.glsl", "lies_on_plane(z, o, w, s, 0.0005) ? 1.0 : 0.0", z=z, o=off, w=own, s=slope)[:, 0] > 0
+    expected = splat.lies_on_plane(z[:, 0], off, own[:, 0], slope, 0.0005)
+    assert (answer != expected).sum() <= 1  # a decision on the very rim may fall either way
+    assert 0.2 < expected.mean() < 0.8
+    assert not splat.lies_on_plane(own[:, 0], 0 * off, own[:, 0], slope, 0).any()
+
+
 def test_a_surface_seen_from_its_edge_has_no_inverse():
     assert not splat.invert_footprint(np.array([[1.0, 2.0, 2.0, 4.0]], F)).any()
 

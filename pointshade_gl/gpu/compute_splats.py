@@ -9,7 +9,7 @@ from ..camera import Camera
 from .programs import build_compute, set_uniforms, source_and_target
 from .textures import FrameTextures, Target
 
-GROUP = 128  # as in splats.comp
+GROUP, BLOCK = 32, 4  # as in splats.comp
 
 
 class ComputeSplatPass:
@@ -20,8 +20,10 @@ class ComputeSplatPass:
 
     look_up = True
 
-    def __init__(self, context: moderngl.Context):
+    def __init__(self, context: moderngl.Context, tolerance: float):
+        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
         self._context = context
+        self._tolerance = tolerance
         self._program = build_compute(context, "splats.comp")
 
     def draw(
@@ -40,12 +42,13 @@ class ComputeSplatPass:
             surface_map=0,
             target_size=target.size,
             near=near,
+            tolerance=self._tolerance,
             **source_and_target(source, camera, view),
         )
         frame.surface.use(0)
         target.nearest.clear()
         target.nearest.bind_to_storage_buffer(0)
-        self._program.run((source.width + GROUP - 1) // GROUP, source.height)
+        self._program.run(-(-source.width // (GROUP * BLOCK)), -(-source.height // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:

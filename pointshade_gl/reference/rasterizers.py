@@ -7,13 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera
+from .camera import pixel_ray
 from .splat import (
     Footprint,
     carry_footprint,
     footprint_covers,
     footprint_extent,
     footprint_inverse_depth,
+    inverse_depth_slope,
     invert_footprint,
+    lies_on_plane,
     splat_reach,
 )
 
@@ -30,36 +33,74 @@ class Pairs(NamedTuple):
     q: np.ndarray  # (n, 2) the target pixel
 
 
-def covered_pairs(
-    depth: np.ndarray,
-    normals: np.ndarray,
-    source: Camera,
-    target: Camera,
-    view: np.ndarray,
-    near: float,
-    size: np.ndarray,
-    is_round: bool,
-) -> Pairs:
-    """size (1,) or (h*w,) source pixels; normals 0 where missing."""
+class Splats(NamedTuple):
+    """What is carried into the view, n of them; footprints of merged pixels have the first one's number."""
+
+    centre: np.ndarray  # (n, 2) source pixels
+    z: np.ndarray  # (n,)
+    normal: np.ndarray  # (n, 3)
+    size: np.ndarray  # (n,) side or diameter, source pixels
+    source_index: np.ndarray  # (n,) the source pixel's number, row by row
+
+
+def single_splats(depth: np.ndarray, normals: np.ndarray, size: np.ndarray) -> Splats:
+    """A splat for every pixel. size (1,) or (h*w,) source pixels; normals 0 where missing."""
     v, u = np.nonzero(depth)
-    pixel = np.stack([u, v], -1)
-    sizes = np.broadcast_to(size, depth.size)[v * source.width + u].astype(F)
-    shown, reach = sizes > 0, splat_reach(sizes, is_round)
+    index = v * depth.shape[1] + u
+    sizes = np.broadcast_to(size, depth.size)[index].astype(F)
+    return Splats(np.stack([u, v], -1).astype(F), depth[v, u], normals[v, u], sizes, index)
+
+
+def merged_splats(depth: np.ndarray, normals: np.ndarray, source: Camera, tolerance: float) -> Splats:
+    """Blocks of 4x4 and of 2x2 pixels on one plane as one splat each, the others by themselves."""
+    height, width = depth.shape
+    pad = ((0, -height % 4), (0, -width % 4))
+    z, n = np.pad(depth, pad), np.pad(normals, (*pad, (0, 0)))
+    grid = np.stack(np.meshgrid(np.arange(z.shape[1]), np.arange(z.shape[0])), -1).astype(F)
+    found, drawn = [], z == 0
+    for side in (4, 2):
+        first_z, first_n, corner = z[::side, ::side], n[::side, ::side], grid[::side, ::side]
+        intrinsics = np.array(source.intrinsics, F)
+        slope = inverse_depth_slope(
+            first_n, pixel_ray(corner, intrinsics), np.where(first_z > 0, first_z, F(1)), intrinsics
+        )
+        on_plane = np.ones(first_z.shape, bool)
+        for y in range(side):
+            for x in range(side):
+                there, off = z[y::side, x::side], np.broadcast_to(np.array([x, y], F), corner.shape)
+                on_plane &= lies_on_plane(there, off, first_z, slope, tolerance)
+        on_plane &= ~drawn[::side, ::side]
+        middle = np.full(2, 0.5 * (side - 1), F)
+        w = F(1) / first_z[on_plane] + (slope[on_plane] * middle).sum(-1)
+        u, v = corner[on_plane].astype(int).T
+        sizes = np.full(len(u), side, F)
+        found.append(Splats(corner[on_plane] + middle, F(1) / w, first_n[on_plane], sizes, v * width + u))
+        drawn |= on_plane.repeat(side, 0).repeat(side, 1)
+    left = np.where(drawn[:height, :width], F(0), depth)
+    found.append(single_splats(left, normals, np.ones(1, F)))
+    return Splats(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+def covered_pairs(
+    splats: Splats, source: Camera, target: Camera, view: np.ndarray, near: float, is_round: bool
+) -> Pairs:
+    """Every pixel of every splat's box is tried."""
+    shown, reach = splats.size > 0, splat_reach(splats.size, is_round)
     intrinsics = np.array(source.intrinsics, F), np.array(target.intrinsics, F)
-    splat = carry_footprint(pixel.astype(F), depth[v, u], normals[v, u], intrinsics[0], view, intrinsics[1])
+    splat = carry_footprint(splats.centre, splats.z, splats.normal, intrinsics[0], view, intrinsics[1])
     shown &= (splat.inverse_depth > 0) & (splat.inverse_depth * F(near) < 1)
     extent = footprint_extent(splat.to_target, reach, is_round)
     edge = np.array([target.width, target.height]) - 1
     low = np.maximum(np.ceil(np.maximum(splat.centre - extent, -0.5)).astype(int), 0)
     high = np.minimum(np.floor(np.minimum(splat.centre + extent, edge + 0.5)).astype(int), edge)
     across, down = np.moveaxis(np.where(shown[:, None], np.maximum(high - low + 1, 0), 0), -1, 0)
-    which = np.repeat(np.arange(len(u)), across * down)
+    which = np.repeat(np.arange(len(shown)), across * down)
     place = np.arange(len(which)) - np.repeat(np.cumsum(across * down) - across * down, across * down)
     q = low[which] + np.stack([place % np.maximum(across[which], 1), place // np.maximum(across[which], 1)], -1)
     to_source = invert_footprint(splat.to_target)[which]
     keep = footprint_covers(to_source, q.astype(F) - splat.centre[which], reach[which], is_round)
     which = which[keep]
-    return Pairs(Footprint(*(part[which] for part in splat)), to_source[keep], (v * source.width + u)[which], q[keep])
+    return Pairs(Footprint(*(part[which] for part in splat)), to_source[keep], splats.source_index[which], q[keep])
 
 
 def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:

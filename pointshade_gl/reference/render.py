@@ -8,12 +8,12 @@ import numpy as np
 
 from ..camera import Camera, view_matrix
 from ..frame import Frame
-from ..shading import Light, Material, light_rows
+from ..shading import MERGE, Light, Material, light_rows
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import covered_pairs, nearest, source_ids
+from .rasterizers import covered_pairs, merged_splats, nearest, single_splats, source_ids
 from .resolve import interpolate, look_up, seen_points, stored, surfaces
 from .vectors import texel
 
@@ -32,15 +32,19 @@ def render(
     size: np.ndarray | float = 1.0,
     is_round: bool = False,
     rasterizer: str = "points",
+    merge: float = MERGE,
 ) -> np.ndarray:
     """What Renderer.render gives, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
     view, source, depth = view_matrix(frame.pose, pose).astype(F), frame.camera, frame.depth
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    pairs = covered_pairs(depth, normals, source, camera, view, near, np.asarray(size, F).ravel(), is_round)
     if rasterizer == "points":
-        seen = seen_points(source_ids(pairs, near, camera), depth, normals, source, camera, view)
+        splats = single_splats(depth, normals, np.asarray(size, F).ravel())
+        ids = source_ids(covered_pairs(splats, source, camera, view, near, is_round), near, camera)
+        seen = seen_points(ids, depth, normals, source, camera, view)
     else:
-        seen = look_up(nearest(pairs, camera), depth, source, camera, view)
+        splats = merged_splats(depth, normals, source, merge)
+        inverse_depth = nearest(covered_pairs(splats, source, camera, view, near, False), camera)
+        seen = look_up(inverse_depth, depth, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
     u, v = seen.target_pixel.T
     image[v, u, 3] = 255

@@ -74,3 +74,10 @@ def footprint_covers(to_source: np.ndarray, offset: np.ndarray, reach: np.ndarra
 def footprint_inverse_depth(splat: Footprint, to_source: np.ndarray, offset: np.ndarray) -> np.ndarray:
     back = to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
     return np.maximum(splat.inverse_depth + dot(splat.tilt, back)[..., 0], F(0.01) * splat.inverse_depth)
+
+
+def lies_on_plane(z: np.ndarray, off: np.ndarray, own_z: np.ndarray, slope: np.ndarray, tolerance: float) -> np.ndarray:
+    known = (z > 0) & (own_z > 0)
+    w = F(1) / np.where(known, own_z, F(1))
+    error = np.abs(F(1) / np.where(known, z, F(1)) - (w + dot(slope, off)[..., 0]))
+    return known & (error < F(tolerance) * w)

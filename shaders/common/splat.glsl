@@ -68,3 +68,10 @@ float footprint_inverse_depth(Footprint splat, vec4 to_source, vec2 offset) {
     vec2 back = to_source.xy * offset.x + to_source.zw * offset.y;
     return max(splat.inverse_depth + dot(splat.tilt, back), 0.01 * splat.inverse_depth);
 }
+
+// Does a pixel with depth z, this many source pixels off, lie on the plane through a pixel with depth own_z?
+// tolerance is a share of 1/z; nothing lies on a plane at tolerance 0.
+bool lies_on_plane(float z, vec2 off, float own_z, vec2 slope, float tolerance) {
+    float w = 1.0 / own_z;
+    return z > 0.0 && own_z > 0.0 && abs(1.0 / z - (w + dot(slope, off))) < tolerance * w;
+}

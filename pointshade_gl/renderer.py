@@ -138,12 +138,16 @@ class Renderer:
             self._find_normals(textures, frame, normals, max_depth_step, noise)
             target = self._fit_target(camera)
             way = textures, frame.camera, target, camera, view
-            splats = self._rasterizer(sizes, splat)
+            splats, known_views = self._rasterizer(sizes, splat), self.steps.counts["splats"]
             run("splats", (camera, view, sizes, splat), splats.draw, *way, NEAR * frame.scale, sizes, splat)
             if shading == "phong":
                 rows = light_rows(lights, target_pose, target_pose)
-                run("resolve", (shading,), self._resolve.draw, *way, shading, splats.look_up)
-                run("light", None, self._light.draw_pixels, target, camera, rows, material)
+                if self.steps.counts["splats"] > known_views:  # a new view, lit at once: most see one light only
+                    lit = self._light.inputs(rows, material)
+                    run("resolve", None, self._resolve.draw, *way, shading, splats.look_up, lit)
+                else:
+                    run("resolve", (shading,), self._resolve.draw, *way, shading, splats.look_up)
+                    run("light", None, self._light.draw_pixels, target, camera, rows, material)
             else:
                 rows, eye = light_rows(lights, target_pose, frame.pose), np.linalg.inv(view)[:3, 3]
                 if shading != "none":

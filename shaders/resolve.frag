@@ -5,11 +5,15 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
+#ifndef LIT
+#define LIT 0
+#endif
 // What each pixel of the view shows, found in the frame. SHADING 0 (none): the picture's own colour; 1 (flat): the light
 // of the point; 2 (gouraud): the light of the points round it, interpolated; 3 (phong): normal and albedo, interpolated,
-// for the light pass. Nothing blends across an edge.
+// for the light pass, or with LIT lit at once, to the same bits. Nothing blends across an edge.
 // Points drew which source pixel is seen; the compute rasteriser (LOOK_UP) only how far it is, which tells where to look.
 #include "common/color.glsl"
+#include "common/lights.glsl"
 #include "common/picture.glsl"
 #include "common/surface.glsl"
 
@@ -26,7 +30,14 @@ uniform vec4 target;
 uniform mat4 view;
 uniform ivec2 target_size;
 
-#if SHADING == 3
+#if LIT
+uniform sampler2D lights;
+uniform vec4 material;
+uniform vec3 ambient;
+uniform int light_count;
+#endif
+
+#if SHADING == 3 && !LIT
 layout(location = 0) out vec4 surface;  // unit normal, depth, both in target axes
 layout(location = 1) out vec4 albedo;   // linear
 #else
@@ -34,6 +45,11 @@ out vec4 color;
 #endif
 
 ivec2 size = textureSize(surface_map, 0);
+
+// A sampler read at the texel's centre is quicker than texelFetch on llvmpipe.
+vec4 surface_at(ivec2 texel) {
+    return textureLod(surface_map, (vec2(texel) + 0.5) * (1.0 / vec2(size)), 0.0);
+}
 
 void main() {
     vec2 target_pixel = gl_FragCoord.xy - 0.5;
@@ -59,10 +75,10 @@ void main() {
     ivec2 high = clamp(ivec2(floor(at)) + 1, ivec2(0), size - 1);
     ivec2 corner_b = ivec2(high.x, low.y);
     ivec2 corner_c = ivec2(low.x, high.y);
-    vec4 a = texelFetch(surface_map, low, 0);
-    vec4 b = texelFetch(surface_map, corner_b, 0);
-    vec4 c = texelFetch(surface_map, corner_c, 0);
-    vec4 d = texelFetch(surface_map, high, 0);
+    vec4 a = surface_at(low);
+    vec4 b = surface_at(corner_b);
+    vec4 c = surface_at(corner_c);
+    vec4 d = surface_at(high);
 
     // The pixel whose splat is seen.
 #if LOOK_UP
@@ -102,8 +118,18 @@ void main() {
     // With neighbours all round the colour is taken between pixels too; at an edge it would take the other side's.
     bool whole = min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0;
     vec3 encoded = picture_at(color_map, whole ? at : pixel, vec2(size));
-    surface = vec4(mat3(view) * normal, 1.0 / inverse_depth);
-    albedo = vec4(srgb_to_linear(encoded), 1.0);
+    normal = mat3(view) * normal;
+    float depth = 1.0 / inverse_depth;
+    vec3 linear = srgb_to_linear(encoded);
+#if LIT
+    linear = floor(clamp(linear, 0.0, 1.0) * 65535.0 + 0.5) / 65535.0;  // as the albedo texture keeps it
+    vec3 point = pixel_ray(target_pixel, target) * depth;
+    vec3 light = light_surface(point, vec3(0.0), normal, linear, material, ambient, lights, light_count);
+    color = vec4(linear_to_srgb(light), 1.0);
+#else
+    surface = vec4(normal, depth);
+    albedo = vec4(linear, 1.0);
+#endif
 #endif
 #endif
 }

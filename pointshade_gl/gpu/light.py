@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -24,7 +26,8 @@ class LightPass:
         """target.surface and albedo -> target.picture. lights (n, 3, 4) float32 in target axes."""
         target.picture.clear()
         maps = {"surface_map": target.surface, "albedo_map": target.albedo}
-        self._draw(self._pixels, target.picture, maps, camera, (0.0, 0.0, 0.0), lights, material)
+        inputs = self.inputs(lights, material)
+        self._pixels.draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
 
     def draw_points(
         self, frame: FrameTextures, camera: Camera, eye: np.ndarray, lights: np.ndarray, material: Material
@@ -32,33 +35,20 @@ class LightPass:
         """frame.surface and color -> frame.lit. lights and the eye (3,) in source axes."""
         frame.lit_target.clear()  # nothing undefined where there is no point: it would be weighted by 0, not left out
         maps = {"surface_map": frame.surface, "albedo_map": frame.color}
-        self._draw(self._points, frame.lit_target, maps, camera, tuple(eye.tolist()), lights, material)
+        inputs = self.inputs(lights, material)
+        self._points.draw(frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs)
 
-    def _draw(
-        self,
-        light_pass: FullscreenPass,
-        target: moderngl.Framebuffer,
-        maps: dict[str, moderngl.Texture],
-        camera: Camera,
-        eye: tuple[float, ...],
-        lights: np.ndarray,
-        material: Material,
-    ) -> None:
+    def inputs(self, lights: np.ndarray, material: Material) -> dict[str, Any]:
+        """What shaders/common/lights.glsl reads, by the names of the uniforms. lights (n, 3, 4) float32."""
         rows = max(len(lights), 1)  # a texture has at least one; light_count says how many are meant
         if self._lights.height != rows:
             self._lights.release()
             self._lights = data_texture(self._context, 3, rows, 4)
         if len(lights):
             self._lights.write(lights)
-        light_pass.draw(
-            target,
-            maps | {"lights": self._lights},
-            intrinsics=camera.intrinsics,
-            eye=eye,
-            material=(material.ambient, material.diffuse, material.specular, material.shininess),
-            ambient=(1.0, 1.0, 1.0),
-            light_count=len(lights),
-        )
+        strengths = (material.ambient, material.diffuse, material.specular, material.shininess)
+        uniforms = {"material": strengths, "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
+        return {"lights": self._lights, **uniforms}
 
     def release(self) -> None:
         for item in (self._lights, self._points, self._pixels):

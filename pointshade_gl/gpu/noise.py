@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 import numpy as np
 
@@ -80,13 +82,24 @@ class Images:
         self.shape = rows, columns
         self.blocks = data_texture(context, columns, rows, 4), data_texture(context, columns, rows, 4)
         self.grid = data_texture(context, columns, rows, 3)
-        self.calm = data_texture(context, width, height, 2)
+        self._context = context
         self.patch_target = context.framebuffer(self.patches)
         self.block_target = context.framebuffer(self.blocks)
-        self.calm_target = context.framebuffer([self.calm])
+
+    @cached_property
+    def calm(self) -> moderngl.Texture:
+        """As large as the frame: made when a frame turns out to be noisy."""
+        return data_texture(self._context, *self.size, 2)
+
+    @cached_property
+    def calm_target(self) -> moderngl.Framebuffer:
+        return self._context.framebuffer([self.calm])
 
     def release(self) -> None:
-        for target in (self.calm_target, self.block_target, self.patch_target):
+        if "calm_target" in self.__dict__:
+            self.calm_target.release()
+            self.calm.release()
+        for target in (self.block_target, self.patch_target):
             target.release()
-        for texture in (self.calm, self.grid, *self.blocks, *self.patches):
+        for texture in (self.grid, *self.blocks, *self.patches):
             texture.release()

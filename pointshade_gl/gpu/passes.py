@@ -17,7 +17,8 @@ class FullscreenPass:
         self._array = context.vertex_array(self._program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
-        """textures by the names of their samplers."""
+        """textures by the names of their samplers; they may also stand among the uniforms."""
+        textures = textures | {name: value for name, value in uniforms.items() if isinstance(value, moderngl.Texture)}
         for unit, (name, texture) in enumerate(textures.items()):
             texture.use(unit)
             uniforms[name] = unit

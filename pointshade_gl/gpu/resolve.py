@@ -15,11 +15,11 @@ from .textures import FrameTextures, Target
 
 
 class ResolvePass:
-    """What the splats left -> surfaces for the light pass ("phong"), else the picture. One program a shading model."""
+    """What the splats left -> surfaces for the light pass, or the picture. One program a shading model."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, bool], FullscreenPass] = {}
+        self._passes: dict[tuple[str, bool, bool], FullscreenPass] = {}
 
     def draw(
         self,
@@ -30,18 +30,20 @@ class ResolvePass:
         view: np.ndarray,
         shading: str,
         look_up: bool,
+        lights: dict[str, Any] | None = None,
     ) -> None:
-        """look_up: the splats left the nearest 1/z (compute), not source ids (points)."""
-        key = shading, look_up
+        """look_up: the splats left the nearest 1/z (compute), not source ids (points).
+
+        lights: for phong, to light at once; without, target.surfaces is written, else target.picture.
+        """
+        key = shading, look_up, lights is not None
         if key not in self._passes:
-            version, constants = (
-                (430 if look_up else 330),
-                {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up)},
-            )
+            version = 430 if look_up else 330
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up), "LIT": int(lights is not None)}
             self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
         colors = frame.lit if shading in ("flat", "gouraud") else frame.color
         textures = {"surface_map": frame.surface, "color_map": colors}
-        uniforms: dict[str, Any] = {}
+        uniforms: dict[str, Any] = dict(lights or {})
         if look_up or shading in ("gouraud", "phong"):  # else the source id says it all
             uniforms |= source_and_target(source, camera, view)
         if look_up:
@@ -50,7 +52,7 @@ class ResolvePass:
         else:
             textures["source_ids"] = target.source_ids
             uniforms["first_id"] = 1
-        image = target.surfaces if shading == "phong" else target.picture
+        image = target.surfaces if shading == "phong" and lights is None else target.picture
         image.clear()
         self._passes[key].draw(image, textures, **uniforms)
 

@@ -62,11 +62,11 @@ class SurfacePass:
             self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
         textures = {"picture": self._noise.calm_depth(frame, noise, told), "depth_map": frame.depth}
-        frame.surface_target.clear(depth=1.0)
+        frame.staged_target.clear(depth=1.0)
         self._context.enable_only(moderngl.DEPTH_TEST)
         for stage in range(4):
             adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
-            adaptive.draw(frame.surface_target, textures, intrinsics=camera.intrinsics)
+            adaptive.draw(frame.staged_target, textures, intrinsics=camera.intrinsics)
         self._context.enable_only(moderngl.NOTHING)
         return Choice("adaptive", noise, told is not None)
 

@@ -33,10 +33,18 @@ class FrameTextures:
         self.surface = context.texture(self.depth_size, 4, dtype="f4")
         for texture in (self.depth, self.color, self.surface):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.open_pixels = context.depth_renderbuffer(self.depth_size)  # for estimators that answer in several draws
-        self.surface_target = context.framebuffer([self.surface], self.open_pixels)
+        self.surface_target = context.framebuffer([self.surface])
         self._context = context
         self.upload(frame)
+
+    @cached_property
+    def open_pixels(self) -> moderngl.Renderbuffer:
+        return self._context.depth_renderbuffer(self.depth_size)
+
+    @cached_property
+    def staged_target(self) -> moderngl.Framebuffer:
+        """The surface with a depth buffer, for estimators that answer in several draws."""
+        return self._context.framebuffer([self.surface], self.open_pixels)
 
     @cached_property
     def lit(self) -> moderngl.Texture:
@@ -67,10 +75,10 @@ class FrameTextures:
         return np.frombuffer(self.surface.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
 
     def release(self) -> None:
-        if "lit_target" in self.__dict__:
-            self.lit_target.release()
-            self.lit.release()
-        for item in (self.surface_target, self.open_pixels, self.surface, self.color, self.depth):
+        for name in ("lit_target", "lit", "staged_target", "open_pixels"):  # if they were ever used
+            if name in self.__dict__:
+                self.__dict__[name].release()
+        for item in (self.surface_target, self.surface, self.color, self.depth):
             item.release()
 
 

@@ -56,14 +56,14 @@ class Renderer:
     ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         self.context = Context(context, device)
-        can_compute = self.context.gl.version_code >= 430
-        if rasterizer == "compute" and not can_compute:
+        self._can_compute = self.context.gl.version_code >= 430 and rasterizer != "points"
+        if rasterizer == "compute" and not self._can_compute:
             name = self.context.renderer
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: take the points")
+        self._merge = check_merge(merge)
+        self._rasterizers: dict[str, SplatPass | ComputeSplatPass] = {}  # made when they are first used
         with self.context.gl as gl:
             self._surface = SurfacePass(gl)
-            self._points = SplatPass(gl)
-            self._compute = ComputeSplatPass(gl, check_merge(merge)) if can_compute and rasterizer != "points" else None
             self._resolve = ResolvePass(gl)
             self._light = LightPass(gl)
         self.steps = Steps(self.context.gl, self.context.is_software)
@@ -187,7 +187,7 @@ class Renderer:
         """Frees everything this renderer made, in reverse order."""
         self.steps.forget("upload")
         with self._in_use():
-            passes = self._light, self._resolve, self._compute, self._points, self._surface
+            passes = self._light, self._resolve, *self._rasterizers.values(), self._surface
             for item in (self._target, self._frame, *passes):
                 if item is not None:
                     item.release()
@@ -238,9 +238,11 @@ class Renderer:
             self.choice = Choice("the caller's")
 
     def _rasterizer(self, sizes: NDArray[np.float32], splat: str) -> SplatPass | ComputeSplatPass:
-        if self._compute and splat == "footprint" and (sizes == 1).all():
-            return self._compute
-        return self._points
+        computed = self._can_compute and splat == "footprint" and (sizes == 1).all()
+        kind, gl = "compute" if computed else "points", self.context.gl
+        if kind not in self._rasterizers:
+            self._rasterizers[kind] = ComputeSplatPass(gl, self._merge) if computed else SplatPass(gl)
+        return self._rasterizers[kind]
 
     def _fit_target(self, camera: Camera) -> Target:
         if self._target is None or self._target.size != (camera.width, camera.height):

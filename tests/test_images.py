@@ -10,6 +10,26 @@ RNG = np.random.default_rng(3)
 RGBA = RNG.integers(0, 256, (5, 7, 4), dtype=np.uint8)
 
 
+@pytest.mark.parametrize("shape", [(7, 5), (7, 5, 3), (7, 5, 4), (1, 1, 4), (1, 9), (9, 1, 3)])
+@pytest.mark.parametrize("small", [False, True])
+def test_png_keeps_every_value(tmp_path, shape, small):
+    image = np.random.default_rng(4).integers(0, 256, shape, np.uint8)
+    save_image(tmp_path / "a.png", image, small=small)
+    with Image.open(tmp_path / "a.png") as read:
+        assert read.mode == {2: "L", 3: "RGB", 4: "RGBA"}[shape[2] if len(shape) == 3 else 2]
+        assert (np.asarray(read) == image).all()
+
+
+def test_a_small_png_is_smaller(tmp_path):
+    v, u = np.mgrid[0:200, 0:300]
+    image = np.where((u // 20 + v // 20) % 2, u // 2, 255 - v)[..., None].astype(np.uint8).repeat(3, -1)
+    sizes = []
+    for small in (False, True):
+        save_image(tmp_path / "a.png", image, small=small)
+        sizes.append((tmp_path / "a.png").stat().st_size)
+    assert sizes[1] < sizes[0]
+
+
 @pytest.mark.parametrize("suffix", [".png", ".webp", ".tif", ".tiff", ".PNG"])
 @pytest.mark.parametrize("image", [RGBA, RGBA[..., :3], RGBA[..., 0]], ids=["rgba", "rgb", "grey"])
 def test_lossless_formats_give_back_what_was_saved(tmp_path, suffix, image):
@@ -55,7 +75,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypat
 
     monkeypatch.setattr(Image.Image, "save", break_off)
     with pytest.raises(OSError, match="No space left"):
-        save_image(path, RGBA[::-1])
+        save_image(path, RGBA[::-1], small=True)
     np.testing.assert_array_equal(read_image(path), RGBA)
     assert [file.name for file in tmp_path.iterdir()] == ["image.png"]
 

@@ -18,8 +18,7 @@ class LightPass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._pixels = FullscreenPass(context, "light.frag")
-        self._points = FullscreenPass(context, "light.frag", POINTS=1)
+        self._passes: dict[str, FullscreenPass] = {}
         self._lights = data_texture(context, 3, 1, 4)
 
     def draw_pixels(self, target: Target, camera: Camera, lights: np.ndarray, material: Material) -> None:
@@ -27,7 +26,7 @@ class LightPass:
         target.picture.clear()
         maps = {"surface_map": target.surface, "albedo_map": target.albedo}
         inputs = self.inputs(lights, material)
-        self._pixels.draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
+        self._pass("pixels").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
 
     def draw_points(
         self, frame: FrameTextures, camera: Camera, eye: np.ndarray, lights: np.ndarray, material: Material
@@ -36,7 +35,9 @@ class LightPass:
         frame.lit_target.clear()  # nothing undefined where there is no point: it would be weighted by 0, not left out
         maps = {"surface_map": frame.surface, "albedo_map": frame.color}
         inputs = self.inputs(lights, material)
-        self._points.draw(frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs)
+        self._pass("points").draw(
+            frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs
+        )
 
     def inputs(self, lights: np.ndarray, material: Material) -> dict[str, Any]:
         """What shaders/common/lights.glsl reads, by the names of the uniforms. lights (n, 3, 4) float32."""
@@ -50,6 +51,11 @@ class LightPass:
         uniforms = {"material": strengths, "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
         return {"lights": self._lights, **uniforms}
 
+    def _pass(self, name: str) -> FullscreenPass:
+        if name not in self._passes:
+            self._passes[name] = FullscreenPass(self._context, "light.frag", POINTS=int(name == "points"))
+        return self._passes[name]
+
     def release(self) -> None:
-        for item in (self._lights, self._points, self._pixels):
+        for item in (self._lights, *self._passes.values()):
             item.release()

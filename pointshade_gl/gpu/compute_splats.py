@@ -46,6 +46,7 @@ class ComputeSplatPass:
             **source_and_target(source, camera, view),
         )
         frame.surface.use(0)
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)  # who still reads it comes first
         target.nearest.clear()
         target.nearest.bind_to_storage_buffer(0)
         self._program.run(-(-source.width // (GROUP * BLOCK)), -(-source.height // BLOCK))

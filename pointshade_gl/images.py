@@ -35,6 +35,11 @@ def check_writable(path: FilePath) -> Path:
     path = Path(path)
     if path.suffix.lower() not in (*_FORMATS, ".npy"):
         raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
+    return check_place(path)
+
+
+def check_place(path: Path) -> Path:
+    """The path, if a file can lie there. Raises OSError when it has no folder, or is one."""
     if not path.parent.is_dir():
         raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
     if path.is_dir():
@@ -58,7 +63,7 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
         if array.dtype.hasobject:
             raise TypeError(f"image must be an array of numbers, got {array.dtype}")
     else:
-        _check_picture(array, _FORMATS[path.suffix.lower()])
+        check_picture(array, _FORMATS[path.suffix.lower()])
     temporary = path.with_name(f".{uuid4().hex}.part")
     try:
         with temporary.open("xb") as file:
@@ -68,7 +73,8 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _check_picture(array: NDArray[Any], kind: str) -> None:
+def check_picture(array: NDArray[Any], kind: str) -> None:
+    """Raises ValueError or TypeError unless the array is a picture of 8 bits that the format holds."""
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
         raise ValueError(f"image must have shape (h, w), (h, w, 3) or (h, w, 4), got {array.shape}")
     if array.dtype != np.uint8:

@@ -110,7 +110,7 @@ def read_numbers(path: FilePath) -> NDArray[np.float64]:
             return np.asarray(np.load(path, allow_pickle=False), np.float64).ravel()
         except Exception as error:  # a broken header raises of everything
             raise ValueError(f"{path} is a broken NumPy file: {error}") from None
-    text = _read_text(Path(path))
+    text = read_text(path)
     lines = "\n".join(line.split("#")[0] for line in text.splitlines()).replace("[", " ").replace("]", " ")
     numbers = _split(lines)
     if numbers is None:
@@ -118,22 +118,28 @@ def read_numbers(path: FilePath) -> NDArray[np.float64]:
     return np.array(numbers)
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: FilePath) -> str:
+    """The text of a file. Raises OSError for what is no file, ValueError for what is no text."""
     read_head(path)
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(f"{path} is not a text file") from None
 
 
-def _read_file(path: Path, note: Note) -> Intrinsics:
-    text = _read_text(path)
-    if not text.lstrip().startswith("{"):
-        return _from_numbers(read_numbers(path), str(path), note)
+def parse_json(text: str, path: FilePath) -> Any:
+    """What the JSON of a file holds. Raises ValueError, naming the file, when it is none."""
     try:
-        data = json.loads(text)
+        return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is not valid JSON: {error}") from None
+
+
+def _read_file(path: Path, note: Note) -> Intrinsics:
+    text = read_text(path)
+    if not text.lstrip().startswith("{"):
+        return _from_numbers(read_numbers(path), str(path), note)
+    data = parse_json(text, path)
     if isinstance(data.get("intrinsic"), dict):  # Open3D's camera parameters hold the extrinsic beside it
         data = data["intrinsic"]
     if "intrinsic_matrix" in data:

@@ -14,15 +14,22 @@ from numpy.typing import ArrayLike, NDArray
 from .camera import Camera, check_pose
 from .depth_files import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
+from .folders import (
+    COLOR_NAMES,
+    COLOR_SUFFIXES,
+    DEPTH_NAMES,
+    DEPTH_SUFFIXES,
+    builtin_folder,
+    check_folder,
+    find_pairs,
+    find_picture,
+)
 from .frame import Frame
 from .images import FilePath, read_image
 from .intrinsics import Intrinsics, Note, place_camera, read_intrinsics, read_numbers
 from .shading import check_choice
 
-# The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
-COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
-DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
-BUILT_IN = ("vase",)
+INTRINSICS_NAMES = ("intrinsics.json", "transforms.json")  # ours (or Open3D's), nerfstudio's
 
 
 def load_frame(
@@ -55,8 +62,8 @@ def load_frame(
 
     Raises ValueError, TypeError or OSError, in one sentence, for what cannot be read right.
     """
-    note = notes or _print_note
-    place = None if folder is None else _check_folder(builtin_folder(folder))
+    note = notes or print_note
+    place = None if folder is None else check_folder(builtin_folder(folder))
     depth, color = _find_pictures(place, depth, color, note)
     raw = read_depth(depth, note) if _is_path(depth) else one_channel(np.asarray(depth), "depth")
     picture = read_color(color) if _is_path(color) else _check_color(color)
@@ -96,30 +103,12 @@ def read_color(path: FilePath) -> NDArray[np.uint8]:
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
 
 
-def builtin_folder(source: FilePath) -> Path:
-    """The folder of a built-in frame for its name; any other text is a path already."""
-    if not isinstance(source, str) or source not in BUILT_IN:
-        return Path(source)
-    package = Path(__file__).resolve().parent
-    places = [parent / "assets" / source for parent in (package, package.parent)]  # installed, checked out
-    return next((place for place in places if place.is_dir()), places[0])
-
-
-def _print_note(text: str) -> None:
+def print_note(text: str) -> None:
     sys.stderr.write(f"note: {text}\n")
 
 
 def _is_path(value: Any) -> TypeGuard[FilePath]:
     return isinstance(value, str | PathLike)
-
-
-def _check_folder(folder: FilePath) -> Path:
-    place = Path(folder)
-    if place.is_file():
-        raise NotADirectoryError(f"{place} is a file, expected a folder: pass single files as depth= and color=")
-    if not place.is_dir():
-        raise FileNotFoundError(f"there is no folder {place}")
-    return place
 
 
 def _check_color(color: Any) -> NDArray[Any] | None:
@@ -137,8 +126,14 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
         if depth is None:
             raise ValueError("a frame needs depth: pass a folder with depth.*, or depth=FILE")
         return depth, color
+    if depth is None and color is None:
+        pairs = find_pairs(folder, note)
+        if pairs:
+            depth, color, _ = pairs[0]
+        if len(pairs) > 1:
+            note(f"{folder} is a sequence of {len(pairs)} frames: {pairs[0].depth.name} is taken")
     if depth is None:
-        depth = _find_picture(folder, ("depth",), DEPTH_SUFFIXES, None, note)
+        depth = find_picture(folder, DEPTH_NAMES, DEPTH_SUFFIXES, None, note)
         if depth is None:
             raise FileNotFoundError(
                 f"{folder} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
@@ -146,45 +141,18 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
             )
     if color is None:
         stem = Path(depth).stem if _is_path(depth) else None
-        color = _find_picture(folder, ("color", "rgb"), COLOR_SUFFIXES, stem, note)
+        color = find_picture(folder, COLOR_NAMES, COLOR_SUFFIXES, stem, note)
         if color is None:
             note(f"{folder} has no color.* or rgb.* picture: the surface is light grey")
     return depth, color
 
 
-def _find_picture(
-    folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...], stem: str | None, note: Note
-) -> Path | None:
-    """The picture of one of the names, or of a folder so named the one with the stem, else the first."""
-    for name in names:
-        found = sorted(
-            (path for path in _pictures(folder, suffixes) if path.stem.lower() == name),
-            key=lambda path: suffixes.index(path.suffix.lower()),
-        )
-        if len(found) > 1:
-            note(f"{folder} has {', '.join(path.name for path in found)}: {found[0].name} is taken")
-        if not found and (folder / name).is_dir():
-            found = _pictures(folder / name, suffixes)
-            found.sort(key=lambda path: (path.stem != stem, path.name))
-            if found:
-                note(f"{folder / name} is a sequence of {len(found)}: {found[0].name} is taken")
-        if found:
-            return found[0]
-    return None
-
-
-def _pictures(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    # macOS leaves hidden twins such as ._color.png on foreign disks
-    files = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.name[0] != ".")
-    return [path for path in files if path.is_file()]
-
-
 def _find_intrinsics(folder: Path | None, intrinsics: Any, fov: float | None, note: Note) -> Intrinsics | None:
-    """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's intrinsics.json."""
+    """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's file."""
     if intrinsics is not None and fov is not None:
         raise ValueError("pass intrinsics or fov, not both")
-    path = folder / "intrinsics.json" if folder else None
-    filed = read_intrinsics(path, note) if path and path.is_file() else None
+    paths = [folder / name for name in INTRINSICS_NAMES] if folder else []
+    filed = next((read_intrinsics(path, note) for path in paths if path.is_file()), None)
     if intrinsics is None:
         return filed
     given = read_intrinsics(intrinsics, note)

@@ -72,7 +72,9 @@ def test_of_a_sequence_the_first_depth_and_its_own_colour_are_taken(tmp_path):
     frame = ps.load_frame(tmp_path, intrinsics=CAMERA, depth_scale=1000, notes=notes.append)
     np.testing.assert_allclose(frame.depth, (DEEP + 1) / 1000, rtol=1e-6)
     np.testing.assert_array_equal(frame.color, COLOR + np.uint8(1))
-    assert len(notes) == 2 and all("is a sequence of 3: 1.png is taken" in note for note in notes)
+    assert len(notes) == 2
+    assert "1 of 3 depth pictures have no colour picture and are left out" in notes[0]
+    assert "is a sequence of 2 frames: 1.png is taken" in notes[1]
 
 
 def test_files_win_over_the_folder(folder):

@@ -54,7 +54,7 @@ def test_a_sequence_gives_its_first_view(shared_data):
     folder = shared_data / "icl_livingroom_23views"
     frame, depths, notes = load(folder)
     assert np.median(depths) == pytest.approx(1.845, abs=0.001)
-    assert len(notes) == 2 and "23: 000.png is taken" in notes[0] and "23: 000.jpg is taken" in notes[1]
+    assert len(notes) == 1 and "is a sequence of 23 frames: 000.png is taken" in notes[0]
     assert frame.camera.cx == 319.5
 
 

@@ -1,0 +1,199 @@
+"""Pictures one after the other become a film: .mp4 for players, .gif for web pages."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import ArrayLike
+from PIL import Image, ImageOps
+
+from .images import FilePath, check_picture, check_place
+
+BACKGROUND = (28, 28, 32)  # films know no alpha: what was not drawn is a dark grey
+FILM_SUFFIXES = (".mp4", ".gif")
+
+
+def check_film(path: FilePath) -> Path:
+    """The path, if a `Film` can be written there; ask before a long computation.
+
+    Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
+    folder does not exist.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FILM_SUFFIXES:
+        raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")
+    if path.suffix.lower() == ".mp4":
+        _find_ffmpeg(path)
+    return check_place(path)
+
+
+class Film:
+    """A film being written: `with Film("out.mp4", fps=30) as film: film.add(image)`.
+
+    The first picture says how large the film is (an .mp4 cuts odd sizes by a pixel), others are fitted into it. A .gif
+    keeps its pictures in memory until the end, when it finds the 256 colours that serve all of them. The file is there
+    when the film is closed, complete, or after an error not at all; a film without a picture is none.
+
+    Raises what `check_film` raises, ValueError for fps that are none and OSError when ffmpeg gives up.
+    """
+
+    def __init__(self, path: FilePath, fps: float = 25.0):
+        self.path = check_film(path).resolve()  # a link stays a link, its target is replaced
+        if not 0 < fps <= 1000:
+            raise ValueError(f"fps must be pictures a second, above 0 and up to 1000, got {fps}")
+        self.fps = fps
+        self._temporary = self.path.with_name(f".{uuid4().hex}.part")
+        self._writer: _Mp4 | _Gif | None = None
+
+    def add(self, image: ArrayLike) -> None:
+        """image  (h, w, 3|4) uint8; where it is transparent it lies over a dark grey"""
+        picture = _flattened(image)
+        if self._writer is None:
+            kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
+            self._writer = kind(self._temporary, picture.size, self.fps)
+        if picture.size != self._writer.shown:
+            picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
+        self._writer.add(picture)
+
+    def close(self) -> None:
+        """Finishes the file and puts it in its place. A second call does nothing."""
+        if self._writer is None:
+            return
+        try:
+            self._writer.finish()
+            self._temporary.replace(self.path)
+        finally:
+            self.discard()
+
+    def discard(self) -> None:
+        """Drops what was written so far."""
+        if self._writer is not None:
+            self._writer.abort()
+        self._writer = None
+        self._temporary.unlink(missing_ok=True)
+
+    def __enter__(self) -> Film:
+        return self
+
+    def __exit__(self, error: object, *_: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.discard()
+
+
+_DECODED = ["-f", "rawvideo", "-pix_fmt", "rgb24"]
+_ENCODED = ["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
+# players take films for BT.709, while ffmpeg converts by BT.601 unless it is told
+_CONVERTED = [
+    "-vf",
+    "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
+    "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709",
+]
+
+
+class _Mp4:
+    """H.264 by ffmpeg, which reads raw pictures from a pipe; even sizes and yuv420p, as every player wants them."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        self.shown = size
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - a pipe would stop ffmpeg when nobody reads it
+        source = [*_DECODED, "-s", f"{size[0]}x{size[1]}", "-r", str(fps), "-i", "-"]
+        self._process = subprocess.Popen(
+            [_find_ffmpeg(path), "-v", "error", *source, *_CONVERTED, *_ENCODED, str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._log,
+        )
+
+    def add(self, picture: Image.Image) -> None:
+        assert self._process.stdin
+        try:
+            self._process.stdin.write(picture.tobytes())
+        except OSError:  # the pipe is closed at the other end
+            raise self._failure() from None
+
+    def finish(self) -> None:
+        self._close_pipe()
+        if self._process.wait():
+            raise self._failure()
+
+    def abort(self) -> None:
+        self._process.kill()
+        self._close_pipe()
+        self._process.wait()
+        self._log.close()
+
+    def _close_pipe(self) -> None:
+        assert self._process.stdin
+        with suppress(OSError):  # what was still to be written goes nowhere; the exit status tells
+            self._process.stdin.close()
+
+    def _failure(self) -> OSError:
+        self._process.wait()
+        self._log.seek(0)
+        lines = self._log.read().decode(errors="replace").split("\n")
+        return OSError(f"ffmpeg could not write the film: {' '.join(lines).strip() or self._process.returncode}")
+
+
+class _Gif:
+    """256 colours for the whole film and no dithering: nothing flickers, and what stands still costs nothing."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        self.shown = size
+        self._path, self._fps = path, fps
+        self._pictures: list[Image.Image] = []
+
+    def add(self, picture: Image.Image) -> None:
+        self._pictures.append(picture)
+
+    def finish(self) -> None:
+        palette = _palette(self._pictures)
+        first, *others = (item.quantize(palette=palette, dither=Image.Dither.NONE) for item in self._pictures)
+        # a GIF counts hundredths of a second, and browsers slow down what is quicker than two of them
+        ticks = np.diff(np.rint(np.arange(len(self._pictures) + 1) * 100 / self._fps)).clip(2)
+        durations = [int(tick) * 10 for tick in ticks]
+        first.save(self._path, "GIF", save_all=True, append_images=others, duration=durations, loop=0)
+
+    def abort(self) -> None:
+        self._pictures.clear()
+
+
+def _palette(pictures: list[Image.Image], sampled: int = 16, side: int = 160) -> Image.Image:
+    """The 256 colours nearest to all that the film shows, as a palette picture."""
+    step = math.ceil(len(pictures) / sampled)
+    samples = [item.resize((min(side, item.width), min(side, item.height)), 0) for item in pictures[::step]]
+    strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
+    for k, sample in enumerate(samples):
+        strip.paste(sample, (0, k * sample.height))
+    return strip.quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=3)
+
+
+def _flattened(image: ArrayLike) -> Image.Image:
+    array = np.asarray(image)
+    check_picture(array, "film")
+    picture = Image.fromarray(np.ascontiguousarray(array))
+    if picture.mode != "RGBA":
+        return picture.convert("RGB")
+    result = Image.new("RGB", picture.size, BACKGROUND)
+    result.paste(picture, mask=picture)
+    return result
+
+
+def _find_ffmpeg(path: Path) -> str:
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe  # only here: an optional extra
+    except ImportError:
+        raise ValueError(
+            f"cannot write {path}: pip install 'pointshade-gl[video]' for .mp4; .gif works without"
+        ) from None
+    try:
+        return get_ffmpeg_exe()
+    except RuntimeError as error:
+        raise OSError(f"cannot write {path}: {error}") from None

@@ -1,0 +1,178 @@
+"""What a folder holds: the pictures of one frame, or the paired pictures of a sequence."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .images import FilePath
+from .intrinsics import Note, read_text
+
+# The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
+COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
+DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
+COLOR_NAMES, DEPTH_NAMES = ("color", "rgb"), ("depth",)
+BUILT_IN = ("vase",)
+
+_WORD = r"(?:^|[\W_])(?:{})(?=[\W_]|\d*$)"  # in a file's name: depth_0001, depth0001, 0001.depth; not depth16_raw
+
+
+class Picture(NamedTuple):
+    """One picture of a sequence: its file, its name without the word depth or color, its time stamp if it has one."""
+
+    path: Path
+    key: str
+    time: float | None
+
+
+class Pair(NamedTuple):
+    """The files of one frame; the time stamp is the depth's. Without a colour picture the surface is light grey."""
+
+    depth: Path
+    color: Path | None
+    time: float | None
+
+
+def builtin_folder(source: FilePath) -> Path:
+    """The folder of a built-in frame for its name; any other text is a path already."""
+    if not isinstance(source, str) or source not in BUILT_IN:
+        return Path(source)
+    package = Path(__file__).resolve().parent
+    places = [parent / "assets" / source for parent in (package, package.parent)]  # installed, checked out
+    return next((place for place in places if place.is_dir()), places[0])
+
+
+def check_folder(folder: FilePath) -> Path:
+    """The folder as a path. Raises OSError when it is none."""
+    place = Path(folder)
+    if place.is_file():
+        raise NotADirectoryError(f"{place} is a file, expected a folder: pass single files as depth= and color=")
+    if not place.is_dir():
+        raise FileNotFoundError(f"there is no folder {place}")
+    return place
+
+
+def find_picture(
+    folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...], stem: str | None, note: Note
+) -> Path | None:
+    """The picture of one of the names, or of a folder so named the one with the stem, else the first."""
+    for name in names:
+        found = sorted(
+            (path for path in _pictures(folder, suffixes) if path.stem.lower() == name),
+            key=lambda path: suffixes.index(path.suffix.lower()),
+        )
+        if len(found) > 1:
+            note(f"{folder} has {', '.join(path.name for path in found)}: {found[0].name} is taken")
+        if not found and (folder / name).is_dir():
+            found = sorted(_pictures(folder / name, suffixes), key=lambda path: (path.stem != stem, _natural(path)))
+            if found:
+                note(f"{folder / name} is a sequence of {len(found)}: {found[0].name} is taken")
+        if found:
+            return found[0]
+    return None
+
+
+def find_pairs(folder: Path, note: Note) -> list[Pair]:
+    """The frames of a sequence in their order; none for a folder of one frame, or of none.
+
+    Pictures are those that depth.txt and rgb.txt list (TUM), those of the folders depth/ and color/ (or rgb/), or files
+    such as depth_0001.png and color_0001.png or 0001.depth.png. Depth and colour belong together by name, else by the
+    nearest time stamp, else by order. Raises ValueError when none of these fits.
+    """
+    if any(path.stem.lower() in DEPTH_NAMES for path in _pictures(folder, DEPTH_SUFFIXES)):
+        return []
+    depths = _list_pictures(folder, DEPTH_NAMES, DEPTH_SUFFIXES)
+    colors = _list_pictures(folder, COLOR_NAMES, COLOR_SUFFIXES)
+    if not depths or not colors:
+        return [Pair(item.path, None, item.time) for item in depths]
+    partners = _partners(folder, depths, colors, note)
+    alone = partners.count(None)
+    if alone:
+        note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
+    return [Pair(item.path, mate.path, item.time) for item, mate in zip(depths, partners, strict=True) if mate]
+
+
+def _partners(folder: Path, depths: list[Picture], colors: list[Picture], note: Note) -> list[Picture | None]:
+    """For each depth picture its colour picture, None where there is none."""
+    named = {item.key: item for item in colors}
+    partners = [named.get(item.key) for item in depths]
+    if 2 * (len(depths) - partners.count(None)) > min(len(depths), len(colors)):
+        return partners
+    times, color_times = ([item.time for item in items if item.time is not None] for items in (depths, colors))
+    if len(times) == len(depths) and len(color_times) == len(colors):
+        near = nearest(np.array(times), np.array(color_times))
+        apart = np.abs(np.array(color_times)[near] - times)
+        close = apart <= (np.median(np.abs(np.diff(times))) if len(times) > 1 else np.inf)
+        if close.any():
+            widest = apart[close].max()
+            note(f"{folder}: depth and colour are paired by the nearest time stamp, up to {widest:.3g} apart")
+            return [colors[i] if good else None for i, good in zip(near, close, strict=True)]
+    if len(depths) != len(colors):
+        raise ValueError(
+            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not tell which belong "
+            "together: give the two of a frame the same name"
+        )
+    note(f"{folder}: depth and colour are paired by order, their names do not tell")
+    return list(colors)
+
+
+def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
+    """(n,) for each of n time stamps the index of the nearest of the m offered ones."""
+    order = np.argsort(offered, kind="stable")
+    right = np.searchsorted(offered[order], wanted).clip(1, len(offered) - 1) if len(offered) > 1 else np.zeros(1, int)
+    left = np.maximum(right - 1, 0)
+    is_left = np.abs(offered[order][left] - wanted) <= np.abs(offered[order][right] - wanted)
+    return order[np.where(is_left, left, right)]
+
+
+def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> list[Picture]:
+    for name in names:
+        if (folder / f"{name}.txt").is_file():
+            listed = _read_list(folder, folder / f"{name}.txt", suffixes)
+            if listed:
+                return listed
+        if (folder / name).is_dir():
+            found = _pictures(folder / name, suffixes)
+        else:
+            word = re.compile(_WORD.format(name))
+            found = [path for path in _pictures(folder, suffixes) if word.search(path.stem.lower())]
+            found = [path for path in found if re.search(r"\d", _key(path))]
+        if found:
+            best = {_key(path): path for path in sorted(found, key=lambda path: -suffixes.index(path.suffix.lower()))}
+            return [Picture(path, _key(path), _number(_key(path))) for path in sorted(best.values(), key=_natural)]
+    return []
+
+
+def _read_list(folder: Path, path: Path, suffixes: tuple[str, ...]) -> list[Picture]:
+    """The pictures of a text file with a time stamp and a file name a line; none if it holds anything else."""
+    lines = (line.split("#")[0].split(maxsplit=1) for line in read_text(path).splitlines())
+    entries = [(_number(words[0]), folder / words[1].strip()) for words in lines if len(words) == 2]
+    return [
+        Picture(file, _key(file), time)
+        for time, file in entries
+        if time is not None and file.suffix.lower() in suffixes
+    ]
+
+
+def _key(path: Path) -> str:
+    """What the pictures of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
+    words = _WORD.format("|".join(COLOR_NAMES + DEPTH_NAMES))
+    return re.sub(words, "", path.stem.lower()).strip("._- ")
+
+
+def _number(text: str) -> float | None:
+    return float(text) if re.fullmatch(r"\d+(\.\d*)?", text) else None
+
+
+def _natural(path: Path) -> list[tuple[int, str]]:
+    """Sorts 2.png before 10.png."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name)]
+
+
+def _pictures(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
+    # macOS leaves hidden twins such as ._color.png on foreign disks
+    files = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.name[0] != ".")
+    return [path for path in files if path.is_file()]

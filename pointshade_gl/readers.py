@@ -29,8 +29,6 @@ from .images import FilePath, read_image
 from .intrinsics import Intrinsics, Note, place_camera, read_intrinsics, read_numbers
 from .shading import check_choice
 
-INTRINSICS_NAMES = ("intrinsics.json", "transforms.json")  # ours (or Open3D's), nerfstudio's
-
 
 def load_frame(
     folder: FilePath | None = None,
@@ -151,7 +149,9 @@ def _find_intrinsics(folder: Path | None, intrinsics: Any, fov: float | None, no
     """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's file."""
     if intrinsics is not None and fov is not None:
         raise ValueError("pass intrinsics or fov, not both")
-    paths = [folder / name for name in INTRINSICS_NAMES] if folder else []
+    # nerfstudio's file may hold poses only: it is asked when nobody else knows the camera
+    names = ("intrinsics.json", "transforms.json") if intrinsics is None and fov is None else ("intrinsics.json",)
+    paths = [folder / name for name in names] if folder else []
     filed = next((read_intrinsics(path, note) for path in paths if path.is_file()), None)
     if intrinsics is None:
         return filed

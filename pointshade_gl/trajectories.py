@@ -61,9 +61,10 @@ def _from_transforms(path: Path, pairs: Sequence[Pair], note: Note) -> Poses:
         matrix = _matrix(entry, path) @ OPENGL
         poses |= {Path(str(entry[key])).stem: matrix for key in ("file_path", "depth_file_path") if key in entry}
     result = [poses.get(pair.depth.stem, poses.get((pair.color or pair.depth).stem)) for pair in pairs]
-    if result.count(None):
-        note(f"{path} has no pose for {result.count(None)} of {len(pairs)} pictures: they stay at the origin")
-    return list(result)
+    unnamed = sum(pose is None for pose in result)
+    if unnamed:
+        note(f"{path} has no pose for {unnamed} of {len(pairs)} pictures: they stay at the origin")
+    return result
 
 
 def _by_order(path: Path, poses: Sequence[NDArray[np.float64]], pairs: Sequence[Pair], note: Note) -> Poses:

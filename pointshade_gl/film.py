@@ -165,10 +165,12 @@ class _Gif:
         self._pictures.clear()
 
 
-def _palette(pictures: list[Image.Image], sampled: int = 16, side: int = 160) -> Image.Image:
-    """The 256 colours nearest to all that the film shows, as a palette picture."""
-    step = math.ceil(len(pictures) / sampled)
-    samples = [item.resize((min(side, item.width), min(side, item.height)), 0) for item in pictures[::step]]
+def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Image:
+    """The 256 colours nearest to all that the film shows, as a palette picture; every picture is looked at."""
+    side = max(8, math.isqrt(looked_at // len(pictures)))
+    samples = [
+        item.resize((min(side, item.width), min(side, item.height)), Image.Resampling.NEAREST) for item in pictures
+    ]
     strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
     for k, sample in enumerate(samples):
         strip.paste(sample, (0, k * sample.height))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .cli_options import (
+    FILM,
     LIGHT,
     VIEW,
     Baseline,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from .frame import Frame
     from .renderer import Renderer
     from .shading import Light
+    from .view import View
 
 app = typer.Typer(
     add_completion=False,
@@ -75,17 +77,50 @@ def render(
         Path | None, typer.Option(help="4x4 camera-to-world, instead of yaw, pitch, dolly.", rich_help_panel=VIEW)
     ] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture.", rich_help_panel=VIEW)] = None,
+    turntable: Annotated[
+        str | None,
+        typer.Option(metavar="light|camera", help="Takes it once round the object.", rich_help_panel=FILM),
+    ] = None,
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, help="Pictures of a turntable (75); of a sequence the first N.", rich_help_panel=FILM
+        ),
+    ] = None,
+    fps: Annotated[float, typer.Option(help="Pictures a second.", rich_help_panel=FILM)] = 25.0,
     device: Device = 0,
 ) -> None:
-    """Light a frame and write the picture; without INPUT the built-in vase."""
-    from .camera import orbit_pose
+    """Light a frame and write the picture; without INPUT the built-in vase.
+
+    To .mp4, .gif or a name such as %04d.png go all frames of a sequence, or a turntable.
+    """
     from .images import check_writable, save_image
     from .readers import load_pose
+    from .series import check_series, is_series
     from .shading import Material
+    from .view import View
 
-    check_writable(output)
-    frame = _load(
+    view = View(
+        lights=[_light(text) for text in light or []],
+        pose=load_pose(pose) if pose else None,
+        yaw=yaw,
+        pitch=pitch,
+        dolly=dolly,
+        size=_size(size) if size else None,
+        style={
+            "material": Material(ambient, diffuse, specular, shininess),
+            "normals": normals,
+            "shading": shading,
+            "splat": splat,
+            "max_depth_step": max_depth_step,
+            "noise": _noise(noise),
+        },
+    )
+    many = turntable is not None or is_series(output)
+    (check_series if many else check_writable)(output)
+    source = _load(
         input,
+        sequence=many and turntable is None,
         color=color,
         depth=depth,
         intrinsics=intrinsics,
@@ -94,23 +129,15 @@ def render(
         depth_kind=depth_kind,
         baseline=baseline,
     )
+    if many:
+        _render_series(source, view, output, turntable, frames, fps, device)
+        return
     with _renderer(device) as renderer, _spinner("rendering"):
         start = time.perf_counter()
-        image = renderer.render(
-            frame,
-            light=[_light(text) for text in light] if light else None,
-            material=Material(ambient, diffuse, specular, shininess),
-            camera=frame.camera.fitted(*_size(size)) if size else None,
-            pose=load_pose(pose) if pose else orbit_pose(frame.pose, frame.pivot, yaw, pitch, dolly),
-            normals=normals,
-            shading=shading,
-            splat=splat,
-            max_depth_step=max_depth_step,
-            noise=_noise(noise),
-        )
+        image = renderer.render(source, **view.of(source))
         spent = time.perf_counter() - start
         save_image(output, image)
-        what = f"{image.shape[1]}x{image.shape[0]} pixels from {frame.points_known} points"
+        what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
         _report(output, what, renderer, spent)
 
 
@@ -213,13 +240,40 @@ def _fail(error: Exception, code: int) -> None:
     raise SystemExit(code) from None
 
 
-def _load(source: str | None, **options: Any) -> Frame:
-    """The frame of the command line; without a word about it the built-in vase."""
+def _load(source: str | None, sequence: bool = False, **options: Any) -> Any:
+    """The frame of the command line, or all of a sequence; without a word about it the built-in vase."""
     from .readers import load_frame
+    from .sources import open_source
 
     if source is None and options["color"] is None and options["depth"] is None:
         source = "vase"
-    return load_frame(source, **options)
+    return open_source(source, **options) if sequence else load_frame(source, **options)
+
+
+def _render_series(
+    source: Frame | Sequence[Frame],
+    view: View,
+    output: Path,
+    turntable: str | None,
+    frames: int | None,
+    fps: float,
+    device: int,
+) -> None:
+    from .series import shots_of, write_series
+
+    with _progress() as (expect, advance):
+
+        def skipped(sentence: str) -> None:
+            print(f"warning: skipped {sentence}", file=sys.stderr)
+            advance()
+
+        shots, count = shots_of(source, view, turntable, frames, skipped)
+        expect(count)
+        with _renderer(device) as renderer:
+            start = time.perf_counter()
+            count, (width, height) = write_series(renderer, shots, output, fps, advance)
+            spent = time.perf_counter() - start
+            _report(output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 
 
 @contextmanager
@@ -243,6 +297,17 @@ def _spinner(text: str) -> Iterator[None]:
 
     with Console(stderr=True).status(text):
         yield
+
+
+@contextmanager
+def _progress() -> Iterator[tuple[Callable[[int], None], Callable[[], None]]]:
+    """Two functions, to say how many steps there are and that one is done; a bar on a terminal, elsewhere silent."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as progress:
+        task = progress.add_task("rendering")
+        yield lambda total: progress.update(task, total=total), lambda: progress.advance(task)
 
 
 def _report(output: Path, what: str, renderer: Renderer, spent: float) -> None:

@@ -7,10 +7,13 @@ from typing import Annotated
 
 import typer
 
-FRAME, LIGHT, VIEW = "Frame", "Light and surface", "View"
+FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 Input = Annotated[
     str | None,
-    typer.Argument(metavar="[INPUT]", help="A folder with color.*, depth.*, intrinsics.json; or 'vase' (the default)."),
+    typer.Argument(
+        metavar="[INPUT]",
+        help="A folder with color.*, depth.*, intrinsics.json, or with many of them; or 'vase' (the default).",
+    ),
 ]
 Color = Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)]
 Depth = Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)]

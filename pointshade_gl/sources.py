@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from itertools import islice, repeat
@@ -74,7 +74,7 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     return first if len(pairs) == 1 else sequence
 
 
-def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Iterator[Frame]:
+def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:
     """The frames of a source in their order, decoded by threads while the consumer works on the ones before.
 
     source   a Sequence is read by `ahead` threads, any other iterable by one

@@ -1,0 +1,144 @@
+"""Many pictures into a film or numbered files: frames are decoded, drawn and encoded at the same time."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, contextmanager, nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .film import FILM_SUFFIXES, Film, check_film
+from .frame import Frame
+from .images import check_writable, save_image
+from .renderer import Renderer
+from .shading import check_choice
+from .sources import prefetched
+from .view import View
+
+TURNTABLES = ("light", "camera")
+TURN = 75  # pictures of a turntable: three seconds
+Shot = tuple[int, Frame, dict[str, Any]]  # number, frame, arguments of Renderer.render
+_NUMBER = re.compile(r"%(0?\d*)d")
+
+
+def is_series(path: Path) -> bool:
+    """True for films and for names with a number in them, such as %04d.png."""
+    return path.suffix.lower() in FILM_SUFFIXES or bool(_NUMBER.search(path.name))
+
+
+def check_series(path: Path) -> None:
+    """Raises ValueError or OSError unless `write_series` can write there; ask before a long computation."""
+    if not is_series(path):
+        raise ValueError(
+            f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
+        )
+    if _NUMBER.search(path.name):
+        check_writable(numbered(path, 0))
+    else:
+        check_film(path)
+
+
+def numbered(path: Path, number: int) -> Path:
+    """out/0007.png for out/%04d.png and 7."""
+    return path.with_name(_NUMBER.sub(lambda found: format(number, f"{found[1]}d"), path.name))
+
+
+def shots_of(
+    source: Frame | Sequence[Frame],
+    view: View,
+    turntable: str | None,
+    count: int | None,
+    skipped: Callable[[str], None],
+) -> tuple[Generator[Shot, None, None], int]:
+    """What a film of the source shows, and of how many pictures.
+
+    turntable  "light" or "camera" goes once round the frame's object in `count` (75) pictures; None shows the sequence,
+               or its first `count` frames
+
+    Raises ValueError when the source is one frame and nothing turns.
+    """
+    if isinstance(source, Frame):
+        if turntable is None:
+            raise ValueError("one frame is no film: pass --turntable light or camera, or write a single picture")
+        check_choice("turntable", turntable, TURNTABLES)
+        return turntable_shots(source, view, turntable, count or TURN), count or TURN
+    source = source[:count]
+    return sequence_shots(source, view, skipped), len(source)
+
+
+def turntable_shots(frame: Frame, view: View, what: str, count: int) -> Generator[Shot, None, None]:
+    """The light or the camera once round the frame's object, in `count` even steps."""
+    turn = {"light": view.with_light_turned, "camera": view.with_camera_turned}[what]
+    for k in range(count):
+        yield k, frame, turn(frame, 360 * k / count).of(frame)
+
+
+def sequence_shots(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Shot, None, None]:
+    """The frames of a source with their numbers in it: one that cannot be read leaves a gap.
+
+    The camera turns round a point as far ahead as the first frame's pivot: those of single frames tremble.
+    """
+    number, ahead = 0, None
+
+    def skip(sentence: str) -> None:
+        nonlocal number
+        number += 1
+        skipped(sentence)
+
+    with closing(prefetched(source, skip, os.cpu_count() or 2)) as frames:
+        for frame in frames:
+            if ahead is None:
+                ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
+            yield number, frame, view.of(frame, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
+            number += 1
+
+
+def write_series(
+    renderer: Renderer,
+    shots: Generator[Shot, None, None],
+    path: Path,
+    fps: float,
+    done: Callable[[], None] = lambda: None,
+) -> tuple[int, tuple[int, int]]:
+    """Draws all shots and writes them; how many, and (width, height) of the first.
+
+    path  a film, or files with the shot's number for %04d
+    done  called after each picture
+    """
+    count, size = 0, (0, 0)
+    with _encoder(path, fps) as write, closing(shots):
+        for number, frame, arguments in shots:
+            image = renderer.render(frame, **arguments)
+            size = size if count else (image.shape[1], image.shape[0])
+            write(number, image)
+            count += 1
+            done()
+    if not count:
+        raise ValueError(f"there is nothing to write to {path}: no frame could be read")
+    return count, size
+
+
+@contextmanager
+def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], None]]:
+    """A function that hands pictures to threads, which encode them: one for a film, many for files."""
+    is_film = not _NUMBER.search(path.name)
+    workers = 1 if is_film else os.cpu_count() or 2
+    waiting: deque[Future[None]] = deque()
+    with Film(path, fps) if is_film else nullcontext() as film, ThreadPoolExecutor(workers) as pool:
+
+        def write(number: int, image: np.ndarray) -> None:
+            waiting.append(
+                pool.submit(film.add, image) if film else pool.submit(save_image, numbered(path, number), image)
+            )
+            while waiting and (len(waiting) > 2 * workers or waiting[0].done()):
+                waiting.popleft().result()
+
+        yield write
+        for job in waiting:
+            job.result()

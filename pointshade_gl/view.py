@@ -1,0 +1,64 @@
+"""How frames are looked at: from where, under which lights, in which style; and the way of a light round an object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .camera import orbit_pose
+from .frame import Frame
+from .shading import Light
+
+# a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
+_FRONT = (0.0, -0.45, -0.75)
+
+
+@dataclass(frozen=True)
+class View:
+    """One choice for all pictures of a film.
+
+    lights  none is the default light
+    pose    (4, 4) camera-to-world, the same for all frames; None is each frame's own, turned by yaw, pitch and dolly
+            as in `orbit_pose`
+    size    (width, height) of the picture in pixels; None is that of the depth
+    style   further arguments of `Renderer.render`: material, normals, shading...
+    """
+
+    lights: Sequence[Light] = ()
+    pose: NDArray[np.float64] | None = None
+    yaw: float = 0.0
+    pitch: float = 0.0
+    dolly: float = 0.0
+    size: tuple[int, int] | None = None
+    style: dict[str, Any] = field(default_factory=dict)
+
+    def of(self, frame: Frame, pivot: ArrayLike | None = None) -> dict[str, Any]:
+        """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
+        pivot = frame.pivot if pivot is None else pivot
+        pose = orbit_pose(frame.pose, pivot, self.yaw, self.pitch, self.dolly) if self.pose is None else self.pose
+        camera = frame.camera.fitted(*self.size) if self.size else None
+        return {"light": self.lights or None, "camera": camera, "pose": pose, **self.style}
+
+    def with_light_turned(self, frame: Frame, degrees: float) -> View:
+        """The lights gone round the frame's pivot: from the front to the right, behind, and back from the left."""
+        turn = orbit_pose(frame.pose, frame.pivot, degrees) @ np.linalg.inv(frame.pose)
+        start = frame.pivot + frame.scale * frame.pose[:3, :3] @ _FRONT
+        return replace(self, lights=[_turned(light, turn) for light in self.lights or [Light(position=tuple(start))]])
+
+    def with_camera_turned(self, frame: Frame, degrees: float) -> View:
+        """The camera gone round the frame's pivot, to its right."""
+        if self.pose is None:
+            return replace(self, yaw=self.yaw + degrees)
+        return replace(self, pose=orbit_pose(self.pose, frame.pivot, degrees))
+
+
+def _turned(light: Light, turn: NDArray[np.float64]) -> Light:
+    if light.position is not None:
+        return replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
+    if light.direction is not None:
+        return replace(light, direction=tuple(turn[:3, :3] @ light.direction))
+    return light

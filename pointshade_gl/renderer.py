@@ -25,6 +25,7 @@ from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
 from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
+from .picture import Picture
 from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
 
 if TYPE_CHECKING:
@@ -88,6 +89,8 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
+        The array is a Picture: a notebook shows it.
+
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera. Its size is the picture's.
         pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
@@ -104,7 +107,7 @@ class Renderer:
             splat=splat, max_depth_step=max_depth_step, noise=noise,
         )  # fmt: skip
         with self._in_use():
-            return self._fit_target(camera or frame.camera).read()
+            return self._fit_target(camera or frame.camera).read().view(Picture)
 
     def draw(
         self,

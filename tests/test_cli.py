@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import pointshade_gl as ps
 
@@ -33,6 +33,19 @@ def folder(tmp_path):
     depth = np.full((6, 8), 1500, np.uint16)
     Image.fromarray(depth).save(place / "depth.png")
     Image.fromarray(np.full((6, 8, 3), 120, np.uint8)).save(place / "color.png")
+    (place / "intrinsics.json").write_text(CAMERA_JSON)
+    return place
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    """Five frames in folders depth/ and color/, of greys 100, 110..."""
+    place = tmp_path / "sequence"
+    for name in ("depth", "color"):
+        (place / name).mkdir(parents=True)
+    for k in range(5):
+        Image.fromarray(np.full((6, 8), 1500 + k, np.uint16)).save(place / "depth" / f"{k}.png")
+        Image.fromarray(np.full((6, 8, 3), 100 + 10 * k, np.uint8)).save(place / "color" / f"{k}.png")
     (place / "intrinsics.json").write_text(CAMERA_JSON)
     return place
 
@@ -81,6 +94,44 @@ class TestWithGl:
         assert run("normals", folder, "-o", tmp_path / "n.png").returncode == 0
         with Image.open(tmp_path / "n.png") as image:
             assert np.asarray(image)[3, 4].tolist() == [128, 128, 255, 255]
+
+    def test_the_light_goes_round_in_a_film(self, folder, tmp_path):
+        done = run("render", folder, "--turntable", "light", "--frames", "5", "--fps", "10", "-o", tmp_path / "out.gif")
+        assert done.returncode == 0, done.stderr
+        assert re.fullmatch(r"\S+out\.gif: 5 pictures of 8x6 pixels, .+, \d+ ms\n", done.stdout)
+        with Image.open(tmp_path / "out.gif") as film:
+            durations = [image.info["duration"] for image in ImageSequence.Iterator(film)]
+            assert sum(durations) == 500 and len(durations) > 2  # pictures of a wall lit from behind are one
+            assert film.info["loop"] == 0
+
+    def test_the_camera_goes_round_in_numbered_pictures(self, folder, tmp_path):
+        done = run("render", folder, "--turntable", "camera", "--frames", "4", "-o", tmp_path / "%d.png")
+        assert done.returncode == 0, done.stderr
+        pictures = [np.asarray(Image.open(tmp_path / f"{k}.png").copy()) for k in range(4)]
+        assert (pictures[0][..., 3] > 0).all() and not np.array_equal(pictures[0], pictures[1])
+
+    def test_a_sequence_becomes_a_film_and_pictures(self, sequence, tmp_path):
+        done = run("render", sequence, "-o", tmp_path / "out.mp4", "--shading", "none")
+        assert done.returncode == 0, done.stderr
+        assert "out.mp4: 5 pictures of 8x6 pixels" in done.stdout and (tmp_path / "out.mp4").stat().st_size > 500
+        done = run("render", sequence, "-o", tmp_path / "%03d.png", "--shading", "none", "--frames", "3")
+        assert done.returncode == 0 and "%03d.png: 3 pictures of 8x6 pixels" in done.stdout
+        greys = [Image.open(tmp_path / f"{k:03d}.png").getpixel((4, 3))[0] for k in range(3)]
+        assert greys == [100, 110, 120] and len(list(tmp_path.glob("*.png"))) == 3
+
+    def test_a_sequence_into_one_picture_gives_its_first_frame(self, sequence, tmp_path):
+        done = run("render", sequence, "-o", tmp_path / "out.png", "--shading", "none")
+        assert done.returncode == 0 and "is a sequence of 5 frames: 0.png is taken" in done.stderr
+        with Image.open(tmp_path / "out.png") as image:
+            assert image.getpixel((4, 3)) == (100, 100, 100, 255)
+
+    def test_an_unreadable_frame_in_the_middle_is_one_warning_and_the_rest_goes_on(self, sequence, tmp_path):
+        (sequence / "depth" / "2.png").write_bytes(b"no picture at all")
+        done = run("render", sequence, "-o", tmp_path / "%d.png")
+        assert done.returncode == 0 and ": 4 pictures of 8x6" in done.stdout
+        (warning,) = [line for line in done.stderr.splitlines() if not line.startswith("note: ")]
+        assert re.fullmatch(r"warning: skipped frame 2: \S+2\.png is not a picture, .+", warning)
+        assert sorted(path.name for path in tmp_path.glob("*.png")) == ["0.png", "1.png", "3.png", "4.png"]
 
     def test_info_names_the_renderer_and_its_limits(self, renderer):
         done = run("info")
@@ -158,6 +209,7 @@ def test_a_spoilt_frame_is_one_sentence_and_exit_code_2(folder, tmp_path, spoil,
         (["--size", "0x5"], "whole pixels above 0"),
         (["--shininess", "-3"], "material shininess"),
         (["--max-depth-step", "wide"], "max_depth_step must be metres"),
+        (["--turntable", "light"], "many pictures need a film (.mp4, .gif) or a number in the name"),
     ],
 )
 def test_a_wrong_option_is_one_sentence_and_exit_code_2(folder, tmp_path, options, complaint):
@@ -183,6 +235,22 @@ def test_a_pose_with_nan_is_one_sentence(folder, tmp_path):
 )
 def test_a_place_that_cannot_be_written_is_said_before_any_work(folder, tmp_path, name, complaint):
     check_refused(run("render", folder, "-o", tmp_path / name), tmp_path, complaint)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "complaint"),
+    [
+        ("out.gif", [], "one frame is no film: pass --turntable light or camera"),
+        ("out%d.png", [], "one frame is no film"),
+        ("out.gif", ["--turntable", "table"], "unknown turntable 'table': known are light, camera"),
+        ("out.gif", ["--turntable", "light", "--frames", "3", "--fps", "0"], "fps must be pictures a second"),
+        ("no/out.mp4", ["--turntable", "light"], "create it first"),
+        ("out.avi", ["--turntable", "light"], "many pictures need a film (.mp4, .gif)"),
+    ],
+)
+@pytest.mark.usefixtures("renderer")
+def test_a_film_that_cannot_be_is_one_sentence(folder, tmp_path, name, options, complaint):
+    check_refused(run("render", folder, "-o", tmp_path / name, *options), tmp_path, complaint)
 
 
 def test_no_gl_at_all_is_exit_code_1_and_says_what_to_install(folder, tmp_path):

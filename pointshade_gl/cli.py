@@ -94,9 +94,9 @@ def render(
 
     To .mp4, .gif or a name such as %04d.png go all frames of a sequence, or a turntable.
     """
+    from .film import check_series, is_series
     from .images import check_writable, save_image
     from .readers import load_pose
-    from .series import check_series, is_series
     from .shading import Material
     from .view import View
 
@@ -243,11 +243,14 @@ def _fail(error: Exception, code: int) -> None:
 def _load(source: str | None, sequence: bool = False, **options: Any) -> Any:
     """The frame of the command line, or all of a sequence; without a word about it the built-in vase."""
     from .readers import load_frame
-    from .sources import open_source
 
     if source is None and options["color"] is None and options["depth"] is None:
         source = "vase"
-    return open_source(source, **options) if sequence else load_frame(source, **options)
+    if not sequence:
+        return load_frame(source, **options)
+    from .sources import open_source
+
+    return open_source(source, **options)
 
 
 def _render_series(
@@ -261,19 +264,16 @@ def _render_series(
 ) -> None:
     from .series import shots_of, write_series
 
-    with _progress() as (expect, advance):
+    def skipped(sentence: str) -> None:
+        print(f"warning: skipped {sentence}", file=sys.stderr)
 
-        def skipped(sentence: str) -> None:
-            print(f"warning: skipped {sentence}", file=sys.stderr)
-            advance()
-
-        shots, count = shots_of(source, view, turntable, frames, skipped)
-        expect(count)
-        with _renderer(device) as renderer:
-            start = time.perf_counter()
+    shots, count = shots_of(source, view, turntable, frames, skipped)
+    with _renderer(device) as renderer:
+        start = time.perf_counter()
+        with _progress(count) as advance:
             count, (width, height) = write_series(renderer, shots, output, fps, advance)
-            spent = time.perf_counter() - start
-            _report(output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
+        spent = time.perf_counter() - start
+        _report(output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 
 
 @contextmanager
@@ -300,14 +300,14 @@ def _spinner(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def _progress() -> Iterator[tuple[Callable[[int], None], Callable[[], None]]]:
-    """Two functions, to say how many steps there are and that one is done; a bar on a terminal, elsewhere silent."""
+def _progress(steps: int) -> Iterator[Callable[[], None]]:
+    """A function to call after each step: it moves a bar on a terminal, elsewhere nothing."""
     from rich.console import Console
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as progress:
-        task = progress.add_task("rendering")
-        yield lambda total: progress.update(task, total=total), lambda: progress.advance(task)
+        task = progress.add_task("rendering", total=steps)
+        yield lambda: progress.advance(task)
 
 
 def _report(output: Path, what: str, renderer: Renderer, spent: float) -> None:

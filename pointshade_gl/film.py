@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import tempfile
 from contextlib import suppress
@@ -13,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image, ImageOps
 
-from .images import FilePath, check_picture, check_place
+from .images import FilePath, check_picture, check_place, check_writable
 
 BACKGROUND = (28, 28, 32)  # films know no alpha: what was not drawn is a dark grey
 FILM_SUFFIXES = (".mp4", ".gif")
+_NUMBER = re.compile(r"%(0?\d*)d")
 
 
 def check_film(path: FilePath) -> Path:
@@ -31,6 +33,33 @@ def check_film(path: FilePath) -> Path:
     if path.suffix.lower() == ".mp4":
         _find_ffmpeg(path)
     return check_place(path)
+
+
+def is_series(path: Path) -> bool:
+    """True where many pictures go: films, and names with a number in them."""
+    return path.suffix.lower() in FILM_SUFFIXES or is_numbered(path)
+
+
+def check_series(path: Path) -> None:
+    """Raises ValueError or OSError unless many pictures can be written there; ask before a long computation."""
+    if not is_series(path):
+        raise ValueError(
+            f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
+        )
+    if is_numbered(path):
+        check_writable(numbered(path, 0))
+    else:
+        check_film(path)
+
+
+def is_numbered(path: Path) -> bool:
+    """True for a name with a number in it, such as %04d.png."""
+    return bool(_NUMBER.search(path.name))
+
+
+def numbered(path: Path, number: int) -> Path:
+    """out/0007.png for out/%04d.png and 7."""
+    return path.with_name(_NUMBER.sub(lambda found: format(number, f"{found[1]}d"), path.name))
 
 
 class Film:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from .film import FILM_SUFFIXES, Film, check_film
+from .film import Film, is_numbered, numbered
 from .frame import Frame
-from .images import check_writable, save_image
+from .images import save_image
 from .renderer import Renderer
 from .shading import check_choice
 from .sources import prefetched
@@ -24,29 +23,6 @@ from .view import View
 TURNTABLES = ("light", "camera")
 TURN = 75  # pictures of a turntable: three seconds
 Shot = tuple[int, Frame, dict[str, Any]]  # number, frame, arguments of Renderer.render
-_NUMBER = re.compile(r"%(0?\d*)d")
-
-
-def is_series(path: Path) -> bool:
-    """True for films and for names with a number in them, such as %04d.png."""
-    return path.suffix.lower() in FILM_SUFFIXES or bool(_NUMBER.search(path.name))
-
-
-def check_series(path: Path) -> None:
-    """Raises ValueError or OSError unless `write_series` can write there; ask before a long computation."""
-    if not is_series(path):
-        raise ValueError(
-            f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
-        )
-    if _NUMBER.search(path.name):
-        check_writable(numbered(path, 0))
-    else:
-        check_film(path)
-
-
-def numbered(path: Path, number: int) -> Path:
-    """out/0007.png for out/%04d.png and 7."""
-    return path.with_name(_NUMBER.sub(lambda found: format(number, f"{found[1]}d"), path.name))
 
 
 def shots_of(
@@ -127,7 +103,7 @@ def write_series(
 @contextmanager
 def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], None]]:
     """A function that hands pictures to threads, which encode them: one for a film, many for files."""
-    is_film = not _NUMBER.search(path.name)
+    is_film = not is_numbered(path)
     workers = 1 if is_film else os.cpu_count() or 2
     waiting: deque[Future[None]] = deque()
     with Film(path, fps) if is_film else nullcontext() as film, ThreadPoolExecutor(workers) as pool:

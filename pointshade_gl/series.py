@@ -21,6 +21,8 @@ from .sources import prefetched
 from .view import View
 
 TURNTABLES = ("light", "camera")
+# as many to decode as to encode; more than cores, since they often wait for Python's lock, which drawing holds
+THREADS = min(16, 2 * (os.cpu_count() or 2))
 TURN = 75  # pictures of a turntable: three seconds
 Shot = tuple[int, Frame, dict[str, Any]]  # number, frame, arguments of Renderer.render
 
@@ -67,7 +69,7 @@ def sequence_shots(source: Iterable[Frame], view: View, skipped: Callable[[str],
         number += 1
         skipped(sentence)
 
-    with closing(prefetched(source, skip, os.cpu_count() or 2)) as frames:
+    with closing(prefetched(source, skip, THREADS)) as frames:
         for frame in frames:
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
@@ -104,7 +106,7 @@ def write_series(
 def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], None]]:
     """A function that hands pictures to threads, which encode them: one for a film, many for files."""
     is_film = not is_numbered(path)
-    workers = 1 if is_film else os.cpu_count() or 2
+    workers = 1 if is_film else THREADS
     waiting: deque[Future[None]] = deque()
     with Film(path, fps) if is_film else nullcontext() as film, ThreadPoolExecutor(workers) as pool:
 
@@ -112,7 +114,7 @@ def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], Non
             waiting.append(
                 pool.submit(film.add, image) if film else pool.submit(save_image, numbered(path, number), image)
             )
-            while waiting and (len(waiting) > 2 * workers or waiting[0].done()):
+            while waiting and (len(waiting) > workers + 1 or waiting[0].done()):
                 waiting.popleft().result()
 
         yield write

@@ -1,0 +1,162 @@
+"""What mouse and keys do. The table of keys is also what the help shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from .camera import Camera
+from .normals import METHODS
+from .shading import SHADINGS
+from .viewer_events import Event
+from .viewer_state import Pair, Stage, State, rims_from
+
+if TYPE_CHECKING:
+    from .viewer import Viewer
+
+ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
+assert set(ESTIMATORS) <= set(METHODS)
+
+
+class Mouse:
+    """Turns moves, buttons and the wheel into changes of the State. Nothing jumps: a hold begins where the light is."""
+
+    def __init__(self) -> None:
+        self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
+        self._last: Pair | None = None
+        self._held_in: Camera | None = None  # the picture in which the last move held the light; None: it did not
+
+    def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:
+        """The state after the event, in a picture of this camera."""
+        if event.kind == "wheel":
+            return state.light_reached(event.steps) if event.shift else state.zoomed(event.steps)
+        if event.kind == "press" and not self.drag:
+            self._begin(event)
+        elif event.kind == "release":
+            self.drag = ""
+        elif event.kind == "leave" and not self.drag:
+            self._last = self._held_in = None
+        elif event.kind == "move":
+            last, self._last = self._last or (event.x, event.y), (event.x, event.y)
+            return self._move(last, self._last, state, stage, camera)
+        return state
+
+    def _begin(self, event: Event) -> None:
+        self._last, self._held_in = (event.x, event.y), None
+        if event.key == "middle" or (event.key == "left" and event.ctrl and not event.shift):
+            self.drag = "pan"
+        elif event.key == "left":
+            self.drag = "light" if event.ctrl else "orbit"
+
+    def _move(self, last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
+        if not (self.drag == "light" or (state.light_mode and not self.drag)):
+            self._held_in = None
+        dx, dy = now[0] - last[0], now[1] - last[1]
+        if self.drag == "orbit":
+            return state.orbited(dx, dy, min(camera.width, camera.height))
+        if self.drag == "pan":
+            return state.panned(dx, dy, camera.fx)
+        if self.drag != "light" and not state.light_mode:
+            return state
+        middle = state.middle(stage, camera)
+        before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
+        if self._held_in != camera:
+            state = state.light_taken(before)
+        self._held_in = camera
+        return state.light_moved(after, ((after[0] - before[0]) ** 2 + (after[1] - before[1]) ** 2) ** 0.5)
+
+
+class Key(NamedTuple):
+    """Keys that do the same, how they are written in the help, what they do there and in code."""
+
+    names: tuple[str, ...]
+    label: str
+    says: str
+    do: Callable[[Viewer, str], Any]
+
+
+def _change(viewer: Viewer, text: str, **values: Any) -> None:
+    viewer.state = replace(viewer.state, **values)
+    viewer.say(text)
+
+
+def _toggle_light(viewer: Viewer, _: str) -> None:
+    on = not viewer.state.light_mode
+    _change(viewer, "the light follows the mouse" if on else "the light stays where it is", light_mode=on)
+
+
+def _choose_shading(viewer: Viewer, name: str) -> None:
+    shading = SHADINGS[int(name) - 1]
+    _change(viewer, f"shading: {shading}", shading=shading, lit=True)
+
+
+def _cycle_normals(viewer: Viewer, _: str) -> None:
+    before = viewer.state.normals
+    following = ESTIMATORS.index(before) + 1 if before in ESTIMATORS else 0
+    normals = ESTIMATORS[following % len(ESTIMATORS)]
+    _change(viewer, f"normals: {normals}", normals=normals)
+
+
+def _compare(viewer: Viewer, _: str) -> None:
+    lit = not viewer.state.lit
+    _change(viewer, "lit" if lit else "as photographed, without light", lit=lit)
+
+
+def _resize_points(viewer: Viewer, name: str) -> None:
+    factor = 1.25 if name in ("+", "=") else 1 / 1.25
+    size = round(min(max(viewer.state.size * factor, 0.25), 8.0), 2)
+    size = 1.0 if abs(size - 1) < 0.1 else size
+    _change(viewer, f"point size: {size:g} pixels of the frame", size=size)
+
+
+def _leave(viewer: Viewer, name: str) -> None:
+    if name == "ESCAPE" and viewer.state.help:
+        viewer.state = replace(viewer.state, help=False)
+    else:
+        viewer.quit()
+
+
+def _toggle_help(viewer: Viewer, _: str) -> None:
+    viewer.state = replace(viewer.state, help=not viewer.state.help)
+
+
+def _reset(viewer: Viewer, _: str) -> None:
+    viewer.state = viewer.state.reset_view()
+    viewer.say("view and light as at the start")
+
+
+def _no_shadows(viewer: Viewer, _: str) -> None:
+    viewer.say("shadows: not yet")
+
+
+MOUSE = (
+    ("mouse", "moves the light (in light mode)"),
+    ("Ctrl+Shift+drag", "moves the light (always)"),
+    ("Shift+wheel", "light nearer, farther"),
+    ("drag", "orbit"),
+    ("Ctrl+drag, middle drag", "pan"),
+    ("wheel", "zoom"),
+)
+KEYS = (
+    Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
+    Key(("1", "2", "3", "4"), "1 2 3 4", "shading: none, flat, gouraud, phong", _choose_shading),
+    Key(("B",), "B", "compare with the picture without light", _compare),
+    Key(("N",), "N", "next normal estimator", _cycle_normals),
+    Key(("+", "=", "-"), "+ -", "point size", _resize_points),
+    Key(("S",), "S", "shadows (not yet)", _no_shadows),
+    Key(("R",), "R", "reset view and light", _reset),
+    Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
+    Key(("G",), "G", "panel", lambda viewer, _: viewer.toggle_panel()),
+    Key(("SPACE",), "space", "pause, play a sequence", lambda viewer, _: viewer.pause()),
+    Key(("LEFT", "RIGHT"), "left, right", "step through a sequence", lambda viewer, name: viewer.step_frames(name)),
+    Key(("H",), "H", "this help", _toggle_help),
+    Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),
+)
+BY_NAME = {name: key for key in KEYS for name in key.names}
+
+
+def press_key(viewer: Viewer, name: str) -> None:
+    """Does what the key is for; one that is for nothing does nothing."""
+    if key := BY_NAME.get(name):
+        key.do(viewer, name)

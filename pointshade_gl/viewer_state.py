@@ -1,0 +1,191 @@
+"""Where the viewer stands and where the light is: plain values and their arithmetic, no GL, no window.
+
+The light is held as a place on the window, in *rims* from the object's middle. The window is a map of all directions:
+in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the place where
+the marker is drawn is the place where the mouse has to be for this light, for every zoom and every shape of window.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Camera, orbit_pose
+from .frame import PROBE, Frame
+from .shading import Light, Material
+
+RIM = 0.45  # share of the window's smaller side between the object's middle and its rim
+FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
+CATCH_UP = 3.0  # how fast the marker closes in on the mouse, per rim that the mouse moves
+DEGREES = 180.0  # round the object, for a drag across the window's smaller side
+WHEEL = 1.1  # factor on distances for a step of the wheel
+UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What the viewer goes round. All of it, and all of State, is in *view axes*: x right, y down in the picture.
+
+    pivot    (3,) the object's middle, as the frame's own camera sees it
+    radius   the light's distance from it
+    upright  (3, 3) from the camera's axes to view axes and back: fy may be negative, then the camera's y points up
+    """
+
+    pivot: NDArray[np.float64]
+    radius: float
+    upright: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, frame: Frame) -> Stage:
+        """The light goes outside most of the object, yet not behind the camera."""
+        pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
+        h, w = frame.depth.shape
+        step = max(1, round((h * w / PROBE) ** 0.5))
+        v, u = np.mgrid[0:h:step, 0:w:step]
+        z = frame.depth[::step, ::step].astype(np.float64)
+        c, known = frame.camera, z > 0
+        points = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)[known]
+        extent = np.quantile(np.linalg.norm(points - pivot, axis=1), 0.8) if len(points) else 0.0
+        radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
+        upright = np.diag([1.0, np.sign(c.fy), 1.0])
+        return cls(upright @ pivot, radius, upright)
+
+
+@dataclass(frozen=True)
+class State:
+    """All that decides what the window shows, besides the frame and the window's size.
+
+    yaw, pitch    degrees round the object, as `orbit_pose` counts them
+    distance      over the frame's own distance from the object's middle
+    pan           of the object's middle in the picture, in focal lengths
+    light_at      the light's place on the window, rims from the object's middle, y down
+    light_reach   factor on the light's distance from the object's middle
+    slack         how far the mouse that holds the light is from light_at, rims; it goes to (0, 0) as the mouse moves
+    light_mode    whether the plain mouse holds the light
+    lit           False shows the frame's own colours
+    """
+
+    yaw: float = 0.0
+    pitch: float = 0.0
+    distance: float = 1.0
+    pan: Pair = (0.0, 0.0)
+    light_at: Pair = UPPER_LEFT
+    light_reach: float = 1.0
+    slack: Pair = (0.0, 0.0)
+    light_mode: bool = True
+    light_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    light_intensity: float = 1.0
+    lit: bool = True
+    shading: str = "phong"
+    normals: str = "auto"
+    max_depth_step: str | None = None
+    splat: str = "footprint"
+    size: float = 1.0
+    material: Material = field(default_factory=Material)
+    help: bool = False
+    panel: bool = False
+
+    def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
+        """After a drag by (dx, dy) pixels: the near side of the object goes with the mouse.
+
+        In light mode the light stays with the viewer, otherwise with the object.
+        """
+        yaw = (self.yaw - dx / smaller_side * DEGREES + 180) % 360 - 180
+        pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
+        turned = replace(self, yaw=yaw, pitch=pitch)
+        return turned if self.light_mode else turned.with_light_direction(_turn(turned).T @ _turn(self) @ self.towards)
+
+    def panned(self, dx: float, dy: float, focal: float) -> State:
+        """After a drag by (dx, dy) pixels, with the focal length of the picture in pixels."""
+        return replace(self, pan=(self.pan[0] + dx / focal, self.pan[1] + dy / focal))
+
+    def zoomed(self, steps: float) -> State:
+        return replace(self, distance=min(max(self.distance / WHEEL**steps, 0.05), 20.0))
+
+    def light_reached(self, steps: float) -> State:
+        """The light further away from the object (steps above 0) or nearer to it."""
+        return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
+
+    def light_taken(self, mouse: Pair) -> State:
+        """The mouse takes hold of the light where it is; `mouse` in rims from the object's middle."""
+        return replace(self, slack=(self.light_at[0] - mouse[0], self.light_at[1] - mouse[1]))
+
+    def light_moved(self, mouse: Pair, way: float) -> State:
+        """The mouse that holds the light has come to `mouse` after `way` rims; the slack shrinks on the way."""
+        left = math.exp(-CATCH_UP * way)
+        slack = (self.slack[0] * left, self.slack[1] * left)
+        return replace(self, slack=slack, light_at=(mouse[0] + slack[0], mouse[1] + slack[1]))
+
+    def with_light_direction(self, towards: NDArray[np.float64]) -> State:
+        """The light in another direction, (3,) from the object's middle, view axes."""
+        angle = math.atan2(math.hypot(towards[0], towards[1]), -towards[2])
+        around = math.atan2(towards[1], towards[0])
+        rims = angle / (math.pi / 2)
+        return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
+
+    @property
+    def towards(self) -> NDArray[np.float64]:
+        """(3,) unit, from the object's middle to the light, view axes."""
+        angle = min(math.hypot(*self.light_at) * math.pi / 2, FARTHEST)
+        around = math.atan2(self.light_at[1], self.light_at[0])
+        side = math.sin(angle)
+        return np.array([side * math.cos(around), side * math.sin(around), -math.cos(angle)])
+
+    @property
+    def is_behind(self) -> bool:
+        return math.hypot(*self.light_at) > 1
+
+    def seen_pivot(self, stage: Stage) -> NDArray[np.float64]:
+        """(3,) the object's middle, view axes."""
+        shift = np.array([*self.pan, 0.0])
+        return (stage.pivot + shift * stage.pivot[2]) * self.distance
+
+    def pose(self, stage: Stage) -> NDArray[np.float64]:
+        """(4, 4) of the viewer, to the axes of the frame's camera."""
+        turn = _turn(self)
+        pose = np.eye(4)
+        pose[:3, :3] = stage.upright @ turn @ stage.upright
+        pose[:3, 3] = stage.upright @ (stage.pivot - turn @ self.seen_pivot(stage))
+        return pose
+
+    def light(self, stage: Stage, frame_pose: NDArray[np.float64]) -> Light:
+        """The light in the world."""
+        place = self.seen_pivot(stage) + self.towards * stage.radius * self.light_reach
+        pose = frame_pose @ self.pose(stage)
+        x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
+        return Light((float(x), float(y), float(z)), color=self.light_color, intensity=self.light_intensity)
+
+    def middle(self, stage: Stage, camera: Camera) -> Pair:
+        """The object's middle in the picture, pixels; held inside of it, so that the light stays within reach."""
+        x, y, z = self.seen_pivot(stage)
+        u, v = camera.fx * x / z + camera.cx, abs(camera.fy) * y / z + camera.cy
+        return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
+
+    def reset_view(self) -> State:
+        """Viewer and light as at the start; what was chosen about the surface stays."""
+        fresh = State()
+        return replace(
+            self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
+            light_at=fresh.light_at, light_reach=fresh.light_reach, slack=fresh.slack,
+        )  # fmt: skip
+
+
+def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:
+    """A pixel of the picture as a place of the light."""
+    rim = RIM * min(camera.width, camera.height)
+    return (x - middle[0]) / rim, (y - middle[1]) / rim
+
+
+def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
+    """Where the light's marker is drawn, pixels of the picture."""
+    rim = RIM * min(camera.width, camera.height)
+    middle = state.middle(stage, camera)
+    return middle[0] + state.light_at[0] * rim, middle[1] + state.light_at[1] * rim
+
+
+def _turn(state: State) -> NDArray[np.float64]:
+    return orbit_pose(None, (0, 0, 1), state.yaw, state.pitch)[:3, :3]

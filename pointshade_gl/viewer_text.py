@@ -1,0 +1,43 @@
+"""Text for the window: drawn by Pillow, laid over the picture as textures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186, 255)
+POINTS = 14  # height of a letter's box, pixels at scale 1
+
+
+def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
+    """One line on a dark strip: (h, w, 4) uint8."""
+    font = ImageFont.load_default(POINTS * scale)
+    pad = round(7 * scale)
+    image = Image.new("RGBA", (round(font.getlength(text)) + 2 * pad, round(1.3 * POINTS * scale) + pad), BACKDROP)
+    ImageDraw.Draw(image).text((pad, image.height / 2), text, BRIGHT, font, anchor="lm")
+    return np.asarray(image)
+
+
+def draw_table(sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float) -> NDArray[np.uint8]:
+    """Sections of a title and rows of two columns: (h, w, 4) uint8."""
+    font = ImageFont.load_default(POINTS * scale)
+    rows = [row for _, section in sections for row in section]
+    pad, line = round(18 * scale), round(1.5 * POINTS * scale)
+    second = pad + max(font.getlength(left) for left, _ in rows) + round(20 * scale)
+    width = second + max(font.getlength(right) for _, right in rows) + pad
+    height = 2 * pad + (len(rows) + 1.6 * len(sections) - 0.6) * line
+    image = Image.new("RGBA", (round(width), round(height)), (*BACKDROP[:3], 232))
+    draw = ImageDraw.Draw(image)
+    y = pad + line / 2
+    for title, section in sections:
+        draw.text((pad, y), title, DIM, font, anchor="lm")
+        y += line
+        for left, right in section:
+            draw.text((pad, y), left, (255, 214, 140, 255), font, anchor="lm")
+            draw.text((second, y), right, BRIGHT, font, anchor="lm")
+            y += line
+        y += 0.6 * line
+    return np.asarray(image)

@@ -1,0 +1,198 @@
+"""The window: opened by GLFW with OpenGL 3.3 or newer, its events as plain values."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from .errors import ContextError
+from .viewer_events import Event
+
+BUTTONS = ("left", "right", "middle")  # as GLFW counts them
+
+
+def import_glfw() -> Any:
+    """GLFW, quiet: its warnings become our errors. On macOS imgui's own copy has to come first, two would clash."""
+    if sys.platform == "darwin":
+        with suppress(ImportError):
+            import imgui_bundle  # noqa: F401
+    import glfw
+
+    glfw.ERROR_REPORTING = False  # type: ignore[reportAttributeAccessIssue]
+    return glfw
+
+
+class Window:
+    """A window and its OpenGL context, which is current inside of `with window:`.
+
+    on_event   called with each Event while `wait` or `poll` runs
+    title, size  size in screen coordinates, cut to the monitor
+
+    Raises ContextError when there is no display, or no OpenGL 3.3 on it.
+    """
+
+    def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None]):
+        self.glfw = glfw = import_glfw()
+        if not glfw.init():
+            raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
+        self._on_event = on_event
+        self._held: list[Any] = []  # what was current before each `with`
+        try:
+            self.handle = self._create(title, self._fit_monitor(size))
+        except ContextError:
+            glfw.terminate()
+            raise
+        for set_callback, callback in (
+            (glfw.set_key_callback, self._on_key),
+            (glfw.set_cursor_pos_callback, self._on_move),
+            (glfw.set_cursor_enter_callback, self._on_enter),
+            (glfw.set_mouse_button_callback, self._on_button),
+            (glfw.set_scroll_callback, self._on_wheel),
+            (glfw.set_window_refresh_callback, lambda _: on_event(Event("refresh"))),
+        ):
+            set_callback(self.handle, callback)
+
+    def _create(self, title: str, size: tuple[int, int]) -> Any:
+        """The first of these that the driver gives: GL 4.3 by the display's own way, by EGL; then 3.3."""
+        glfw = self.glfw
+        for version in ((4, 3), (3, 3)):
+            for way in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):
+                glfw.default_window_hints()
+                glfw.window_hint(glfw.CONTEXT_VERSION_MAJOR, version[0])
+                glfw.window_hint(glfw.CONTEXT_VERSION_MINOR, version[1])
+                glfw.window_hint(glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE)
+                glfw.window_hint(glfw.OPENGL_FORWARD_COMPAT, sys.platform == "darwin")
+                glfw.window_hint(glfw.CONTEXT_CREATION_API, way)
+                glfw.window_hint(glfw.SCALE_TO_MONITOR, True)
+                glfw.window_hint(glfw.DEPTH_BITS, 0)
+                glfw.window_hint(glfw.STENCIL_BITS, 0)
+                glfw.window_hint_string(glfw.X11_CLASS_NAME, "pointshade")
+                if handle := glfw.create_window(*size, title, None, None):
+                    return handle
+        raise ContextError(
+            f"no window with OpenGL 3.3 ({_complaint(glfw)}): use `pointshade render` to draw without a window"
+        )
+
+    def _fit_monitor(self, size: tuple[int, int]) -> tuple[int, int]:
+        monitor = self.glfw.get_primary_monitor()
+        if not monitor:
+            return size
+        _, _, width, height = self.glfw.get_monitor_workarea(monitor)
+        share = min(1.0, 0.9 * width / size[0], 0.9 * height / size[1]) if width and height else 1.0
+        return max(1, round(size[0] * share)), max(1, round(size[1] * share))
+
+    # The next two make it a context object for moderngl.create_context(context=...).
+    def load_opengl_function(self, name: str) -> int:
+        return self.glfw.get_proc_address(name) or 0
+
+    def __enter__(self) -> Window:
+        self._held.append(self.glfw.get_current_context())
+        self.glfw.make_context_current(self.handle)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.glfw.make_context_current(self._held.pop())
+
+    def release(self) -> None:
+        """Closes the window. GLFW stays, for other windows of the process."""
+        self.glfw.destroy_window(self.handle)
+
+    @property
+    def picture_size(self) -> tuple[int, int]:
+        """Pixels of the framebuffer; (0, 0) while nothing can be seen of it."""
+        if self.glfw.get_window_attrib(self.handle, self.glfw.ICONIFIED):
+            return 0, 0
+        return self.glfw.get_framebuffer_size(self.handle)
+
+    @property
+    def scale(self) -> float:
+        """How much larger than 96 dots an inch text should be drawn."""
+        return max(1.0, self.glfw.get_window_content_scale(self.handle)[0])
+
+    @property
+    def is_closing(self) -> bool:
+        return bool(self.glfw.window_should_close(self.handle))
+
+    def close(self) -> None:
+        self.glfw.set_window_should_close(self.handle, True)
+
+    def hide_pointer(self, hidden: bool) -> None:
+        mode = self.glfw.CURSOR_HIDDEN if hidden else self.glfw.CURSOR_NORMAL
+        self.glfw.set_input_mode(self.handle, self.glfw.CURSOR, mode)
+
+    def swap(self) -> None:
+        self.glfw.swap_buffers(self.handle)
+
+    def wait(self, seconds: float | None) -> None:
+        """Sleeps until something happens or the time is over; None: without end, 0: not at all."""
+        if seconds is None:
+            self.glfw.wait_events()
+        elif seconds > 0:
+            self.glfw.wait_events_timeout(seconds)
+        else:
+            self.glfw.poll_events()
+
+    def wake(self) -> None:
+        """Ends `wait`; from any thread."""
+        self.glfw.post_empty_event()
+
+    def _pixel(self, x: float, y: float) -> tuple[float, float]:
+        wide, high = self.glfw.get_window_size(self.handle)
+        width, height = self.glfw.get_framebuffer_size(self.handle)
+        return x * width / max(wide, 1), y * height / max(high, 1)
+
+    def _tell(self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None) -> None:
+        glfw = self.glfw
+        x, y = self._pixel(*glfw.get_cursor_pos(self.handle))
+        if mods is None:
+            mods = self._held_modifiers()
+        ctrl, shift = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER)), bool(mods & glfw.MOD_SHIFT)
+        self._on_event(Event(kind, key, x, y, steps, ctrl, shift))
+
+    def _held_modifiers(self) -> int:
+        glfw = self.glfw
+        pairs = (("CONTROL", glfw.MOD_CONTROL), ("SUPER", glfw.MOD_SUPER), ("SHIFT", glfw.MOD_SHIFT))
+        held = 0
+        for name, bit in pairs:
+            keys = getattr(glfw, f"KEY_LEFT_{name}"), getattr(glfw, f"KEY_RIGHT_{name}")
+            held |= bit * any(glfw.get_key(self.handle, key) == glfw.PRESS for key in keys)
+        return held
+
+    def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
+        if action == self.glfw.RELEASE or not (name := key_name(self.glfw, key, scancode)):
+            return
+        self._tell("key", name, mods=mods)
+
+    def _on_move(self, _: Any, x: float, y: float) -> None:
+        x, y = self._pixel(x, y)
+        self._on_event(Event("move", x=x, y=y))
+
+    def _on_enter(self, _: Any, entered: int) -> None:
+        if not entered:
+            self._on_event(Event("leave"))
+
+    def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
+        if button < len(BUTTONS):
+            self._tell("press" if action == self.glfw.PRESS else "release", BUTTONS[button], mods=mods)
+
+    def _on_wheel(self, _: Any, dx: float, dy: float) -> None:
+        self._tell("wheel", steps=dy or dx)  # macOS turns Shift+wheel sideways
+
+
+def key_name(glfw: Any, key: int, scancode: int) -> str:
+    """What stands on the user's key, upper case; digits and named keys by their place. '' for all others."""
+    named = {
+        glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
+        glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
+    }  # fmt: skip
+    if glfw.KEY_0 <= key <= glfw.KEY_9:  # French keyboards have other signs on them
+        return chr(key)
+    return named.get(key) or (glfw.get_key_name(key, scancode) or "").upper()
+
+
+def _complaint(glfw: Any) -> str:
+    code, text = glfw.get_error()
+    words = text.decode() if isinstance(text, bytes) else text
+    return " ".join(words.split()) if code and words else "GLFW gives no reason"

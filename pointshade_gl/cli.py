@@ -1,4 +1,4 @@
-"""The command line: `pointshade render`, `normals`, `info`, `bench`. Files in, a line about the result out."""
+"""The command line: `pointshade render`, `normals`, `view`, `info`, `bench`. Files in, a line about the result out."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ import typer
 
 from .cli_options import (
     FILM,
-    LIGHT,
     VIEW,
+    Ambient,
     Baseline,
     Color,
     Depth,
     DepthKind,
     DepthScale,
     Device,
+    Diffuse,
     Fov,
     Input,
     Intrinsics,
@@ -29,6 +30,10 @@ from .cli_options import (
     NoiseOption,
     Normals,
     Output,
+    Shading,
+    Shininess,
+    Specular,
+    Splat,
 )
 
 if TYPE_CHECKING:
@@ -59,15 +64,13 @@ def render(
     normals: Normals = "auto",
     max_depth_step: MaxDepthStep = None,
     noise: NoiseOption = None,
-    shading: Annotated[
-        str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)
-    ] = "phong",
+    shading: Shading = "phong",
     light: Lights = None,
-    ambient: Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)] = 0.1,
-    diffuse: Annotated[float, typer.Option(help="Strength of the matt reflection.", rich_help_panel=LIGHT)] = 0.9,
-    specular: Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)] = 0.3,
-    shininess: Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)] = 32.0,
-    splat: Annotated[str, typer.Option(help="footprint or round.", rich_help_panel=VIEW)] = "footprint",
+    ambient: Ambient = 0.1,
+    diffuse: Diffuse = 0.9,
+    specular: Specular = 0.3,
+    shininess: Shininess = 32.0,
+    splat: Splat = "footprint",
     yaw: Annotated[float, typer.Option(help="Degrees to the right round the object.", rich_help_panel=VIEW)] = 0.0,
     pitch: Annotated[float, typer.Option(help="Degrees upwards round the object.", rich_help_panel=VIEW)] = 0.0,
     dolly: Annotated[
@@ -181,6 +184,69 @@ def write_normals(
         if explain and renderer.choice:
             print(describe(renderer.choice))
         _report(output, f"{frame.points_known} normals by {normals}", renderer, spent)
+
+
+@app.command()
+def view(
+    input: Input = None,
+    color: Color = None,
+    depth: Depth = None,
+    intrinsics: Intrinsics = None,
+    fov: Fov = None,
+    depth_scale: DepthScale = None,
+    depth_kind: DepthKind = None,
+    baseline: Baseline = None,
+    normals: Normals = "auto",
+    max_depth_step: MaxDepthStep = None,
+    noise: NoiseOption = None,
+    shading: Shading = "phong",
+    light: Lights = None,
+    ambient: Ambient = 0.1,
+    diffuse: Diffuse = 0.9,
+    specular: Specular = 0.3,
+    shininess: Shininess = 32.0,
+    splat: Splat = "footprint",
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None,
+    panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra gui).")] = False,
+    fps: Annotated[float, typer.Option(help="Frames of a sequence a second.", rich_help_panel=FILM)] = 30.0,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Films what is seen: .mp4 or .gif.", rich_help_panel=FILM)
+    ] = None,
+) -> None:
+    """Open a window in which the light follows the mouse; H in it lists keys. A folder of many frames is played."""
+    from .shading import Material
+    from .viewer import Viewer
+    from .viewer_state import State
+
+    state = State(
+        normals=normals,
+        max_depth_step=max_depth_step,
+        noise=_noise(noise),
+        shading=shading,
+        material=Material(ambient, diffuse, specular, shininess),
+        splat=splat,
+    )
+    source = _load(
+        input,
+        sequence=True,
+        color=color,
+        depth=depth,
+        intrinsics=intrinsics,
+        fov=fov,
+        depth_scale=depth_scale,
+        depth_kind=depth_kind,
+        baseline=baseline,
+    )
+    Viewer(
+        source,
+        title=f"pointshade: {input or depth or 'vase'}",
+        size=_size(size) if size else None,
+        state=state,
+        lights=[_light(text) for text in light or []],
+        fps=fps,
+        record=record,
+        panel=panel,
+    ).run()
 
 
 @app.command()

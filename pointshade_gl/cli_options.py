@@ -47,3 +47,9 @@ Lights = Annotated[
     typer.Option(metavar="X,Y,Z", help="Point light, metres, world axes; repeatable.", rich_help_panel=LIGHT),
 ]
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
+Shading = Annotated[str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)]
+Ambient = Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)]
+Diffuse = Annotated[float, typer.Option(help="Strength of the matt reflection.", rich_help_panel=LIGHT)]
+Specular = Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)]
+Shininess = Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)]
+Splat = Annotated[str, typer.Option(help="footprint or round.", rich_help_panel=VIEW)]

@@ -4,64 +4,104 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import moderngl
-
 from .camera import Camera
 from .frame import Frame
-from .gpu.present import Marker, PresentPass
 from .images import save_image
 from .renderer import Renderer
 from .shading import Light
-from .viewer_controls import KEYS, MOUSE, Mouse, press_key
+from .viewer_controls import Mouse, press_key
 from .viewer_events import Event
-from .viewer_state import Stage, State, marker_place
-from .viewer_text import draw_line, draw_table
+from .viewer_panel import MISSING
+from .viewer_playback import Playback
+from .viewer_record import RATE, Recorder
+from .viewer_screen import Screen
+from .viewer_state import Stage, State
 from .viewer_window import Window
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
-MESSAGE_SECONDS = 3.0
-DISPLAY_RATE = 60.0  # frames a second where on_frame moves something
+MESSAGE_SECONDS = 4.0
+DISPLAY_RATE = 60.0  # pictures a second where on_frame keeps them coming
 
 
 class Viewer:
-    """A window on a frame; `run()` shows it until it is closed.
+    """A window on a frame or a stream of frames; `run()` shows it until it is closed.
+
+    source  a Frame, a Sequence of them (a folder's, see `open_source`), or anything that `for frame in source:` accepts
+    title   of the window
+    size    (width, height) of the window in screen coordinates; None follows the frame
+    state   what is seen at first: view, light, material, estimator
+    lights  the first is the one that the mouse holds, the others stay where they are
+    fps     frames of a stream a second; None is as fast as they come
+    record  an .mp4 or .gif that becomes a film of what is seen
+    panel   opens the panel, if its extra is there
 
     An application subclasses it and overrides `on_start`, `on_frame`, `on_event`; it changes what is seen by giving
-    `state` a new value. The window is drawn anew when that, the frame or its size has changed, and sleeps otherwise.
+    `state` (or `frame`, `lights`) a new value. The window is drawn anew when one of them or its size has changed, and
+    sleeps otherwise.
 
-    Raises ContextError without a display, ValueError and TypeError for options that do not fit.
+    Raises ContextError without a display, ValueError, TypeError or OSError for what cannot be shown.
     """
 
     def __init__(
         self,
-        source: Frame,
+        source: Frame | Iterable[Frame],
         *,
         title: str = "pointshade",
         size: tuple[int, int] | None = None,
         state: State | None = None,
         lights: Sequence[Light] = (),
+        fps: float | None = None,
+        record: str | Path | None = None,
+        panel: bool = False,
     ):
-        self.frame = source
-        self.state = state or State()
-        self.lights = tuple(lights)
-        self.stage = Stage.of(self.frame)
-        self.drawn = 0
-        self._mouse = Mouse()
         self._events: list[Event] = []
+        self._said: deque[str] = deque()  # by the thread that reads a stream
+        self._mouse = Mouse()
         self._shown: Any = None
         self._message, self._until = GREETING, float("inf")
-        self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
         self._animates = type(self).on_frame is not Viewer.on_frame
-        self.window = Window(title, size or _window_size(self.frame.camera), self._events.append)
-        with self.window:
-            self.gl = moderngl.create_context(require=330, context=self.window)  # type: ignore[reportArgumentType]
-            self.renderer = Renderer(self.gl)
-            self._present = PresentPass(self.gl)
-        self._began = time.perf_counter()
+        self.drawn = 0  # how often the window was drawn
+        with ExitStack() as undo:
+            self._playback = None
+            if isinstance(source, Frame):
+                self.frame = source
+            else:
+                self._playback = Playback(source, fps, self._said.append)
+                undo.callback(self._playback.close)
+                self.frame = self._playback.first()
+            self.stage = Stage.of(self.frame)
+            self.state = state or State()
+            if lights:
+                self.state = self.state.with_light(lights[0], self.stage, self.frame.pose)
+            self.lights = tuple(lights[1:])
+            size = size or _window_size(self.frame.camera)
+            self.window = Window(title, size, self._events.append)
+            undo.callback(self.window.release)
+            if self._playback:
+                self._playback.wake = self.window.wake
+            self.screen = Screen(self.window)
+            undo.callback(self.screen.release)
+            self._began = time.perf_counter()
+            self._film_camera = self.frame.camera.fitted(*size)
+            self._recorder = None
+            if record is not None:
+                self._recorder = Recorder(Path(record), self._began, fps or RATE)
+                undo.callback(self._recorder.close)
+            if panel:
+                self.toggle_panel()
+            self._close = undo.pop_all()
+
+    @property
+    def renderer(self) -> Renderer:
+        """What draws; its `steps` and `choice` tell how."""
+        return self.screen.renderer
 
     # The seam for applications.
     def on_start(self) -> None:
@@ -88,25 +128,29 @@ class Viewer:
         events, self._events[:] = list(self._events), []
         for event in events:
             self.handle(event)
+        now = time.perf_counter()
+        if self._playback and (frame := self._playback.advance(now)):
+            self.frame = frame
         if self._animates:
-            self.on_frame(time.perf_counter() - self._began)
-        if self._until < time.perf_counter():
-            self._message, self._until = "", float("inf")
-        width, height = self.window.picture_size
-        if width and height and self._look(width, height) != self._shown:
-            self._draw(width, height)
+            self.on_frame(now - self._began)
+        self._expire_message(now)
+        if self.camera and (self._look() != self._shown or self._panel_settling()):
+            self._draw(self.camera)
+        if self._recorder:
+            self._recorder.add(time.perf_counter(), lambda: self.screen.read(self, self._film_camera))
 
     def handle(self, event: Event) -> None:
-        """What the event does: the application's answer first, then ours."""
+        """What an event does: to the application first, then to the panel, to us."""
         if self.on_event(event):
             return
+        on_panel = self.state.panel and self.screen.panel.handle(event)
         if event.kind == "refresh":
             self._shown = None
         elif event.kind == "key":
             press_key(self, event.key)
-        elif (camera := self.camera) is not None:
-            self.state = self._mouse.handle(event, self.state, self.stage, camera)
-            self.window.hide_pointer(self.state.light_mode and self._mouse.drag in ("", "light"))
+        elif self.camera and not on_panel:
+            self.state = self._mouse.handle(event, self.state, self.stage, self.camera)
+        self.window.hide_pointer(self.state.light_mode and not on_panel and self._mouse.drag in ("", "light"))
 
     @property
     def camera(self) -> Camera | None:
@@ -119,111 +163,92 @@ class Viewer:
         self._message, self._until = text, time.perf_counter() + MESSAGE_SECONDS
 
     def quit(self) -> None:
+        """Ends `run`."""
         self.window.close()
 
+    def reset(self) -> None:
+        """View and light as at the start, round the middle of the frame that is shown."""
+        self.stage, self.state = Stage.of(self.frame), self.state.reset_view()
+
     def toggle_panel(self) -> None:
-        self.say("no panel yet")
+        """Opens or closes the panel; without its extra says how to get it."""
+        try:
+            self.screen.panel  # noqa: B018
+        except ImportError:
+            self.say(MISSING)
+        else:
+            self.state = replace(self.state, panel=not self.state.panel)
 
     def pause(self) -> None:
-        self.say("a single frame: nothing to play")
+        """Pauses a stream or plays on."""
+        if self._playback is None:
+            self.say("a single frame: nothing to play")
+        else:
+            self._playback.toggle()
+            self.say("paused" if self._playback.is_paused else "playing")
 
-    def step_frames(self, direction: str) -> None:
-        self.say("a single frame: nothing to step through")
+    def step_frames(self, direction: int) -> None:
+        """Pauses a stream and goes on by one frame, or back (-1)."""
+        if self._playback is None:
+            self.say("a single frame: nothing to step through")
+        else:
+            self.frame = self._playback.step(direction) or self.frame
+            self.say(f"frame {self._playback.index}" if self._playback.index >= 0 else "paused")
 
-    def save_picture(self) -> Path:
-        """Writes what is seen, without marker and text, to a new file in the working directory."""
-        path = next(p for k in range(1, 100_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
-        with self.window:
-            save_image(path, self.renderer.render(self.frame, **self._picture()))
+    def save_picture(self) -> Path | None:
+        """Writes what is seen, without marker and text, to a new file in the working directory; prints its name."""
+        if self.camera is None:
+            return None
+        path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
+        try:
+            save_image(path, self.screen.read(self, self.camera))
+        except OSError as error:
+            self.say(f"not saved: {error}")
+            return None
         sys.stdout.write(f"{path}\n")
         self.say(f"saved {path}")
         return path
 
     def release(self) -> None:
-        with self.window:
-            for _, texture in self._drawings.values():
-                texture.release()
-            self._present.release()
-            self.renderer.release()
-            self.gl.release()  # closes the window, too
+        """Closes the window, the stream and the film; frees everything."""
+        self._close.close()
 
     def _patience(self) -> float | None:
         """Seconds that the next turn may sleep; None is without end."""
-        width, height = self.window.picture_size
-        if not (width and height):
-            return None
-        if self._look(width, height) != self._shown:
-            return 0
         now = time.perf_counter()
-        if self._animates:
-            return 1 / DISPLAY_RATE
-        return None if self._until == float("inf") else max(self._until - now, 0.001)
+        visible = self.camera is not None
+        if (visible and (self._look() != self._shown or self._panel_settling())) or self._said:
+            return 0
+        reasons = [
+            1 / DISPLAY_RATE if self._animates and visible else None,
+            self._playback.patience(now) if self._playback else None,
+            self._recorder.patience(now) if self._recorder else None,
+            max(self._until - now, 0.0) if self._until < float("inf") else None,
+        ]
+        return min((seconds for seconds in reasons if seconds is not None), default=None)
 
-    def _look(self, width: int, height: int) -> tuple[Any, ...]:
+    def _expire_message(self, now: float) -> None:
+        while self._said:
+            self.say(self._said[0])
+            sys.stderr.write(f"warning: skipped {self._said.popleft()}\n")
+        if self._until < now:
+            self._message, self._until = "", float("inf")
+
+    def _panel_settling(self) -> bool:
+        return self.state.panel and self.screen.panel.settling > 0
+
+    def _look(self) -> tuple[Any, ...]:
         """All that the window's content depends on."""
-        return self.state, self.lights, self.frame, width, height, self._message, self._mouse.drag
+        return self.state, self.lights, self.frame, self.camera, self._message, self._mouse.drag
 
-    def _picture(self) -> dict[str, Any]:
-        """The options of `Renderer.render` for what is seen now."""
-        state = self.state
-        return {
-            "light": [state.light(self.stage, self.frame.pose), *self.lights],
-            "material": state.material,
-            "camera": self.camera,
-            "pose": self.frame.pose @ state.pose(self.stage),
-            "normals": state.normals,
-            "shading": state.shading if state.lit else "none",
-            "size": state.size,
-            "splat": state.splat,
-            "max_depth_step": state.max_depth_step,
-        }
-
-    def _draw(self, width: int, height: int) -> None:
-        look = self._look(width, height)
-        camera = self.frame.camera.fitted(width, height)
-        with self.window:
-            picture = self.renderer.draw(self.frame, **self._picture())
-            screen = self.gl.screen
-            self._present.draw(screen, picture, self._marker(camera))
-            self._draw_text(screen, width, height)
-            self.window.swap()
+    def _draw(self, camera: Camera) -> None:
+        look = self._look()
+        self.screen.draw(self, camera, self._message, marked=self._mouse.drag not in ("orbit", "pan"))
         self._shown = look
         self.drawn += 1
 
-    def _marker(self, camera: Camera) -> Marker | None:
-        state = self.state
-        if not state.lit or state.shading == "none" or self._mouse.drag in ("orbit", "pan"):
-            return None
-        x, y = marker_place(state, self.stage, camera)
-        scale = self.window.scale
-        margin = 9 * scale
-        x, y = min(max(x, margin), camera.width - margin), min(max(y, margin), camera.height - margin)
-        return Marker(x, y, 7 * scale, state.light_color, state.is_behind)
-
-    def _draw_text(self, screen: moderngl.Framebuffer, width: int, height: int) -> None:
-        scale = self.window.scale
-        margin = round(10 * scale)
-        if self._message:
-            line = self._drawing("message", (self._message, scale), draw_line)
-            self._present.lay_over(screen, line, margin, margin)
-        if self.state.help:
-            sections = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
-            table = self._drawing("help", (sections, scale), draw_table)
-            self._present.lay_over(screen, table, (width - table.width) // 2, (height - table.height) // 2)
-
-    def _drawing(self, name: str, arguments: tuple[Any, ...], draw: Any) -> moderngl.Texture:
-        """A texture of draw(*arguments), made anew when they have changed."""
-        if name in self._drawings:
-            before, texture = self._drawings[name]
-            if before == arguments:
-                return texture
-            texture.release()
-        texture = self._present.upload(draw(*arguments))
-        self._drawings[name] = arguments, texture
-        return texture
-
 
 def _window_size(camera: Camera) -> tuple[int, int]:
-    """A size in the shape of the camera's pictures: its own, unless that is very small or very large."""
+    """A size in the shape of the camera's pictures: their own, unless that is very small or very large."""
     scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
-    return round(camera.width * scale), round(camera.height * scale)
+    return max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)

@@ -122,7 +122,7 @@ def _toggle_help(viewer: Viewer, _: str) -> None:
 
 
 def _reset(viewer: Viewer, _: str) -> None:
-    viewer.state = viewer.state.reset_view()
+    viewer.reset()
     viewer.say("view and light as at the start")
 
 
@@ -149,7 +149,12 @@ KEYS = (
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
     Key(("G",), "G", "panel", lambda viewer, _: viewer.toggle_panel()),
     Key(("SPACE",), "space", "pause, play a sequence", lambda viewer, _: viewer.pause()),
-    Key(("LEFT", "RIGHT"), "left, right", "step through a sequence", lambda viewer, name: viewer.step_frames(name)),
+    Key(
+        ("LEFT", "RIGHT"),
+        "left, right",
+        "step through a sequence",
+        lambda viewer, name: viewer.step_frames(1 if name == "RIGHT" else -1),
+    ),
     Key(("H",), "H", "this help", _toggle_help),
     Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),
 )

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from .camera import Camera, orbit_pose
 from .frame import PROBE, Frame
-from .shading import Light, Material
+from .normals import check_method, parse_max_depth_step
+from .shading import SHADINGS, SPLATS, Light, Material, check_choice
 
 RIM = 0.45  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
@@ -83,11 +84,18 @@ class State:
     shading: str = "phong"
     normals: str = "auto"
     max_depth_step: str | None = None
+    noise: float | str | None = None
     splat: str = "footprint"
     size: float = 1.0
     material: Material = field(default_factory=Material)
     help: bool = False
     panel: bool = False
+
+    def __post_init__(self) -> None:
+        check_choice("shading", self.shading, SHADINGS)
+        check_choice("splat", self.splat, SPLATS)
+        check_method(self.normals)
+        parse_max_depth_step(self.max_depth_step)
 
     def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
         """After a drag by (dx, dy) pixels: the near side of the object goes with the mouse.
@@ -126,6 +134,19 @@ class State:
         around = math.atan2(towards[1], towards[0])
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
+
+    def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
+        """A light of the world in the hand of the mouse; of a directional one the direction is taken."""
+        pose = frame_pose @ self.pose(stage)
+        state = replace(self, light_color=light.color, light_intensity=light.intensity)
+        to_view = stage.upright @ pose[:3, :3].T
+        if light.direction is not None:
+            return state.with_light_direction(-to_view @ np.array(light.direction))
+        if light.position is None:
+            return state  # at the upper left, as it is
+        place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_pivot(stage)
+        reach = max(float(np.linalg.norm(place)) / stage.radius, 1e-3)
+        return replace(state, light_reach=reach).with_light_direction(place)
 
     @property
     def towards(self) -> NDArray[np.float64]:

@@ -21,11 +21,19 @@ def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
     return np.asarray(image)
 
 
-def draw_table(sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float) -> NDArray[np.uint8]:
-    """Sections of a title and rows of two columns: (h, w, 4) uint8."""
+def draw_table(
+    sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float, width: int, height: int
+) -> NDArray[np.uint8]:
+    """Sections of a title and rows of two columns: (h, w, 4) uint8, never larger than the window."""
+    needed = _table(sections, scale)
+    fit = min(1.0, width / needed.shape[1], height / needed.shape[0])
+    return needed if fit == 1 else _table(sections, scale * fit * 0.98)
+
+
+def _table(sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float) -> NDArray[np.uint8]:
     font = ImageFont.load_default(POINTS * scale)
     rows = [row for _, section in sections for row in section]
-    pad, line = round(18 * scale), round(1.5 * POINTS * scale)
+    pad, line = round(16 * scale), round(1.4 * POINTS * scale)
     second = pad + max(font.getlength(left) for left, _ in rows) + round(20 * scale)
     width = second + max(font.getlength(right) for _, right in rows) + pad
     height = 2 * pad + (len(rows) + 1.6 * len(sections) - 0.6) * line

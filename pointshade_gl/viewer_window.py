@@ -96,8 +96,10 @@ class Window:
         self.glfw.make_context_current(self._held.pop())
 
     def release(self) -> None:
-        """Closes the window. GLFW stays, for other windows of the process."""
-        self.glfw.destroy_window(self.handle)
+        """Closes the window, once. GLFW stays, for other windows of the process."""
+        if self.handle:
+            self.glfw.destroy_window(self.handle)
+            self.handle = None
 
     @property
     def picture_size(self) -> tuple[int, int]:

@@ -1,0 +1,131 @@
+"""The panel: light, material and estimator by sliders, what is drawn and how long it takes. Needs the extra `gui`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from .gpu.steps import Lap
+from .normals import METHODS
+from .shading import SHADINGS, SPLATS, Material
+from .viewer_events import Event
+
+if TYPE_CHECKING:
+    from .viewer import Viewer
+
+MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
+SETTLE = 3  # pictures after an event until the panel has come to rest
+BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
+
+
+class Panel:
+    """Draws over the picture with Dear ImGui, in the context that is current. Raises ImportError without the extra.
+
+    settling   how many pictures it still needs to come to rest; it shows the same thereafter
+    """
+
+    def __init__(self, scale: float):
+        from imgui_bundle import imgui
+
+        self._imgui: Any = imgui
+        self._context = imgui.create_context()
+        self._io = imgui.get_io()
+        self._io.set_ini_filename("")  # it would leave a file wherever it is started
+        imgui.style_colors_dark()
+        style = imgui.get_style()
+        style.scale_all_sizes(scale)
+        style.font_scale_main = scale
+        style.window_rounding = 6 * scale
+        imgui.backends.opengl3_init("#version 330")
+        self._width = 250 * scale
+        self.settling = SETTLE
+
+    def handle(self, event: Event) -> bool:
+        """Takes note of an event; whether it was meant for the panel."""
+        self._imgui.set_current_context(self._context)
+        self.settling = SETTLE
+        if event.kind == "leave":
+            self._io.add_mouse_pos_event(-1e9, -1e9)
+        if event.kind in ("move", "press", "release", "wheel"):
+            self._io.add_mouse_pos_event(event.x, event.y)
+        if event.kind in ("press", "release"):
+            self._io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press")
+        if event.kind == "wheel":
+            self._io.add_mouse_wheel_event(0.0, event.steps)
+        return self._io.want_capture_mouse and event.kind in ("move", "press", "wheel")
+
+    def draw(self, viewer: Viewer, width: int, height: int, present: Lap | None) -> None:
+        """Draws the panel over a picture of that size and gives viewer.state what was chosen."""
+        imgui = self._imgui
+        imgui.set_current_context(self._context)
+        self._io.display_size = imgui.ImVec2(width, height)
+        imgui.backends.opengl3_new_frame()
+        imgui.new_frame()
+        margin = imgui.ImVec2(width - 10, 10)
+        imgui.set_next_window_pos(margin, imgui.Cond_.always, imgui.ImVec2(1, 0))
+        imgui.set_next_window_size_constraints(imgui.ImVec2(self._width, 0), imgui.ImVec2(self._width, height - 20))
+        imgui.set_next_window_bg_alpha(0.85)
+        flags = imgui.WindowFlags_
+        imgui.begin("pointshade", None, flags.no_title_bar | flags.no_move | flags.always_auto_resize)
+        imgui.push_item_width(0.55 * self._width)
+        self._controls(viewer)
+        self._facts(viewer, present)
+        imgui.pop_item_width()
+        imgui.end()
+        imgui.render()
+        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        self.settling = max(self.settling - 1, 0)
+
+    def _controls(self, viewer: Viewer) -> None:
+        imgui, state = self._imgui, viewer.state
+        imgui.separator_text("light")
+        follows = imgui.checkbox("follows the mouse (L)", state.light_mode)[1]
+        picker = imgui.ColorEditFlags_.no_inputs
+        color = tuple(imgui.color_edit3("colour", list(state.light_color), picker)[1])
+        intensity = self._slide("intensity", state.light_intensity, 0.0, 3.0)
+        reach = self._slide("distance", state.light_reach, 0.1, 20.0, logarithmic=True)
+        imgui.separator_text("surface")
+        shading = self._choose("shading", state.shading, SHADINGS)
+        m = state.material
+        material = Material(
+            self._slide("ambient", m.ambient, 0.0, 1.0),
+            self._slide("diffuse", m.diffuse, 0.0, 1.0),
+            self._slide("specular", m.specular, 0.0, 1.0),
+            self._slide("shininess", m.shininess, 1.0, 200.0, logarithmic=True),
+        )
+        imgui.separator_text("points")
+        normals = self._choose("normals", state.normals, METHODS)
+        step = self._choose("dZmax", state.max_depth_step or "off", STEPS)
+        splat = self._choose("splat", state.splat, SPLATS)
+        size = self._slide("size", state.size, 0.25, 8.0, logarithmic=True)
+        viewer.state = replace(
+            state, light_mode=follows, light_color=color, light_intensity=intensity, light_reach=reach,
+            shading=shading, material=material, normals=normals, max_depth_step=None if step == "off" else step,
+            splat=splat, size=size,
+        )  # fmt: skip
+
+    def _facts(self, viewer: Viewer, present: Lap | None) -> None:
+        imgui, laps = self._imgui, viewer.renderer.steps.laps
+        imgui.separator_text("this picture")
+        shown = [(name, laps.get(name)) for name in ("surface", "splats", "resolve")] + [("present", present)]
+        for name, lap in shown:
+            imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
+        choice = viewer.renderer.choice
+        imgui.text(f"{viewer.frame.points_known} points" + (f", {choice.method}" if choice else ""))
+        imgui.text_wrapped(viewer.renderer.context.renderer)
+
+    def _slide(self, label: str, value: float, low: float, high: float, logarithmic: bool = False) -> float:
+        flags = self._imgui.SliderFlags_
+        kind = flags.no_input | (flags.logarithmic if logarithmic else 0)
+        changed, new = self._imgui.slider_float(label, value, low, high, "%.2f", kind)
+        return new if changed else value  # untouched it keeps a value beyond its ends, to the last bit
+
+    def _choose(self, label: str, value: str, known: tuple[str, ...]) -> str:
+        names = list(known) if value in known else [value, *known]
+        return names[self._imgui.combo(label, names.index(value), names)[1]]
+
+    def release(self) -> None:
+        self._imgui.set_current_context(self._context)
+        self._imgui.backends.opengl3_shutdown()
+        self._imgui.destroy_context(self._context)

@@ -1,0 +1,170 @@
+"""A stream of frames in the window: read by a thread, shown at its own rate, paused, stepped through."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
+from typing import Any
+
+from .frame import Frame
+
+PATIENCE = 0.1  # seconds after which a thread that cannot hand over its frame looks whether it should stop
+
+
+class Playback:
+    """Plays a source of frames; whoever shows them asks `advance` and never waits.
+
+    source  a Sequence, which starts over at its end and can be stepped through, or any iterable (a camera)
+    fps     frames a second; None is as they come
+    skipped  called, from the thread, with a sentence for each frame that cannot be read
+    wake    called, from the thread, when a frame has come; may be set later
+    """
+
+    def __init__(
+        self,
+        source: Iterable[Frame],
+        fps: float | None = None,
+        skipped: Callable[[str], None] = lambda _: None,
+        wake: Callable[[], None] = lambda: None,
+    ):
+        if fps is not None and not 0 < fps <= 1000:
+            raise ValueError(f"fps must be a number of frames a second from above 0 to 1000, got {fps:g}")
+        self._source, self._skipped, self.wake = source, skipped, wake
+        self._pause = 0.0 if fps is None else 1 / fps
+        self._due = 0.0
+        self._owed = 0  # frames to show in spite of the pause
+        self._thread: threading.Thread | None = None
+        self.index = -1  # of the frame shown; counted only in a Sequence
+        self.is_paused = False
+        self._start()
+
+    def first(self) -> Frame:
+        """Waits for the first frame. Raises ValueError when the source has none."""
+        frame = self._take(self._queue.get())
+        if frame is None:
+            raise ValueError("the source has no frame")
+        return frame
+
+    def advance(self, now: float) -> Frame | None:
+        """The frame that is due, if there is one. Raises what the source has raised."""
+        if (self.is_paused and not self._owed) or now < self._due:
+            return None
+        try:
+            frame = self._take(self._queue.get_nowait())
+        except queue.Empty:
+            return None
+        self._owed = max(self._owed - 1, 0)
+        self._due = max(self._due + self._pause, now)  # after a delay the rate goes on, nothing is made up for
+        return frame
+
+    def patience(self, now: float) -> float | None:
+        """Seconds until `advance` may have something; None: not before `wake` or the user."""
+        if (self.is_paused and not self._owed) or self._queue.empty():
+            return None
+        return max(self._due - now, 0.0)
+
+    def toggle(self) -> None:
+        """Pauses, or plays on from the frame that is shown."""
+        self.is_paused = not self.is_paused
+        if not self.is_paused and self._thread is None:
+            self._start(self.index + 1)
+
+    def step(self, direction: int) -> Frame | None:
+        """Pauses and goes one frame forwards or back, past those that cannot be read; a camera only goes forwards."""
+        self.is_paused = True
+        if not isinstance(self._source, Sequence):
+            self._owed += direction > 0
+            return None
+        self.close()
+        count = len(self._source)
+        for way in range(1, count + 1):
+            index = (self.index + way * direction) % count
+            try:
+                frame = self._source[index]
+            except (ValueError, OSError) as error:
+                self._skipped(str(error))
+                continue
+            self.index = index
+            return frame
+        return None
+
+    def close(self) -> None:
+        """Ends the thread."""
+        if self._thread is not None:
+            self._stop.set()
+            self._thread.join(
+                timeout=2
+            )  # a camera may never give another frame; as a daemon its thread holds nobody up
+            self._thread = None
+
+    def _start(self, index: int = 0) -> None:
+        self._queue: queue.Queue[Any] = queue.Queue(maxsize=1)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._feed, args=(self._queue, self._stop, index), daemon=True)
+        self._thread.start()
+
+    def _take(self, item: Any) -> Frame | None:
+        if isinstance(item, BaseException):
+            raise item
+        self.index, frame = item if item is not None else (self.index, None)
+        return frame
+
+    def _feed(self, frames: queue.Queue[Any], stop: threading.Event, index: int) -> None:
+        """In the thread: frames into the queue, then None at the end of all, or the exception that ended it."""
+
+        def hand_over(item: Any) -> None:
+            while not stop.is_set():
+                try:
+                    frames.put(item, timeout=PATIENCE)
+                except queue.Full:
+                    continue
+                self.wake()
+                return
+
+        try:
+            self._read(hand_over, stop, index)
+            hand_over(None)
+        except BaseException as error:
+            hand_over(error)
+
+    def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
+        from .sources import prefetched
+
+        numbered = isinstance(self._source, Sequence)
+        while True:
+            source = _From(self._source, index) if isinstance(self._source, Sequence) else self._source
+            came = False
+            with closing(prefetched(source, skipped=self._skipped)) as frames:  # type: ignore[type-var]
+                for frame in frames:
+                    if stop.is_set():
+                        return
+                    came = True
+                    hand_over((source.index_of(frame) if isinstance(source, _From) else -1, frame))
+            if not numbered or stop.is_set():
+                return
+            if not came and index == 0:
+                raise ValueError(f"none of the {len(source)} frames can be read")  # type: ignore[arg-type]
+            index = 0
+
+
+class _From(Sequence[Frame]):
+    """The rest of a sequence, which remembers where each frame stood."""
+
+    def __init__(self, source: Sequence[Frame], start: int):
+        self._source, self._start = source, start
+        self._index: dict[int, int] = {}
+
+    def __len__(self) -> int:
+        return max(len(self._source) - self._start, 0)
+
+    def __getitem__(self, index: Any) -> Any:
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        frame = self._source[self._start + index]
+        self._index[id(frame)] = self._start + index
+        return frame
+
+    def index_of(self, frame: Frame) -> int:
+        return self._index.pop(id(frame), -1)

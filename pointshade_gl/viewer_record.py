@@ -1,0 +1,41 @@
+"""What the window shows, as a film."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+RATE = 30.0
+
+
+class Recorder:
+    """Feeds a Film in real time: at its rate, whatever the rate of the window is.
+
+    Raises what `Film` raises, for a name or an installation that allows none.
+    """
+
+    def __init__(self, path: Path, began: float, fps: float = RATE):
+        from .film import Film
+
+        self.path = path
+        self._film, self._began, self._fps = Film(path, fps), began, fps
+        self._written = 0
+
+    def patience(self, now: float) -> float:
+        """Seconds until the next picture is due."""
+        return max(self._began + self._written / self._fps - now, 0.0)
+
+    def add(self, now: float, take: Callable[[], NDArray[np.uint8]]) -> None:
+        """As many pictures as are due, all the same: take() gives a (h, w, 4) uint8, always of one size."""
+        due = int((now - self._began) * self._fps) + 1 - self._written
+        if due > 0:
+            image = take()
+            for _ in range(due):
+                self._film.add(image)
+            self._written += due
+
+    def close(self) -> None:
+        self._film.close()

@@ -1,0 +1,134 @@
+"""What is drawn into the window: the renderer's picture, the light's marker, text, the panel."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Camera
+from .gpu.present import Marker, PresentPass
+from .gpu.steps import Lap
+from .renderer import Renderer
+from .shading import Light
+from .viewer_controls import KEYS, MOUSE
+from .viewer_panel import Panel
+from .viewer_state import Stage, State, marker_place
+from .viewer_text import draw_line, draw_table
+from .viewer_window import Window
+
+if TYPE_CHECKING:
+    from .frame import Frame
+    from .viewer import Viewer
+
+MARKER = 7.0  # radius, pixels at scale 1
+HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
+
+
+class Screen:
+    """Owns everything of OpenGL that belongs to a window."""
+
+    def __init__(self, window: Window):
+        self.window = window
+        with window:
+            self.gl = moderngl.create_context(require=330, context=window)  # type: ignore[reportArgumentType]
+            self.renderer = Renderer(self.gl)
+            self._present = PresentPass(self.gl)
+        self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
+        self._panel: Panel | None = None
+        self._present_lap: Lap | None = None
+
+    @property
+    def panel(self) -> Panel:
+        """Made when it is first asked for. Raises ImportError without the extra `gui`."""
+        if self._panel is None:
+            with self.window:
+                self._panel = Panel(self.window.scale)
+        return self._panel
+
+    def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool) -> None:
+        """The whole window anew."""
+        state = viewer.state
+        self.renderer.steps.timed = state.panel
+        with self.window:
+            picture = self.renderer.draw(
+                viewer.frame, **picture_options(state, viewer.stage, viewer.frame, viewer.lights, camera)
+            )
+            began = time.perf_counter()
+            marker = self._marker(state, viewer.stage, camera) if marked else None
+            self._present.draw(self.gl.screen, picture, marker)
+            self._draw_text(message, state.help, camera)
+            if state.panel:
+                self.gl.finish()
+                self._present_lap = Lap((time.perf_counter() - began) * 1e3, None)
+                self.gl.screen.viewport = (0, 0, camera.width, camera.height)
+                self.panel.draw(viewer, camera.width, camera.height, self._present_lap)
+            self.window.swap()
+
+    def read(self, viewer: Viewer, camera: Camera) -> NDArray[np.uint8]:
+        """The picture without marker and text: (h, w, 4) uint8."""
+        options = picture_options(viewer.state, viewer.stage, viewer.frame, viewer.lights, camera)
+        with self.window:
+            return self.renderer.render(viewer.frame, **options)
+
+    def release(self) -> None:
+        with self.window:
+            if self._panel is not None:
+                self._panel.release()
+            for _, texture in self._drawings.values():
+                texture.release()
+            self._present.release()
+            self.renderer.release()
+        self.gl.release()  # closes the window, too
+
+    def _marker(self, state: State, stage: Stage, camera: Camera) -> Marker | None:
+        if not state.lit or state.shading == "none":
+            return None
+        x, y = marker_place(state, stage, camera)
+        radius = MARKER * self.window.scale
+        x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
+        return Marker(x, y, radius, state.light_color, state.is_behind)
+
+    def _draw_text(self, message: str, with_help: bool, camera: Camera) -> None:
+        scale = self.window.scale
+        if message:
+            line = self._drawing("message", draw_line, message, scale)
+            margin = round(10 * scale)
+            self._present.lay_over(self.gl.screen, line, margin, margin)
+        if with_help:
+            table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)
+            x, y = (camera.width - table.width) // 2, (camera.height - table.height) // 2
+            self._present.lay_over(self.gl.screen, table, x, y)
+
+    def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
+        """A texture of draw(*arguments), made anew when they have changed."""
+        if name in self._drawings:
+            before, texture = self._drawings[name]
+            if before == arguments:
+                return texture
+            texture.release()
+        texture = self._present.upload(draw(*arguments))
+        self._drawings[name] = arguments, texture
+        return texture
+
+
+def picture_options(
+    state: State, stage: Stage, frame: Frame, lights: Sequence[Light], camera: Camera
+) -> dict[str, Any]:
+    """The options of `Renderer.render` for a state; `lights` are those that stay where they are."""
+    return {
+        "light": [state.light(stage, frame.pose), *lights],
+        "material": state.material,
+        "camera": camera,
+        "pose": frame.pose @ state.pose(stage),
+        "normals": state.normals,
+        "shading": state.shading if state.lit else "none",
+        "size": state.size,
+        "splat": state.splat,
+        "max_depth_step": state.max_depth_step,
+        "noise": state.noise,
+    }

@@ -63,12 +63,16 @@ class Viewer:
     ):
         self._events: list[Event] = []
         self._said: deque[str] = deque()  # by the thread that reads a stream
+        self._told: set[str] = set()
         self._mouse = Mouse()
         self._shown: Any = None
         self._message, self._until = GREETING, float("inf")
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
+            self._recorder = None if record is None else Recorder(Path(record), fps or RATE)
+            if self._recorder:
+                undo.callback(self._recorder.close)
             self._playback = None
             if isinstance(source, Frame):
                 self.frame = source
@@ -90,10 +94,6 @@ class Viewer:
             undo.callback(self.screen.release)
             self._began = time.perf_counter()
             self._film_camera = self.frame.camera.fitted(*size)
-            self._recorder = None
-            if record is not None:
-                self._recorder = Recorder(Path(record), self._began, fps or RATE)
-                undo.callback(self._recorder.close)
             if panel:
                 self.toggle_panel()
             self._close = undo.pop_all()
@@ -178,6 +178,7 @@ class Viewer:
             self.say(MISSING)
         else:
             self.state = replace(self.state, panel=not self.state.panel)
+            self.renderer.steps.forget("surface")  # so that there are times to show
 
     def pause(self) -> None:
         """Pauses a stream or plays on."""
@@ -229,8 +230,10 @@ class Viewer:
 
     def _expire_message(self, now: float) -> None:
         while self._said:
-            self.say(self._said[0])
-            sys.stderr.write(f"warning: skipped {self._said.popleft()}\n")
+            if (text := self._said.popleft()) not in self._told:  # a sequence that starts over meets it again
+                self._told.add(text)
+                self.say(f"skipped: {text}")
+                sys.stderr.write(f"warning: skipped: {text}\n")
         if self._until < now:
             self._message, self._until = "", float("inf")
 

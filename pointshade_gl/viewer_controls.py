@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
+CATCH_UP = 3.0  # how fast the light closes in on the mouse, per rim that the mouse moves
 assert set(ESTIMATORS) <= set(METHODS)
 
 
@@ -26,6 +28,7 @@ class Mouse:
         self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
         self._last: Pair | None = None
         self._held_in: Camera | None = None  # the picture in which the last move held the light; None: it did not
+        self._slack: Pair = (0.0, 0.0)  # from the mouse that holds the light to the light, rims
 
     def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:
         """The state after the event, in a picture of this camera."""
@@ -57,14 +60,20 @@ class Mouse:
             return state.orbited(dx, dy, min(camera.width, camera.height))
         if self.drag == "pan":
             return state.panned(dx, dy, camera.fx)
-        if self.drag != "light" and not state.light_mode:
+        if now == last or (self.drag != "light" and not state.light_mode):
             return state
+        return self._move_light(last, now, state, stage, camera)
+
+    def _move_light(self, last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
+        """The light goes with the mouse; what they are apart at the beginning of a hold shrinks on the way."""
         middle = state.middle(stage, camera)
         before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
         if self._held_in != camera:
-            state = state.light_taken(before)
+            self._slack = state.light_at[0] - before[0], state.light_at[1] - before[1]
         self._held_in = camera
-        return state.light_moved(after, ((after[0] - before[0]) ** 2 + (after[1] - before[1]) ** 2) ** 0.5)
+        left = math.exp(-CATCH_UP * math.dist(before, after))
+        self._slack = self._slack[0] * left, self._slack[1] * left
+        return replace(state, light_at=(after[0] + self._slack[0], after[1] + self._slack[1]))
 
 
 class Key(NamedTuple):

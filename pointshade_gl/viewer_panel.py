@@ -34,6 +34,7 @@ class Panel:
         self._io.set_ini_filename("")  # it would leave a file wherever it is started
         imgui.style_colors_dark()
         style = imgui.get_style()
+        style.item_spacing.y = style.frame_padding.y = 2  # to have all of it in a window of 480 pixels
         style.scale_all_sizes(scale)
         style.font_scale_main = scale
         style.window_rounding = 6 * scale

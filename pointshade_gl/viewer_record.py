@@ -17,19 +17,20 @@ class Recorder:
     Raises what `Film` raises, for a name or an installation that allows none.
     """
 
-    def __init__(self, path: Path, began: float, fps: float = RATE):
+    def __init__(self, path: Path, fps: float = RATE):
         from .film import Film
 
-        self.path = path
-        self._film, self._began, self._fps = Film(path, fps), began, fps
+        self._film, self._fps = Film(path, fps), fps
+        self._began: float | None = None  # with the first picture
         self._written = 0
 
     def patience(self, now: float) -> float:
         """Seconds until the next picture is due."""
-        return max(self._began + self._written / self._fps - now, 0.0)
+        return 0.0 if self._began is None else max(self._began + self._written / self._fps - now, 0.0)
 
     def add(self, now: float, take: Callable[[], NDArray[np.uint8]]) -> None:
         """As many pictures as are due, all the same: take() gives a (h, w, 4) uint8, always of one size."""
+        self._began = now if self._began is None else self._began
         due = int((now - self._began) * self._fps) + 1 - self._written
         if due > 0:
             image = take()

@@ -8,6 +8,7 @@ the marker is drawn is the place where the mouse has to be for this light, for e
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,8 +21,7 @@ from .shading import SHADINGS, SPLATS, Light, Material, check_choice
 
 RIM = 0.45  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
-CATCH_UP = 3.0  # how fast the marker closes in on the mouse, per rim that the mouse moves
-DEGREES = 180.0  # round the object, for a drag across the window's smaller side
+DEGREES = 120.0  # round the object, for a drag across the window's smaller side
 WHEEL = 1.1  # factor on distances for a step of the wheel
 UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
 Pair = tuple[float, float]
@@ -65,7 +65,6 @@ class State:
     pan           of the object's middle in the picture, in focal lengths
     light_at      the light's place on the window, rims from the object's middle, y down
     light_reach   factor on the light's distance from the object's middle
-    slack         how far the mouse that holds the light is from light_at, rims; it goes to (0, 0) as the mouse moves
     light_mode    whether the plain mouse holds the light
     lit           False shows the frame's own colours
     """
@@ -76,7 +75,6 @@ class State:
     pan: Pair = (0.0, 0.0)
     light_at: Pair = UPPER_LEFT
     light_reach: float = 1.0
-    slack: Pair = (0.0, 0.0)
     light_mode: bool = True
     light_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     light_intensity: float = 1.0
@@ -118,18 +116,8 @@ class State:
         """The light further away from the object (steps above 0) or nearer to it."""
         return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
 
-    def light_taken(self, mouse: Pair) -> State:
-        """The mouse takes hold of the light where it is; `mouse` in rims from the object's middle."""
-        return replace(self, slack=(self.light_at[0] - mouse[0], self.light_at[1] - mouse[1]))
-
-    def light_moved(self, mouse: Pair, way: float) -> State:
-        """The mouse that holds the light has come to `mouse` after `way` rims; the slack shrinks on the way."""
-        left = math.exp(-CATCH_UP * way)
-        slack = (self.slack[0] * left, self.slack[1] * left)
-        return replace(self, slack=slack, light_at=(mouse[0] + slack[0], mouse[1] + slack[1]))
-
-    def with_light_direction(self, towards: NDArray[np.float64]) -> State:
-        """The light in another direction, (3,) from the object's middle, view axes."""
+    def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
+        """The light in another direction, (3,) from the object's middle, view axes; of any length."""
         angle = math.atan2(math.hypot(towards[0], towards[1]), -towards[2])
         around = math.atan2(towards[1], towards[0])
         rims = angle / (math.pi / 2)
@@ -191,7 +179,7 @@ class State:
         fresh = State()
         return replace(
             self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
-            light_at=fresh.light_at, light_reach=fresh.light_reach, slack=fresh.slack,
+            light_at=fresh.light_at, light_reach=fresh.light_reach,
         )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from .errors import ContextError
 from .viewer_events import Event
 
+LONGEST_SLEEP = 0.5  # seconds
 BUTTONS = ("left", "right", "middle")  # as GLFW counts them
 
 
@@ -39,6 +40,7 @@ class Window:
             raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
         self._on_event = on_event
         self._held: list[Any] = []  # what was current before each `with`
+        self._pointer_hidden = False
         try:
             self.handle = self._create(title, self._fit_monitor(size))
         except ContextError:
@@ -121,18 +123,19 @@ class Window:
         self.glfw.set_window_should_close(self.handle, True)
 
     def hide_pointer(self, hidden: bool) -> None:
-        mode = self.glfw.CURSOR_HIDDEN if hidden else self.glfw.CURSOR_NORMAL
-        self.glfw.set_input_mode(self.handle, self.glfw.CURSOR, mode)
+        if hidden != self._pointer_hidden:
+            mode = self.glfw.CURSOR_HIDDEN if hidden else self.glfw.CURSOR_NORMAL
+            self.glfw.set_input_mode(self.handle, self.glfw.CURSOR, mode)
+            self._pointer_hidden = hidden
 
     def swap(self) -> None:
         self.glfw.swap_buffers(self.handle)
 
     def wait(self, seconds: float | None) -> None:
-        """Sleeps until something happens or the time is over; None: without end, 0: not at all."""
-        if seconds is None:
-            self.glfw.wait_events()
-        elif seconds > 0:
-            self.glfw.wait_events_timeout(seconds)
+        """Sleeps until something happens or the time is over; None: as long as may be, 0: not at all."""
+        if seconds is None or seconds > 0:
+            # GLFW sleeps through signals: now and then Python has to be awake to hear Ctrl+C.
+            self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
         else:
             self.glfw.poll_events()
 

@@ -9,6 +9,7 @@ uniform vec3 marker_color;
 out vec4 color;
 
 const vec3 UPPER = vec3(0.165, 0.173, 0.188);
+const float GLOW = 6.0;  // how far the marker shines, in its radii
 const vec3 LOWER = vec3(0.086, 0.090, 0.102);
 
 void main() {
@@ -17,16 +18,16 @@ void main() {
     vec4 seen = texelFetch(picture, clamp(ivec2(pixel + 0.5), ivec2(0), size - 1), 0);
     vec3 result = mix(mix(UPPER, LOWER, pixel.y / float(size.y)), seen.rgb, seen.a);
     float away = marker.z > 0.0 ? distance(pixel, marker.xy) / marker.z : 9.0;
-    if (away < 4.0) {
-        float edge = 1.0 / marker.z;
+    if (away < GLOW) {
+        float edge = 0.7 / marker.z;
         float disc = 1.0 - smoothstep(1.0 - edge, 1.0 + edge, away);
-        float ring = disc * smoothstep(0.7 - edge, 0.7 + edge, away);
-        float outline = (1.0 - smoothstep(1.3 - edge, 1.3 + edge, away)) * 0.6;
-        float glow = exp(-1.2 * away) * (1.0 - away / 4.0);
+        float ring = disc * smoothstep(0.72 - edge, 0.72 + edge, away);
+        float outline = 1.0 - smoothstep(1.2 - edge, 1.2 + edge, away);
+        float fade = 1.0 - away / GLOW;
         bool behind = marker.w > 0.5;
-        result = mix(result, vec3(0.0), behind ? outline * 0.5 : outline);
-        result = mix(result, marker_color, behind ? ring * 0.7 : disc);
-        result += marker_color * (behind ? 0.1 : 0.55) * glow * (1.0 - disc);
+        result += (behind ? 0.1 : 0.45) * fade * fade * fade * marker_color;
+        result = mix(result, vec3(0.0), 0.4 * outline);
+        result = mix(result, marker_color, behind ? 0.7 * ring : disc);
     }
     color = vec4(result, 1.0);
 }

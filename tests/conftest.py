@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+import select
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +35,38 @@ def renderer():
         pytest.skip(str(error))
     yield made
     made.release()
+
+
+@pytest.fixture(scope="session")
+def display():
+    """A display to open windows on: Xvfb, so that nobody's own screen flickers; True if it is one, else the user's.
+
+    With neither the test is skipped, unless POINTSHADE_REQUIRE_GL=1.
+    """
+    if shutil.which("Xvfb") is None:
+        if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+            yield False
+            return
+        if os.environ.get("POINTSHADE_REQUIRE_GL") == "1":
+            pytest.fail("neither a display nor Xvfb: apt-get install -y xvfb")
+        pytest.skip("neither a display nor Xvfb")
+    reading, writing = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"]
+    server = subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL)
+    os.close(writing)
+    try:
+        assert select.select([reading], [], [], 30)[0], "Xvfb does not start"
+        with pytest.MonkeyPatch.context() as environment:
+            environment.setenv("DISPLAY", f":{os.read(reading, 20).decode().strip()}")
+            for name in ("WAYLAND_DISPLAY", "XDG_SESSION_TYPE"):
+                environment.delenv(name, raising=False)
+            yield True
+    finally:
+        os.close(reading)
+        if "glfw" in sys.modules:
+            sys.modules["glfw"].terminate()  # before the server goes: Xlib ends a process that loses its own
+        server.terminate()
+        server.wait()
 
 
 @pytest.fixture(scope="session")

@@ -26,7 +26,13 @@ def own_context(renderer):
 KINDS = ("Texture", "Buffer", "Framebuffer", "VertexArray", "Program", "Shader")
 
 
-def living_objects(context):
+def egl_address(name):
+    egl = ctypes.CDLL("libEGL.so.1")
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    return egl.eglGetProcAddress(name.encode())
+
+
+def living_objects(context, find_address=egl_address):
     """How many objects of each kind a context holds, asked of GL itself.
 
     GL keeps the programs that drew and computed last until others do, so one of each runs here first.
@@ -42,11 +48,9 @@ def living_objects(context):
     compute.run()
     for item in (target, texture, array, program, compute):
         item.release()
-    egl = ctypes.CDLL("libEGL.so.1")
-    egl.eglGetProcAddress.restype = ctypes.c_void_p
     counts = {}
     for kind in KINDS:
-        exists = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(egl.eglGetProcAddress(f"glIs{kind}".encode()))
+        exists = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(find_address(f"glIs{kind}"))
         counts[kind] = sum(exists(name) for name in range(1, 2000))
     return counts
 

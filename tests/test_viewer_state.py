@@ -140,7 +140,7 @@ class TestView:
         assert 10 < State().zoomed(-1000).distance < 100
 
     def test_reset_forgets_view_and_light_and_keeps_what_was_chosen(self):
-        used = State(yaw=3, pan=(1, 0), light_at=(1, 1), shading="flat", light_mode=False)
+        used = State(yaw=3, pan=(1, 0), light_at=(1, 1), light_reach=3, shading="flat", light_mode=False)
         assert used.reset_view() == State(shading="flat", light_mode=False)
 
 

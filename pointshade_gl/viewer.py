@@ -26,7 +26,7 @@ from .viewer_state import Stage, State
 from .viewer_window import Window
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
-MESSAGE_SECONDS = 4.0
+MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
 DISPLAY_RATE = 60.0  # pictures a second where on_frame keeps them coming
 
 
@@ -44,7 +44,7 @@ class Viewer:
 
     An application subclasses it and overrides `on_start`, `on_frame`, `on_event`; it changes what is seen by giving
     `state` (or `frame`, `lights`) a new value. The window is drawn anew when one of them or its size has changed, and
-    sleeps otherwise.
+    sleeps otherwise. It belongs to the main thread of the process, as windows do.
 
     Raises ContextError without a display, ValueError, TypeError or OSError for what cannot be shown.
     """
@@ -66,7 +66,6 @@ class Viewer:
         self._told: set[str] = set()
         self._mouse = Mouse()
         self._shown: Any = None
-        self._message, self._until = GREETING, float("inf")
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
@@ -93,6 +92,7 @@ class Viewer:
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
             self._began = time.perf_counter()
+            self._message, self._until = GREETING, self._began + GREETING_SECONDS
             self._film_camera = self.frame.camera.fitted(*size)
             if panel:
                 self.toggle_panel()
@@ -242,7 +242,8 @@ class Viewer:
 
     def _look(self) -> tuple[Any, ...]:
         """All that the window's content depends on."""
-        return self.state, self.lights, self.frame, self.camera, self._message, self._mouse.drag
+        window = self.camera, self.window.scale
+        return self.state, self.lights, self.frame, window, self._message, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
         look = self._look()

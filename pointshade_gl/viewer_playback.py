@@ -56,7 +56,8 @@ class Playback:
         except queue.Empty:
             return None
         self._owed = max(self._owed - 1, 0)
-        self._due = max(self._due + self._pause, now)  # after a delay the rate goes on, nothing is made up for
+        late = now - self._due > self._pause  # then the rate goes on from now, nothing is made up for
+        self._due = (now if late else self._due) + self._pause
         return frame
 
     def patience(self, now: float) -> float | None:

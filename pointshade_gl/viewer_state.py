@@ -19,7 +19,7 @@ from .frame import PROBE, Frame
 from .normals import check_method, parse_max_depth_step
 from .shading import SHADINGS, SPLATS, Light, Material, check_choice
 
-RIM = 0.45  # share of the window's smaller side between the object's middle and its rim
+RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
 DEGREES = 120.0  # round the object, for a drag across the window's smaller side
 WHEEL = 1.1  # factor on distances for a step of the wheel

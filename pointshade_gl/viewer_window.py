@@ -41,11 +41,7 @@ class Window:
         self._on_event = on_event
         self._held: list[Any] = []  # what was current before each `with`
         self._pointer_hidden = False
-        try:
-            self.handle = self._create(title, self._fit_monitor(size))
-        except ContextError:
-            glfw.terminate()
-            raise
+        self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
             (glfw.set_cursor_pos_callback, self._on_move),

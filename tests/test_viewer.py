@@ -198,6 +198,33 @@ class TestView:
         viewer.step(wait=False)
         assert viewer.drawn == drawn + 1
 
+    def test_on_a_dense_screen_the_mouse_is_told_in_pixels_of_the_picture_and_text_is_larger(
+        self, open_viewer, monkeypatch
+    ):
+        viewer = quiet(open_viewer())
+        glfw, told = viewer.window.glfw, []
+        monkeypatch.setattr(viewer, "on_event", lambda event: told.append((event.x, event.y)))
+        monkeypatch.setattr(glfw, "get_window_size", lambda _: (160, 120))
+        viewer.window._on_move(viewer.window.handle, 80, 30)
+        viewer.step(wait=False)
+        assert told == [(160, 60)]
+        monkeypatch.undo()
+
+        def text_size():
+            viewer.say("text")
+            viewer.step(wait=False)
+            return viewer.screen._drawings["message"][1].size
+
+        plain = text_size()
+        monkeypatch.setattr(Window, "scale", property(lambda _: 2.0))
+        assert text_size() == pytest.approx((2 * plain[0], 2 * plain[1]), abs=2)
+
+    def test_no_window_with_gl_is_one_sentence_that_names_render(self, open_viewer, monkeypatch):
+        viewer = open_viewer()
+        monkeypatch.setattr(viewer.window.glfw, "create_window", lambda *_: None)
+        with pytest.raises(ps.ContextError, match=r"no window with OpenGL 3\.3 .*`pointshade render`"):
+            Viewer(frames.sphere())
+
 
 class TestKeys:
     def test_1_to_4_choose_the_shading_and_b_compares(self, open_viewer):

@@ -23,7 +23,7 @@ from .viewer_playback import Playback
 from .viewer_record import RATE, Recorder
 from .viewer_screen import Screen
 from .viewer_state import Stage, State
-from .viewer_window import Window
+from .viewer_window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
@@ -84,7 +84,7 @@ class Viewer:
             if lights:
                 self.state = self.state.with_light(lights[0], self.stage, self.frame.pose)
             self.lights = tuple(lights[1:])
-            size = size or _window_size(self.frame.camera)
+            size = size or window_size(self.frame.camera)
             self.window = Window(title, size, self._events.append)
             undo.callback(self.window.release)
             if self._playback:
@@ -250,9 +250,3 @@ class Viewer:
         self.screen.draw(self, camera, self._message, marked=self._mouse.drag not in ("orbit", "pan"))
         self._shown = look
         self.drawn += 1
-
-
-def _window_size(camera: Camera) -> tuple[int, int]:
-    """A size in the shape of the camera's pictures: their own, unless that is very small or very large."""
-    scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
-    return max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
+from .camera import Camera
 from .errors import ContextError
 from .viewer_events import Event
 
@@ -180,6 +181,12 @@ class Window:
 
     def _on_wheel(self, _: Any, dx: float, dy: float) -> None:
         self._tell("wheel", steps=dy or dx)  # macOS turns Shift+wheel sideways
+
+
+def window_size(camera: Camera) -> tuple[int, int]:
+    """A size in the shape of the camera's pictures: their own, unless that is very small or very large."""
+    scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
+    return max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)
 
 
 def key_name(glfw: Any, key: int, scancode: int) -> str:

@@ -69,6 +69,29 @@ def display():
         server.wait()
 
 
+@pytest.fixture
+def open_viewer(display):
+    """open_viewer(source, ..., kind=Viewer) opens a window and draws it; at the end GL must not have complained."""
+    from pointshade_gl.viewer import Viewer
+
+    from . import frames
+
+    made = []
+
+    def open_it(source=None, kind=Viewer, **options):
+        viewer = kind(source or frames.sphere(), **({"size": (320, 240)} | options))
+        made.append(viewer)
+        viewer.step(wait=False)
+        return viewer
+
+    yield open_it
+    for viewer in made:
+        with viewer.window:
+            error = viewer.screen.gl.error
+        viewer.release()
+        assert error == "GL_NO_ERROR"
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of real frames beside the repository. Its absence skips the test, except in CI."""

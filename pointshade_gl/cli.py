@@ -216,7 +216,7 @@ def view(
     """Open a window in which the light follows the mouse; H in it lists keys. A folder of many frames is played."""
     from .shading import Material
     from .viewer import Viewer
-    from .viewer_state import State
+    from .viewer.state import State
 
     state = State(
         normals=normals,

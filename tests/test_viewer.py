@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-import pointshade_gl.viewer as viewer_module
+import pointshade_gl.viewer.viewer as viewer_module
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer_controls import BY_NAME
-from pointshade_gl.viewer_events import Event
-from pointshade_gl.viewer_window import Window
+from pointshade_gl.viewer.controls import BY_NAME
+from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.window import Window
 
 from . import frames
 from .viewing import BALL, brightness, drag, move, press, quiet, shown
@@ -186,7 +186,8 @@ class TestRest:
 
     def test_moving_the_light_runs_nothing_but_the_light(self, open_viewer):
         viewer = open_viewer()
-        before = viewer.renderer.steps.counts.copy()
-        move(viewer, (10, 10), (50, 50))
-        viewer.step(wait=False)
-        assert viewer.renderer.steps.counts - before == {"resolve": 1}
+        for places, steps in (([(10, 10), (50, 50)], {"resolve", "light"}), ([(50, 50), (90, 90)], {"light"})):
+            before = viewer.renderer.steps.counts.copy()
+            move(viewer, *places)
+            viewer.step(wait=False)
+            assert viewer.renderer.steps.counts - before == dict.fromkeys(steps, 1)

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer_controls import BY_NAME
-from pointshade_gl.viewer_events import Event
+from pointshade_gl.viewer.controls import BY_NAME
+from pointshade_gl.viewer.events import Event
 
 from . import frames
 from .test_renderer import living_objects

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-import pointshade_gl.viewer as viewer_module
-from pointshade_gl.viewer_controls import ESTIMATORS
+import pointshade_gl.viewer.viewer as viewer_module
+from pointshade_gl.viewer.controls import ESTIMATORS
 
 from .viewing import move, press, quiet, shown
 

@@ -4,8 +4,8 @@ import sys
 from dataclasses import replace
 
 import pointshade_gl as ps
-from pointshade_gl.viewer_events import Event
-from pointshade_gl.viewer_state import State
+from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.state import State
 
 from .viewing import press, quiet, shown
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer_playback import Playback
+from pointshade_gl.viewer.playback import Playback
 
 CAMERA = ps.Camera(10, 10, 3.5, 2.5, 8, 6)
 FRAMES = [ps.Frame(None, np.full((6, 8), 1.0 + k), CAMERA) for k in range(4)]

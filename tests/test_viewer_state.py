@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer_controls import Mouse
-from pointshade_gl.viewer_events import Event
-from pointshade_gl.viewer_state import RIM, Stage, State, marker_place, rims_from
+from pointshade_gl.viewer.controls import Mouse
+from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.state import RIM, Stage, State, marker_place, rims_from
 
 from . import frames
 

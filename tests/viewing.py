@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer_events import Event
+from pointshade_gl.viewer.events import Event
 
 from . import frames
 

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .camera import Camera
-from .normals import METHODS
-from .shading import SHADINGS
-from .viewer_events import Event
-from .viewer_state import Pair, Stage, State, rims_from
+from ..camera import Camera
+from ..normals import METHODS
+from ..shading import SHADINGS
+from .events import Event
+from .state import Pair, Stage, State, rims_from
 
 if TYPE_CHECKING:
     from .viewer import Viewer

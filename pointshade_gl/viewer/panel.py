@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from .gpu.steps import Lap
-from .normals import METHODS
-from .shading import SHADINGS, SPLATS, Material
-from .viewer_events import Event
+from ..gpu.steps import Lap
+from ..normals import METHODS
+from ..shading import SHADINGS, SPLATS, Material
+from .events import Event
 
 if TYPE_CHECKING:
     from .viewer import Viewer
@@ -109,7 +109,7 @@ class Panel:
     def _facts(self, viewer: Viewer, present: Lap | None) -> None:
         imgui, laps = self._imgui, viewer.renderer.steps.laps
         imgui.separator_text("this picture")
-        shown = [(name, laps.get(name)) for name in ("surface", "splats", "resolve")] + [("present", present)]
+        shown = [(name, laps.get(name)) for name in ("surface", "splats", "resolve", "light")] + [("present", present)]
         for name, lap in shown:
             imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
         choice = viewer.renderer.choice

@@ -11,19 +11,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from .camera import Camera
-from .frame import Frame
-from .images import save_image
-from .renderer import Renderer
-from .shading import Light
-from .viewer_controls import Mouse, press_key
-from .viewer_events import Event
-from .viewer_panel import MISSING
-from .viewer_playback import Playback
-from .viewer_record import RATE, Recorder
-from .viewer_screen import Screen
-from .viewer_state import Stage, State
-from .viewer_window import Window, window_size
+from ..camera import Camera
+from ..frame import Frame
+from ..images import save_image
+from ..renderer import Renderer
+from ..shading import Light
+from .controls import Mouse, press_key
+from .events import Event
+from .panel import MISSING
+from .playback import Playback
+from .record import RATE, Recorder
+from .screen import Screen
+from .state import Stage, State
+from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0

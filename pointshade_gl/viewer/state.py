@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera, orbit_pose
-from .frame import PROBE, Frame
-from .normals import check_method, parse_max_depth_step
-from .shading import SHADINGS, SPLATS, Light, Material, check_choice
+from ..camera import Camera, orbit_pose
+from ..frame import PROBE, Frame
+from ..normals import check_method, parse_max_depth_step
+from ..shading import SHADINGS, SPLATS, Light, Material, check_choice
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet

@@ -10,19 +10,19 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
-from .gpu.present import Marker, PresentPass
-from .gpu.steps import Lap
-from .renderer import Renderer
-from .shading import Light
-from .viewer_controls import KEYS, MOUSE
-from .viewer_panel import Panel
-from .viewer_state import Stage, State, marker_place
-from .viewer_text import draw_line, draw_table
-from .viewer_window import Window
+from ..camera import Camera
+from ..gpu.present import Marker, PresentPass
+from ..gpu.steps import Lap
+from ..renderer import Renderer
+from ..shading import Light
+from .controls import KEYS, MOUSE
+from .panel import Panel
+from .state import Stage, State, marker_place
+from .text import draw_line, draw_table
+from .window import Window
 
 if TYPE_CHECKING:
-    from .frame import Frame
+    from ..frame import Frame
     from .viewer import Viewer
 
 MARKER = 7.0  # radius, pixels at scale 1

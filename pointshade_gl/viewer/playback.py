@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
-from .frame import Frame
+from ..frame import Frame
 
 PATIENCE = 0.1  # seconds after which a thread that cannot hand over its frame looks whether it should stop
 
@@ -131,7 +131,7 @@ class Playback:
             hand_over(error)
 
     def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
-        from .sources import prefetched
+        from ..sources import prefetched
 
         numbered = isinstance(self._source, Sequence)
         while True:

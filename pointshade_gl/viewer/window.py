@@ -7,9 +7,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from .camera import Camera
-from .errors import ContextError
-from .viewer_events import Event
+from ..camera import Camera
+from ..errors import ContextError
+from .events import Event
 
 LONGEST_SLEEP = 0.5  # seconds
 BUTTONS = ("left", "right", "middle")  # as GLFW counts them

@@ -1,0 +1,6 @@
+"""The interactive demo: a window in which the light follows the mouse."""
+
+from .events import Event
+from .viewer import Viewer
+
+__all__ = ["Event", "Viewer"]

@@ -251,7 +251,6 @@ def view(
 
 @app.command()
 def info(
-    benchmark: Annotated[bool, typer.Option("--benchmark", help="Also time the passes on 307 200 points.")] = False,
     device: Device = 0,
 ) -> None:
     """Tell what draws: GL vendor, renderer, version, limits."""
@@ -261,13 +260,6 @@ def info(
         print(f"{'pointshade_gl':16s}{__version__}")
         for name, value in renderer.context.limits().items():
             print(f"{name:16s}{value}")
-        if benchmark:
-            from .bench.stages import time_stages
-
-            with _spinner("timing"):
-                rows = time_stages(renderer)
-            for name, milliseconds in rows:
-                print(f"{name:16s}{milliseconds:8.2f} ms")
 
 
 @app.command()
@@ -278,21 +270,28 @@ def bench(
         list[str] | None, typer.Option(metavar="NAME", help="A method, condition or stress; repeatable.")
     ] = None,
     images: Annotated[bool, typer.Option("--images", help="Also measure whole lit pictures.")] = False,
+    speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Of the noise and the holes.")] = 0,
     device: Device = 0,
 ) -> None:
     """Measure every estimator, speed against accuracy and under stress: charts and results.json."""
     from .bench.command import bench as run_bench
+    from .bench.command import bench_speed
 
+    if speed:
+        print(bench_speed(output, quick, device))
+        return
     print(run_bench(output, quick, only or [], images, seed, device))
 
 
 def main() -> None:
-    """Runs the command line; every expected error becomes one sentence: exit code 2, or 1 without GL."""
+    """Runs the command line; every expected error becomes one sentence: exit code 2, or 1 without GL or memory."""
     try:
         app(prog_name="pointshade")
     except (ValueError, TypeError, OSError) as error:
         _fail(error, 2)
+    except MemoryError as error:
+        _fail(error, 1)
     except RuntimeError as error:
         from .errors import ContextError
 

@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from pointshade_gl.bench import command, measure
+from pointshade_gl.bench import command, measure, speed
 from pointshade_gl.bench.charts import pareto_front, who_holds
+from pointshade_gl.bench.command import bench_speed
 from pointshade_gl.bench.labels import place_labels
 from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
 from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera, view_rays
@@ -250,3 +251,44 @@ def test_a_file_in_the_folders_place_is_told(tmp_path):
     (tmp_path / "out").write_text("mine")
     error = run("--quick", "-o", tmp_path / "out").exception
     assert isinstance(error, ValueError) and "it is a file" in str(error)
+
+
+class TestSpeed:
+    def test_a_stage_is_held_to_the_bytes_that_it_moves(self):
+        needed = speed.stage_bytes(points=1000, pixels=100)
+        assert needed["surface"] == 1000 * (4 + 16)
+        assert needed["splats"] == 1000 * 16 + 100 * (4 + 4 + 4)
+        assert needed["light alone"] == 100 * (16 + 8 + 4)
+
+    def test_hills_have_a_depth_everywhere_and_look_the_same_at_any_size(self):
+        small, large = speed.hilly(32, 24), speed.hilly(320, 240)
+        assert small.points_known == 32 * 24
+        assert np.abs(large.depth[5::10, 5::10] - small.depth).max() < 0.05
+
+    def test_every_size_and_rasterizer_is_timed(self, renderer):
+        calls = []
+        rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: calls.append(1))
+        names = ["points", "compute"] if renderer.context.gl.version_code >= 430 else ["points"]
+        assert [(row["points"], row["rasterizer"]) for row in rows] == [(n, r) for n in (1200, 4800) for r in names]
+        assert all(row[key] > 0 for row in rows for key in ("live_ms", "view_ms", "light_ms", "splats_ms", "memory_mb"))
+        assert len(calls) == 2
+
+    def test_a_rasterizer_without_patience_is_left_out_of_larger_sizes(self, renderer, monkeypatch):
+        monkeypatch.setattr(speed, "PATIENCE", 0.0)
+        rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: None)
+        assert {row["points"] for row in rows} == {1200}
+
+    def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
+        monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
+        monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
+        said = bench_speed(tmp_path / "out", quick=True, device=0)
+        assert renderer.context.renderer in said
+        results = json.loads((tmp_path / "out" / "speed.json").read_text())
+        assert [stage["name"] for stage in results["stages"]] == list(speed.stage_bytes(1, 1))
+        assert all(stage["ms"] > 0 and stage["limit_ms"] > 0 for stage in results["stages"])
+        assert results["cold_start_s"] > 0 and len(results["points"]) in (2, 4)
+        with Image.open(tmp_path / "out" / "speed.png") as image:
+            assert image.width > 1000
+        shown = capsys.readouterr().out
+        assert ("a software renderer" in shown) == renderer.context.is_software
+        assert "cold start" in shown and "merging" in shown

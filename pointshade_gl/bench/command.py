@@ -34,8 +34,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     """
     methods, conditions, stresses = select(only)
     check_matplotlib()
-    if output.exists() and not output.is_dir():
-        raise ValueError(f"cannot write into {output}: it is a file, expected a folder")
+    check_folder(output)
     plan = QUICK if quick else FULL
     with Renderer(device=device) as renderer:
         output.mkdir(parents=True, exist_ok=True)  # now, for a place that cannot be written is best told early
@@ -54,6 +53,36 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     show(results)
     where = results["gl"]["renderer"]
     return f"{output}: {', '.join([*pictures, 'results.json'])}: {len(methods)} methods on {where}"
+
+
+def bench_speed(output: Path, quick: bool, device: int) -> str:
+    """Measures speed into a folder: speed.json, speed.png; tables on stdout. Returns what was written, in one line."""
+    from .speed import QUICK_SIZES, SIZES, measure_speed, steps_of
+    from .speed_report import show_speed, speed_chart
+
+    check_matplotlib()
+    check_folder(output)
+    sizes = SIZES[:QUICK_SIZES] if quick else SIZES
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("measuring", total=steps_of(sizes))
+        results = measure_speed(device, 3 if quick else 9, sizes, lambda: progress.advance(task))
+    output.mkdir(parents=True, exist_ok=True)
+    write_whole(output / "speed.png", speed_chart(results))
+    write_whole(output / "speed.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    show_speed(results, wide_console())
+    return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
+
+
+def check_folder(output: Path) -> None:
+    if output.exists() and not output.is_dir():
+        raise ValueError(f"cannot write into {output}: it is a file, expected a folder")
+
+
+def wide_console() -> Console:
+    """For stdout: as wide as the terminal, or as a table needs that goes into a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=PLAIN_WIDTH)
 
 
 def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
@@ -96,9 +125,7 @@ def measure(
 
 def show(results: dict[str, Any]) -> None:
     """The tables: errors per condition with times, and where each estimator breaks."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=PLAIN_WIDTH)
+    console = wide_console()
     methods, errors, clock = results["methods"], results["errors"], results["clock"]
     if results["conditions"]:
         table = new_table("mean angular error in degrees: all pixels / near depth edges")
@@ -120,9 +147,9 @@ def show(results: dict[str, Any]) -> None:
         console.print(table)
 
 
-def new_table(title: str) -> Table:
+def new_table(title: str, first: str = "method") -> Table:
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
-    table.add_column("method", no_wrap=True)
+    table.add_column(first, no_wrap=True)
     return table
 
 

@@ -35,7 +35,12 @@ class FrameTextures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.surface_target = context.framebuffer([self.surface])
         self._context = context
-        self.upload(frame)
+        try:
+            check_memory(context)
+            self.upload(frame)
+        except Exception:
+            self.release()
+            raise
 
     @cached_property
     def open_pixels(self) -> moderngl.Renderbuffer:
@@ -135,6 +140,7 @@ class Target:
 
     def _keep(self, item: _Item) -> _Item:
         self._made.append(item)
+        check_memory(self._context)
         return item
 
     def _nearest(self, texture: moderngl.Texture) -> moderngl.Texture:
@@ -149,6 +155,12 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
         raise ValueError(
             f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
         )
+
+
+def check_memory(context: moderngl.Context) -> None:
+    """Raises MemoryError when the GPU could not hold what was made last: GL itself only notes it."""
+    if context.error == "GL_OUT_OF_MEMORY":
+        raise MemoryError("the GPU has no memory left for these pictures: scale them down, or free memory on it")
 
 
 def _size(color: np.ndarray) -> tuple[int, int, int]:

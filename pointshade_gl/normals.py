@@ -45,3 +45,11 @@ def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.floa
         raise ValueError(f"normals must be a method's name or have shape {(*shape, 3)}, got {array.shape}")
     length = np.linalg.norm(array, axis=-1, keepdims=True)
     return np.where(length > 0, array / np.where(length > 0, length, 1), 0).astype(np.float32)
+
+
+def check_normals_option(normals: str | ArrayLike, shape: tuple[int, int]) -> None:
+    """Raises ValueError unless it is a method's name or (h, w, 3) normals."""
+    if isinstance(normals, str):
+        check_method(normals)
+    else:
+        check_normals(normals, shape)

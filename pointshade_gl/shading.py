@@ -21,13 +21,15 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Light:
-    """A point light at `position`, or a directional one that shines along `direction`; world axes.
+    """A point light at `position`, a directional one that shines along `direction`, or with both a spot; world axes.
 
     color, intensity   linear RGB and a factor on it
-    attenuation        (kc, kl, kq): a point light at distance d is divided by kc + kl*d + kq*d*d
+    attenuation        (kc, kl, kq): a light with a position, at distance d, is divided by kc + kl*d + kq*d*d
+    cone               (inner, outer) half angles of a spot in degrees: full light inside, none outside
+    shadow             whether what stands in its way casts a shadow
 
     With neither position nor direction the light sits at the viewing camera's upper left, far away.
-    Raises ValueError when both are given, or for numbers that are no light.
+    Raises ValueError for numbers that are no light.
     """
 
     position: Vector | None = None
@@ -35,10 +37,10 @@ class Light:
     color: Vector = (1.0, 1.0, 1.0)
     intensity: float = 1.0
     attenuation: Vector = (1.0, 0.0, 0.0)
+    cone: tuple[float, float] = (0.0, 45.0)
+    shadow: bool = False
 
     def __post_init__(self) -> None:
-        if self.position is not None and self.direction is not None:
-            raise ValueError("a light has a position or a direction, not both")
         for name in ("position", "direction", "color", "attenuation"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, check_point(getattr(self, name), f"light {name}"))
@@ -49,6 +51,13 @@ class Light:
         if min(self.attenuation) < 0 or not any(self.attenuation):
             raise ValueError(f"light attenuation must be >= 0 and not all 0, got {self.attenuation}")
         _check_number(self.intensity, "light intensity", 0, math.inf)
+        inner, outer = self.cone
+        if not 0 <= inner <= outer <= 90 or outer == 0:
+            raise ValueError(f"light cone must be two half angles, 0 <= inner <= outer <= 90 degrees, got {self.cone}")
+
+    @property
+    def is_spot(self) -> bool:
+        return self.position is not None and self.direction is not None
 
 
 @dataclass(frozen=True)

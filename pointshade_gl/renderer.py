@@ -26,6 +26,8 @@ from .gpu.textures import FrameTextures, Target
 from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
 from .picture import Picture
+from .scene import Node, PointObject, Scene
+from .scene_renderer import CAMERA, SceneRenderer
 from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
 
 if TYPE_CHECKING:
@@ -65,16 +67,17 @@ class Renderer:
         self._rasterizers: dict[str, SplatPass | ComputeSplatPass] = {}  # made when they are first used
         with self.context.gl as gl:
             self._surface = SurfacePass(gl)
-            self._resolve = ResolvePass(gl)
-            self._light = LightPass(gl)
+            self.resolve = ResolvePass(gl)
+            self.light = LightPass(gl)
         self.steps = Steps(self.context.gl, self.context.is_software)
+        self._scenes: SceneRenderer | None = None
         self.choice: Choice | None = None  # what estimated the last normals, and why
-        self._frame: FrameTextures | None = None
+        self._frames: list[FrameTextures] = []
         self._target: Target | None = None
 
     def render(
         self,
-        frame: Frame,
+        frame: Frame | Scene,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -102,12 +105,16 @@ class Renderer:
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
+        if isinstance(frame, Scene):
+            self.draw_scene(frame, light, camera, pose)
+            with self._in_use():
+                return self.fit_target(camera or frame.camera or CAMERA).read().view(Picture)
         self.draw(
             frame, light, material, camera, pose, normals, shading, size,
             splat=splat, max_depth_step=max_depth_step, noise=noise,
         )  # fmt: skip
         with self._in_use():
-            return self._fit_target(camera or frame.camera).read().view(Picture)
+            return self.fit_target(camera or frame.camera).read().view(Picture)
 
     def draw(
         self,
@@ -135,28 +142,51 @@ class Renderer:
         sizes = check_sizes(size, frame.depth.shape)
         check_choice("shading", shading, SHADINGS)
         check_choice("splat", splat, SPLATS)
-        run = self.steps.run
+        if any(one.shadow or one.is_spot for one in lights):
+            options = {"size": size, "splat": splat, "max_depth_step": max_depth_step, "noise": noise}
+            shown = Node(PointObject(frame, material, normals, shading, **options))
+            return self.draw_scene(Scene((shown,)), lights, camera, target_pose)
+        run, stamp = self.steps.run, self.steps.stamp
         with self._in_use():
-            textures = run("upload", (frame,), self._upload, frame)
-            self._find_normals(textures, frame, normals, max_depth_step, noise)
-            target = self._fit_target(camera)
+            (textures,) = self.upload([frame])
+            self.find_normals(textures, frame, normals, max_depth_step, noise)
+            target = self.fit_target(camera)
             way = textures, frame.camera, target, camera, view
-            splats, known_views = self._rasterizer(sizes, splat), self.steps.counts["splats"]
-            run("splats", (camera, view, sizes, splat), splats.draw, *way, NEAR * frame.scale, sizes, splat)
+            splats, known_views = self.rasterizer(sizes, splat), stamp("splats")
+            inputs = camera, view, sizes, splat, id(textures), stamp("surface", textures)
+            run("splats", inputs, splats.draw, *way, NEAR * frame.scale, sizes, splat)
             if shading == "phong":
                 rows = light_rows(lights, target_pose, target_pose)
-                if self.steps.counts["splats"] > known_views:  # a new view, lit at once: most see one light only
-                    lit = self._light.inputs(rows, material)
-                    run("resolve", None, self._resolve.draw, *way, shading, splats.look_up, lit)
+                if stamp("splats") > known_views:  # a new view, lit at once: most see one light only
+                    lit = self.light.inputs(rows, material)
+                    run("resolve", None, self.resolve.draw, *way, shading, splats.look_up, lit)
                 else:
-                    run("resolve", (shading,), self._resolve.draw, *way, shading, splats.look_up)
-                    run("light", None, self._light.draw_pixels, target, camera, rows, material)
+                    run("resolve", (shading, stamp("splats")), self.resolve.draw, *way, shading, splats.look_up)
+                    run("light", None, self.light.draw_pixels, target, camera, rows, material)
             else:
                 rows, eye = light_rows(lights, target_pose, frame.pose), np.linalg.inv(view)[:3, 3]
                 if shading != "none":
-                    run("light", None, self._light.draw_points, textures, frame.camera, eye, rows, material)
-                run("resolve", None, self._resolve.draw, *way, shading, splats.look_up)
+                    run("light", None, self.light.draw_points, textures, frame.camera, eye, rows, material)
+                run("resolve", None, self.resolve.draw, *way, shading, splats.look_up)
             return target.color
+
+    def draw_scene(
+        self,
+        scene: Scene,
+        light: Light | Sequence[Light] | None = None,
+        camera: Camera | None = None,
+        pose: ArrayLike | None = None,
+    ) -> moderngl.Texture:
+        """A scene, left on the GPU as by `draw`.
+
+        light   in place of the scene's own lights; a scene without any gets the default Light
+        camera  who looks; None is the scene's camera
+        pose    (4, 4) camera-to-world of that camera; None is the scene's pose
+        """
+        lights = [light] if isinstance(light, Light) else light
+        with self._in_use():
+            self._scenes = self._scenes or SceneRenderer(self)
+            return self._scenes.draw(scene, lights, camera, None if pose is None else check_pose(pose)).color
 
     def estimate_normals(
         self,
@@ -180,18 +210,18 @@ class Renderer:
         Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
         """
         with self._in_use():
-            textures = self.steps.run("upload", (frame,), self._upload, frame)
-            self._find_normals(textures, frame, method, max_depth_step, noise)
+            (textures,) = self.upload([frame])
+            self.find_normals(textures, frame, method, max_depth_step, noise)
             normals = textures.read_normals()
         normals[frame.depth == 0] = np.nan
         return normals
 
     def release(self) -> None:
         """Frees everything this renderer made, in reverse order."""
-        self.steps.forget("upload")
+        self.steps.forget()
         with self._in_use():
-            passes = self._light, self._resolve, *self._rasterizers.values(), self._surface
-            for item in (self._target, self._frame, *passes):
+            passes = self._scenes, self.light, self.resolve, *self._rasterizers.values(), self._surface
+            for item in (self._target, *self._frames, *passes):
                 if item is not None:
                     item.release()
         self.context.release()
@@ -213,17 +243,28 @@ class Renderer:
             finally:
                 bound.use()
 
-    def _upload(self, frame: Frame) -> FrameTextures:
-        if self._frame is not None and self._frame.fits(frame):
-            self._frame.upload(frame)
-            return self._frame
-        if self._frame is not None:
-            self._frame.release()
-        self._frame = None  # stays so when the new one does not fit the GPU
-        self._frame = FrameTextures(self.context.gl, frame)
-        return self._frame
+    def upload(self, frames: list[Frame]) -> list[FrameTextures]:
+        """The textures of each frame. Those that no frame has a use for are taken for new ones, or freed."""
+        free = [kept for kept in self._frames if not any(kept.frame is frame for frame in frames)]
+        wanted: list[FrameTextures] = []
+        for frame in frames:
+            kept = next((one for one in self._frames if one.frame is frame and one not in wanted), None)
+            kept = kept or next((one for one in free if one.fits(frame)), None)
+            if kept in free:
+                free.remove(kept)
+            wanted.append(self._new_textures(frame) if kept is None else kept)
+            self.steps.run("upload", (frame,), wanted[-1].upload, frame, of=wanted[-1])
+        for one in free:
+            self._frames.remove(one)
+            self.steps.forget(of=one)
+            one.release()
+        return wanted
 
-    def _find_normals(
+    def _new_textures(self, frame: Frame) -> FrameTextures:
+        self._frames.append(FrameTextures(self.context.gl, frame))
+        return self._frames[-1]
+
+    def find_normals(
         self,
         textures: FrameTextures,
         frame: Frame,
@@ -234,25 +275,29 @@ class Renderer:
         if isinstance(normals, str):
             check_method(normals)
             options = normals, parse_max_depth_step(max_depth_step), parse_noise(noise, frame.depth)
-            self.choice = self.steps.run("surface", options, self._surface.run, textures, frame.camera, *options)
+            inputs = *options, self.steps.stamp("upload", textures)
+            args = textures, frame.camera, *options
+            self.choice = self.steps.run("surface", inputs, self._surface.run, *args, of=textures)
         else:
             own = check_normals(normals, frame.depth.shape)
-            self.steps.run("surface", (own,), textures.write_normals, own, frame.depth)
+            inputs = own, self.steps.stamp("upload", textures)
+            self.steps.run("surface", inputs, textures.write_normals, own, frame.depth, of=textures)
             self.choice = Choice("the caller's")
 
-    def _rasterizer(self, sizes: NDArray[np.float32], splat: str) -> SplatPass | ComputeSplatPass:
+    def rasterizer(self, sizes: NDArray[np.float32], splat: str) -> SplatPass | ComputeSplatPass:
         computed = self._can_compute and splat == "footprint" and (sizes == 1).all()
         kind, gl = "compute" if computed else "points", self.context.gl
         if kind not in self._rasterizers:
             self._rasterizers[kind] = ComputeSplatPass(gl, self._merge) if computed else SplatPass(gl)
         return self._rasterizers[kind]
 
-    def _fit_target(self, camera: Camera) -> Target:
+    def fit_target(self, camera: Camera) -> Target:
         if self._target is None or self._target.size != (camera.width, camera.height):
             if self._target is not None:
                 self._target.release()
             self._target = None  # stays so when the new one does not fit the GPU
             self.steps.forget("splats")
+            self.steps.forget("surfaces")
             self._target = Target(self.context.gl, camera.width, camera.height)
         return self._target
 

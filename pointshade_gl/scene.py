@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -70,7 +70,9 @@ class Mesh:
         if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
             raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
         if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
-            raise ValueError(f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}")
+            raise ValueError(
+                f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}"
+            )
         object.__setattr__(self, "positions", points)
         object.__setattr__(self, "faces", np.ascontiguousarray(faces, dtype=np.uint32))
         for name, width in (("normals", 3), ("uv", 2)):
@@ -121,7 +123,8 @@ class Node:
         object.__setattr__(self, "children", tuple(self.children))
 
 
-class Placed(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Placed:
     """Content of a node with its place in the world."""
 
     content: Any
@@ -152,7 +155,8 @@ class Scene:
 
     def placed(self) -> Iterator[Placed]:
         """All visible content in the order of the nodes. Raises ValueError for a node that is below itself."""
-        stack = [(node, np.eye(4), (k,), ()) for k, node in enumerate(self.nodes)][::-1]
+        stack: list[tuple[Node, Matrix, tuple[int, ...], tuple[Node, ...]]] = []
+        stack.extend((node, np.eye(4), (k,), ()) for k, node in reversed(list(enumerate(self.nodes))))
         while stack:
             node, parent, path, above = stack.pop()
             if any(node is other for other in above):
@@ -170,7 +174,9 @@ class Scene:
 
         def changed(nodes: tuple[Node, ...], rest: tuple[int, ...]) -> tuple[Node, ...]:
             node = nodes[rest[0]]
-            new = replace(node, **changes) if len(rest) == 1 else replace(node, children=changed(node.children, rest[1:]))
+            new = (
+                replace(node, **changes) if len(rest) == 1 else replace(node, children=changed(node.children, rest[1:]))
+            )
             return (*nodes[: rest[0]], new, *nodes[rest[0] + 1 :])
 
         return replace(self, nodes=changed(self.nodes, path))

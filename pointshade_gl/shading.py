@@ -15,6 +15,7 @@ from .camera import check_point
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
 MERGE = 1e-5  # of 1/z: nothing to see (`bench --speed` charts it), and all the speed on planes
+WIDEST_SPOT = 70.0  # degrees; a wider spot casts its shadows as a point light does
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 Vector = tuple[float, float, float]
 
@@ -121,3 +122,25 @@ def light_rows(lights: Sequence[Light], target_pose: NDArray[Any], axes: NDArray
         row[1, :3] = np.array(light.color) * light.intensity
         row[2, :3] = light.attenuation
     return rows.astype(np.float32)
+
+
+def scene_light_rows(
+    lights: Sequence[Light], target_pose: NDArray[Any], axes: NDArray[Any], first_views: Sequence[int | None]
+) -> NDArray[np.float32]:
+    """The same for shaders/common/scene_light.glsl: (n, 5, 4), with spots and the number of the first shadow view."""
+    rows = np.zeros((len(lights), 5, 4), np.float32)
+    rows[:, :3] = light_rows(lights, target_pose, axes)
+    for row, light, first in zip(rows, lights, first_views, strict=True):
+        if light.is_spot:
+            direction = np.array(light.direction) / np.linalg.norm(np.array(light.direction))
+            row[3, :3] = axes[:3, :3].T @ direction
+            row[4, :2] = np.cos(np.radians(light.cone))
+        row[3, 3] = -1 if first is None else first
+        row[4, 2] = count_views(light)
+    return rows
+
+
+def count_views(light: Light) -> int:
+    """How many pictures a light takes of a scene for its shadows: six in all directions, else one."""
+    narrow = light.is_spot and light.cone[1] <= WIDEST_SPOT
+    return 1 if light.position is None or narrow else 6

@@ -8,6 +8,9 @@
 #ifndef LIT
 #define LIT 0
 #endif
+#ifndef SCENE
+#define SCENE 0  // one of several objects: surfaces for every shading, with depth; no normal means lit already
+#endif
 // What each pixel of the view shows, found in the frame. SHADING 0 (none): the picture's own colour; 1 (flat): the light
 // of the point; 2 (gouraud): the light of the points round it, interpolated; 3 (phong): normal and albedo, interpolated,
 // for the light pass, or with LIT lit at once, to the same bits. Nothing blends across an edge.
@@ -37,7 +40,13 @@ uniform vec3 ambient;
 uniform int light_count;
 #endif
 
-#if SHADING == 3 && !LIT
+#if SCENE
+uniform float near;
+uniform float scale;  // of the object; the view is without it
+uniform float material_number;
+#endif
+
+#if SHADING == 3 && !LIT || SCENE
 layout(location = 0) out vec4 surface;  // unit normal, depth, both in target axes
 layout(location = 1) out vec4 albedo;   // linear
 #else
@@ -96,8 +105,16 @@ void main() {
     vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(pixel, source), own.w, source);
 #endif
 
-#if SHADING == 0
+#if SCENE
+    gl_FragDepth = 1.0 - near * inverse_depth / scale;
+    surface = vec4(0.0, 0.0, 0.0, scale / inverse_depth);
+#endif
+#if SHADING == 0 && SCENE
+    albedo = vec4(srgb_to_linear(picture_at(color_map, pixel, vec2(size))), material_number);
+#elif SHADING == 0
     color = vec4(picture_at(color_map, pixel, vec2(size)), 1.0);
+#elif SHADING == 1 && SCENE
+    albedo = vec4(texelFetch(color_map, ivec2(pixel), 0).rgb, material_number);
 #elif SHADING == 1
     color = vec4(linear_to_srgb(texelFetch(color_map, ivec2(pixel), 0).rgb), 1.0);
 #else
@@ -111,7 +128,11 @@ void main() {
     vec3 mixed = weight.x * texelFetch(color_map, low, 0).rgb + weight.y * texelFetch(color_map, corner_b, 0).rgb
         + weight.z * texelFetch(color_map, corner_c, 0).rgb + weight.w * texelFetch(color_map, high, 0).rgb;
     vec3 light = total > 0.001 ? mixed / total : texelFetch(color_map, ivec2(pixel), 0).rgb;
+#if SCENE
+    albedo = vec4(light, material_number);
+#else
     color = vec4(linear_to_srgb(light), 1.0);
+#endif
 #else
     vec3 mixed = weight.x * a.xyz + weight.y * b.xyz + weight.z * c.xyz + weight.w * d.xyz;
     vec3 normal = total > 0.001 ? normalize(mixed) : own.xyz;
@@ -126,6 +147,9 @@ void main() {
     vec3 point = pixel_ray(target_pixel, target) * depth;
     vec3 light = light_surface(point, vec3(0.0), normal, linear, material, ambient, lights, light_count);
     color = vec4(linear_to_srgb(light), 1.0);
+#elif SCENE
+    surface.xyz = normal;
+    albedo = vec4(linear, material_number);
 #else
     surface = vec4(normal, depth);
     albedo = vec4(linear, 1.0);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -11,6 +11,13 @@ from ..camera import Camera
 from ..shading import Material
 from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures, Target
+
+
+class Shadows(NamedTuple):
+    """What the lights' shadows are looked up in."""
+
+    maps: dict[str, moderngl.Texture]  # shadow_map and views
+    to_world: np.ndarray  # (3, 3) from the lit surfaces' axes
 
 
 class LightPass:
@@ -39,23 +46,64 @@ class LightPass:
             frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs
         )
 
+    def draw_scene(
+        self, target: Target, camera: Camera, lights: np.ndarray, materials: np.ndarray, ambient: Any, shadows: Shadows
+    ) -> None:
+        """As draw_pixels with lights (n, 5, 4), a material (4,) for each number in the albedo's alpha."""
+        target.picture.clear()
+        table = data_texture(self._context, 1, len(materials), 4)
+        table.write(materials.astype("f4"))
+        maps = {"surface_map": target.surface, "albedo_map": target.albedo, "materials": table, **shadows.maps}
+        inputs = self._scene_inputs(lights, ambient, shadows)
+        self._pass("scene").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
+        table.release()
+
+    def draw_scene_points(
+        self,
+        frame: FrameTextures,
+        camera: Camera,
+        eye: np.ndarray,
+        lights: np.ndarray,
+        material: Material,
+        scale: float,
+        ambient: Any,
+        shadows: Shadows,
+    ) -> None:
+        """As draw_points with lights (n, 5, 4); scale is the object's, lights and eye are in its turned axes."""
+        frame.lit_target.clear()
+        maps = {"surface_map": frame.surface, "albedo_map": frame.color, **shadows.maps}
+        inputs = self._scene_inputs(lights, ambient, shadows) | {"material": _strengths(material), "scale": scale}
+        light_pass = self._pass("scene points")
+        light_pass.draw(frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs)
+
+    def _scene_inputs(self, lights: np.ndarray, ambient: Any, shadows: Shadows) -> dict[str, Any]:
+        inputs = {"lights": self._write(lights), "light_count": len(lights), "ambient": tuple(ambient)}
+        return inputs | {"to_world": shadows.to_world.T.astype("f4").tobytes()}
+
     def inputs(self, lights: np.ndarray, material: Material) -> dict[str, Any]:
         """What shaders/common/lights.glsl reads, by the names of the uniforms. lights (n, 3, 4) float32."""
-        rows = max(len(lights), 1)  # a texture has at least one; light_count says how many are meant
-        if self._lights.height != rows:
+        uniforms = {"material": _strengths(material), "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
+        return {"lights": self._write(lights), **uniforms}
+
+    def _write(self, lights: np.ndarray) -> moderngl.Texture:
+        size = lights.shape[1], max(len(lights), 1)  # a texture has at least one row; light_count says how many count
+        if self._lights.size != size:
             self._lights.release()
-            self._lights = data_texture(self._context, 3, rows, 4)
+            self._lights = data_texture(self._context, *size, 4)
         if len(lights):
-            self._lights.write(lights)
-        strengths = (material.ambient, material.diffuse, material.specular, material.shininess)
-        uniforms = {"material": strengths, "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
-        return {"lights": self._lights, **uniforms}
+            self._lights.write(np.ascontiguousarray(lights))
+        return self._lights
 
     def _pass(self, name: str) -> FullscreenPass:
         if name not in self._passes:
-            self._passes[name] = FullscreenPass(self._context, "light.frag", POINTS=int(name == "points"))
+            constants = {"POINTS": int("points" in name), "SCENE": int("scene" in name)}
+            self._passes[name] = FullscreenPass(self._context, "light.frag", **constants)
         return self._passes[name]
 
     def release(self) -> None:
         for item in (self._lights, *self._passes.values()):
             item.release()
+
+
+def _strengths(material: Material) -> tuple[float, float, float, float]:
+    return material.ambient, material.diffuse, material.specular, material.shininess

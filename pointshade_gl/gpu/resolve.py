@@ -56,6 +56,39 @@ class ResolvePass:
         image.clear()
         self._passes[key].draw(image, textures, **uniforms)
 
+    def draw_object(
+        self,
+        frame: FrameTextures,
+        source: Camera,
+        target: Target,
+        camera: Camera,
+        view: np.ndarray,
+        shading: str,
+        look_up: bool,
+        near: float,
+        scale: float,
+        material_number: float,
+    ) -> None:
+        """One of several objects: target.shared_surfaces keeps what is nearest. view is without the object's scale."""
+        key = f"object {shading}", look_up, False
+        if key not in self._passes:
+            version = 430 if look_up else 330
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up), "SCENE": 1}
+            self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
+        colors = frame.lit if shading in ("flat", "gouraud") else frame.color
+        textures = {"surface_map": frame.surface, "color_map": colors}
+        uniforms: dict[str, Any] = source_and_target(source, camera, view)
+        uniforms |= {"near": near, "scale": scale, "material_number": material_number}
+        if look_up:
+            target.nearest.bind_to_storage_buffer(0)
+            uniforms["target_size"] = target.size
+        else:
+            textures["source_ids"] = target.source_ids
+            uniforms["first_id"] = 1
+        self._context.enable_only(moderngl.DEPTH_TEST)
+        self._passes[key].draw(target.shared_surfaces, textures, **uniforms)
+        self._context.enable_only(moderngl.NOTHING)
+
     def release(self) -> None:
         for item in self._passes.values():
             item.release()

@@ -23,8 +23,9 @@ class Lap(NamedTuple):
 class Steps:
     """Remembers for each step what it last ran with.
 
-    The rule: a step runs when its inputs are not those of its last run, when a step before it has run since, or when
-    it has no inputs to compare. Frames are compared by identity (they never change), values and arrays by value.
+    The rule: a step runs when its inputs are not those of its last run, or when it has none to compare. What another
+    step made is an input by its `stamp`. Frames and meshes are compared by identity (they never change), values and
+    arrays by value. `of` tells apart what the step is run on, when a scene has several.
 
     counts  how often each step has run
     timed   set it to True to have `laps` filled; the GPU then waits for each step, so the whole is slower
@@ -35,28 +36,37 @@ class Steps:
         self._context = context
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
-        self._done: dict[str, tuple[tuple[Any, ...] | None, Any]] = {}
+        self._done: dict[tuple[str, int], tuple[tuple[Any, ...] | None, Any]] = {}
+        self._stamps: Counter[tuple[str, int]] = Counter()
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Lap] = {}
         self.timed = False
 
-    def run(self, name: str, inputs: tuple[Any, ...] | None, work: Callable[..., _Result], *arguments: Any) -> _Result:
+    def run(
+        self, name: str, inputs: tuple[Any, ...] | None, work: Callable[..., _Result], *arguments: Any, of: Any = None
+    ) -> _Result:
         """The result of work(*arguments), or that of its last run if nothing has changed since."""
-        if name in self._done:
-            before, result = self._done[name]
-            if before is not None and inputs is not None and all(map(_same, before, inputs)):
+        key = name, id(of)
+        if key in self._done:
+            before, result = self._done.pop(key)  # gone if the work fails
+            if before is not None and inputs is not None and _same(before, inputs):
+                self._done[key] = before, result
                 return result
-        self.forget(name)
         result = self._time(name, work, arguments) if self.timed else work(*arguments)
         self.counts[name] += 1
-        self._done[name] = _kept(inputs), result
+        self._stamps[key] += 1
+        self._done[key] = _kept(inputs), result
         return result
 
-    def forget(self, name: str) -> None:
-        """The step and all that followed it will run again."""
-        names = list(self._done)
-        for later in names[names.index(name) :] if name in names else []:
-            del self._done[later]
+    def stamp(self, name: str, of: Any = None) -> int:
+        """Another number each time that the step has run."""
+        return self._stamps[name, id(of)]
+
+    def forget(self, name: str | None = None, of: Any = None) -> None:
+        """The step of that name, or every step on `of`, or every step, will run again."""
+        for key in list(self._done):
+            if (name is None or key[0] == name) and (of is None or key[1] == id(of)):
+                del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
         self._query = self._query or self._context.query(time=True)
@@ -71,11 +81,15 @@ class Steps:
 
 
 def _same(before: Any, now: Any) -> bool:
+    if isinstance(before, tuple) and isinstance(now, tuple):
+        return len(before) == len(now) and all(map(_same, before, now))
     if isinstance(before, np.ndarray) or isinstance(now, np.ndarray):
         return isinstance(before, np.ndarray) and isinstance(now, np.ndarray) and np.array_equal(before, now)
-    return before is now or before == now
+    return before is now or bool(before == now)
 
 
-def _kept(inputs: tuple[Any, ...] | None) -> tuple[Any, ...] | None:
+def _kept(inputs: Any) -> Any:
     """Inputs as they are now: the caller may write into her arrays afterwards."""
-    return inputs and tuple(item.copy() if isinstance(item, np.ndarray) else item for item in inputs)
+    if isinstance(inputs, tuple):
+        return tuple(map(_kept, inputs))
+    return inputs.copy() if isinstance(inputs, np.ndarray) else inputs

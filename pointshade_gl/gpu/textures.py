@@ -35,10 +35,10 @@ class FrameTextures:
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.surface_target = context.framebuffer([self.surface])
         self._context = context
+        self.frame: Frame | None = None  # whose textures these are
         try:
             check_memory(context)
-            self.upload(frame)
-        except Exception:
+        except MemoryError:
             self.release()
             raise
 
@@ -66,8 +66,10 @@ class FrameTextures:
         return (*self.depth_size, *self.color_size) == (*frame.depth.shape[::-1], *_size(color))
 
     def upload(self, frame: Frame) -> None:
+        self.frame = None
         self.depth.write(frame.depth)
         self.color.write(NEUTRAL if frame.color is None else frame.color)
+        self.frame = frame
 
     def write_normals(self, normals: np.ndarray, depth: np.ndarray) -> None:
         """normals (h, w, 3), (0, 0, 0) where missing, and depth (h, w), both float32."""
@@ -95,8 +97,15 @@ class Target:
         self._context = context
         self.size = width, height
         self._made: list[Any] = []
-        self.color = self._keep(context.texture(self.size, 4))
-        self.picture = self._keep(context.framebuffer([self.color]))
+
+    @cached_property
+    def color(self) -> moderngl.Texture:
+        """RGBA8, the picture. Written by `picture`."""
+        return self._keep(self._context.texture(self.size, 4))
+
+    @cached_property
+    def picture(self) -> moderngl.Framebuffer:
+        return self._keep(self._context.framebuffer([self.color]))
 
     @cached_property
     def source_ids(self) -> moderngl.Texture:
@@ -106,8 +115,15 @@ class Target:
     @cached_property
     def visible(self) -> moderngl.Framebuffer:
         """Source ids, with a depth buffer."""
-        depth = self._keep(self._context.depth_texture(self.size))
-        return self._keep(self._context.framebuffer([self.source_ids], depth))
+        return self._keep(self._context.framebuffer([self.source_ids], self.depth))
+
+    @cached_property
+    def depth(self) -> moderngl.Texture:
+        """1 - near/z of what `visible` shows."""
+        texture = self._keep(self._context.depth_texture(self.size))
+        texture.compare_func = ""  # read as numbers
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
 
     @cached_property
     def nearest(self) -> moderngl.Buffer:
@@ -128,6 +144,12 @@ class Target:
     def surfaces(self) -> moderngl.Framebuffer:
         """What the light pass of `phong` reads."""
         return self._keep(self._context.framebuffer([self.surface, self.albedo]))
+
+    @cached_property
+    def shared_surfaces(self) -> moderngl.Framebuffer:
+        """The same with a depth buffer, for the several objects of a scene."""
+        depth = self._keep(self._context.depth_renderbuffer(self.size))
+        return self._keep(self._context.framebuffer([self.surface, self.albedo], depth))
 
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""

@@ -1,0 +1,128 @@
+"""Where things are in a scene: bounds, what a camera can see of them, and the views of lights. No GL here."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Camera
+from .frame import Frame
+from .scene import Mesh, Placed, PointObject
+from .shading import Light, count_views
+
+Matrix = NDArray[np.float64]
+FAR_AWAY = (
+    1000.0  # a directional light's camera stands this many radii of the scene off: its rays are parallel to 0.001
+)
+CONTACT = 0.003  # of the scene's radius
+FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
+
+
+class ShadowView(NamedTuple):
+    """One picture that a light takes of the scene."""
+
+    camera: Camera
+    pose: Matrix  # (4, 4) camera-to-world
+    near: float
+    contact: float  # world units by which an occluder must be nearer to the light than what it shades
+
+
+def world_of(placed: Placed) -> Matrix:
+    """(4, 4) from the content's own axes to the world: of a point object from its frame's camera."""
+    content: Any = placed.content
+    return placed.world @ content.frame.pose if isinstance(content, PointObject) else placed.world
+
+
+def rigid_part(world: Matrix, name: str) -> tuple[Matrix, float]:
+    """Rotation and translation, (4, 4), and the one scale of a transform.
+
+    Raises ValueError for what a point object cannot have: another scale along one axis, a shear, a mirror.
+    """
+    linear = world[:3, :3]
+    scale = float(np.cbrt(np.linalg.det(linear)))
+    if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
+        raise ValueError(
+            f"node {name!r}: a point object takes rotation, translation and one scale for all axes, "
+            f"got\n{np.round(linear, 4).tolist()}"
+        )
+    rigid = world.copy()
+    rigid[:3, :3] = linear / scale
+    return rigid, scale
+
+
+def corners(content: Mesh | PointObject) -> NDArray[np.float64]:
+    """(8, 3) corners of a box round the content, in its own axes; (0, 3) when it has no points."""
+    if isinstance(content, PointObject):
+        return _frame_corners(content.frame)
+    points = content.positions[np.unique(content.faces)] if content.faces.size else content.positions[:0]
+    return _box(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3))
+
+
+def _frame_corners(frame: Frame) -> NDArray[np.float64]:
+    if not frame.points_known:
+        return np.zeros((0, 3))
+    rows, columns = (np.flatnonzero(frame.depth.any(axis)) for axis in (1, 0))
+    known = frame.depth[frame.depth > 0]
+    c, z = frame.camera, np.array([known.min(), known.max()], np.float64)
+    x = (np.array([columns[0] - 0.5, columns[-1] + 0.5]) - c.cx) / c.fx
+    y = (np.array([rows[0] - 0.5, rows[-1] + 0.5]) - c.cy) / c.fy
+    at = np.array([[x_ * z_, y_ * z_, z_] for z_ in z for x_ in x for y_ in y])
+    return _box(at.min(0), at.max(0))
+
+
+def _box(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
+    return np.array([[(low, high)[k >> axis & 1][axis] for axis in range(3)] for k in range(8)], np.float64)
+
+
+def is_in_view(box: NDArray[np.float64], world: Matrix, camera: Camera, pose: Matrix, near: float) -> bool:
+    """Whether a box may show in the picture: False only when it lies wholly outside one side of the view."""
+    if not len(box):
+        return False
+    view = np.linalg.inv(pose) @ world
+    x, y, z = (box @ view[:3, :3].T + view[:3, 3]).T
+    u, v = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
+    outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < near)
+    return not any(side.all() for side in outside)
+
+
+def bounding_sphere(placed: list[Placed]) -> tuple[NDArray[np.float64], float]:
+    """Centre (3,) and radius of a sphere round everything, world; radius 1 round the origin without anything."""
+    found = [box @ world_of(p)[:3, :3].T + world_of(p)[:3, 3] for p in placed if len(box := corners(p.content))]
+    if not found:
+        return np.zeros(3), 1.0
+    points = np.concatenate(found)
+    centre = (points.min(0) + points.max(0)) / 2
+    return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-6)
+
+
+def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side: int) -> list[ShadowView]:
+    """The pictures that a light takes of what lies within a sphere: one, or six of a point light. side in pixels."""
+    if light.position is None:
+        direction = np.array(light.direction, np.float64) / np.linalg.norm(np.array(light.direction))
+        distance = FAR_AWAY * radius
+        focal = (side / 2 - 2) * (distance - radius) / radius
+        position, directions, near = centre - distance * direction, [direction], distance - 1.1 * radius
+    else:
+        position = np.array(light.position)
+        away = float(np.linalg.norm(position - centre))
+        near = max(away - 1.1 * radius, 0.002 * radius)
+        if count_views(light) == 1:
+            assert light.direction is not None
+            directions, focal = [np.array(light.direction)], (side / 2 - 2) / math.tan(math.radians(light.cone[1]))
+        else:
+            directions, focal = list(FACES), side / 2 - 2.0
+    camera = Camera(focal, focal, (side - 1) / 2, (side - 1) / 2, side, side)
+    return [ShadowView(camera, _looking(position, direction), near, CONTACT * radius) for direction in directions]
+
+
+def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
+    """The pose of a camera at a position that looks along a direction, turned any way round it."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.stack([x, np.cross(z, x), z], -1), position
+    return pose

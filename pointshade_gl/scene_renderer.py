@@ -1,0 +1,206 @@
+"""How a scene is drawn: surfaces of all objects into one picture, the lights' shadow maps, then light, once a pixel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .camera import Camera, check_pose
+from .gpu.light import Shadows
+from .gpu.meshes import MeshPass
+from .gpu.shadows import ShadowPass
+from .gpu.textures import FrameTextures, Target
+from .placement import Matrix, ShadowView, bounding_sphere, corners, is_in_view, rigid_part, shadow_views, world_of
+from .scene import Mesh, Placed, PointObject, Scene
+from .shading import Light, Material, check_sizes, scene_light_rows
+
+if TYPE_CHECKING:
+    import moderngl
+
+    from .renderer import Renderer
+
+NEAR = 0.001  # share of the distance to the scene's middle: what comes closer to the viewer is cut away
+SHADOW_SIDE = 1024  # pixels of a shadow view
+CAMERA = Camera.from_fov(45, 640, 480)  # of a scene without one
+
+
+class Points(NamedTuple):
+    """A point object on the GPU."""
+
+    placed: Placed
+    textures: FrameTextures
+    pose: Matrix  # (4, 4) from the frame's camera to the world, without the scale
+    scale: float
+
+
+class SceneRenderer:
+    """Draws scenes with the passes of a Renderer, and those that only scenes need."""
+
+    def __init__(self, renderer: Renderer):
+        self._renderer = renderer
+        self._meshes = MeshPass(renderer.context.gl)
+        self._shadows = ShadowPass(renderer.context.gl)
+        self._nothing = renderer.context.gl.texture((1, 1), 4, dtype="f4")
+
+    def draw(self, scene: Scene, lights: Sequence[Light] | None, camera: Camera | None, pose: Matrix | None) -> Target:
+        """The picture in the renderer's target. Lights, camera and pose in place of the scene's own."""
+        run, stamp = self._renderer.steps.run, self._renderer.steps.stamp
+        camera, pose = camera or scene.camera or CAMERA, check_pose(scene.pose if pose is None else pose)
+        placed = list(scene.placed())
+        things = [p for p in placed if not isinstance(p.content, Light)]
+        lights = lights_of(placed) or [Light()] if lights is None else lights
+        centre, radius = bounding_sphere(things)
+        near = NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
+        shown = [p for p in things if is_in_view(corners(p.content), world_of(p), camera, pose, near)]
+        casting = [light for light in lights if light.shadow]
+        cast = [p for p in things if p.node.shadow and casting]
+        self._renderer.steps.counts["culled"] += len(things) - len(shown)
+        self._meshes.keep_only([p.content for p in (*shown, *cast) if isinstance(p.content, Mesh)])
+        points = self._prepare([p for p in things if p in shown or p in cast])
+        target = self._renderer.fit_target(camera)
+
+        views = [shadow_views(light, centre, radius, SHADOW_SIDE) for light in casting]
+        if views:
+            geometry = tuple(
+                (one.world, stamp("surface", points[one].textures) if one in points else id(one.content))
+                for one in cast
+            )
+            flat = [view for several in views for view in several]
+            run("shadows", (tuple(flat), geometry), self._draw_shadows, flat, cast, points)
+        firsts = np.cumsum([0, *map(len, views)])
+        first_of = [int(firsts[casting.index(light)]) if light.shadow else None for light in lights]
+
+        for p in shown:
+            if p in points and p.content.shading in ("flat", "gouraud"):
+                run(
+                    "lit points",
+                    None,
+                    self._light_points,
+                    points[p],
+                    pose,
+                    lights,
+                    first_of,
+                    scene.ambient,
+                    views,
+                    of=points[p].textures,
+                )
+        materials = list(dict.fromkeys(p.content.material for p in shown)) or [Material()]
+
+        def made(p: Placed) -> tuple[int, ...]:
+            kept = points[p].textures if p in points else None
+            return (id(p.content), stamp("surface", kept), stamp("lit points", kept)) if kept else (id(p.content),)
+
+        looks = tuple((p.world, p.content.material, p.content.shading, *made(p)) for p in shown)
+        run(
+            "surfaces", (camera, pose, looks), self._draw_surfaces, shown, points, target, camera, pose, near, materials
+        )
+        rows = scene_light_rows(lights, pose, pose, first_of)
+        table = np.array([[(m.ambient, m.diffuse, m.specular, m.shininess)] for m in materials])
+        shadows = self._look_ups(views, pose)
+        run("light", None, self._renderer.light.draw_scene, target, camera, rows, table, scene.ambient, shadows)
+        return target
+
+    def _prepare(self, things: list[Placed]) -> dict[Placed, Points]:
+        """Textures and normals of the point objects."""
+        objects = [p for p in things if isinstance(p.content, PointObject)]
+        found = {}
+        for p, textures in zip(objects, self._renderer.upload([p.content.frame for p in objects]), strict=True):
+            content: PointObject = p.content
+            self._renderer.find_normals(textures, content.frame, content.normals, content.max_depth_step, content.noise)
+            found[p] = Points(p, textures, *rigid_part(world_of(p), p.node.name))
+        return found
+
+    def _draw_splats(
+        self, one: Points, target: Target, camera: Camera, pose: Matrix, near: float
+    ) -> tuple[Matrix, bool]:
+        """The view, source axes to target axes over the object's scale, and whether to look up in `nearest`."""
+        content: PointObject = one.placed.content
+        view = np.linalg.inv(pose) @ one.pose
+        view[:3, 3] /= one.scale
+        sizes = check_sizes(content.size, content.frame.depth.shape)
+        splats = self._renderer.rasterizer(sizes, content.splat)
+        way = one.textures, content.frame.camera, target, camera, view
+        splats.draw(*way, near / one.scale, sizes, content.splat)
+        self._renderer.steps.counts["splats"] += 1
+        return view, splats.look_up
+
+    def _draw_surfaces(
+        self, shown: list[Placed], points: dict[Placed, Points], target: Target, camera: Camera, pose: Matrix,
+        near: float, materials: list[Material],
+    ) -> None:  # fmt: skip
+        target.shared_surfaces.clear(depth=1.0)
+        for p in shown:
+            number = (materials.index(p.content.material) + 1) / 65535
+            if p in points:
+                one = points[p]
+                view, look_up = self._draw_splats(one, target, camera, pose, near)
+                way = one.textures, p.content.frame.camera, target, camera, view
+                self._renderer.resolve.draw_object(*way, p.content.shading, look_up, near, one.scale, number)
+            else:
+                view = np.linalg.inv(pose) @ p.world
+                self._meshes.draw_surface(target.shared_surfaces, p.content, camera, view, near, number)
+                self._renderer.steps.counts["mesh"] += 1
+
+    def _draw_shadows(self, views: list[ShadowView], cast: list[Placed], points: dict[Placed, Points]) -> None:
+        def draw_meshes(target: moderngl.Framebuffer, view: ShadowView) -> None:
+            for p in cast:
+                if p not in points:
+                    matrix = np.linalg.inv(view.pose) @ p.world
+                    self._meshes.draw_shadow(target, p.content, view.camera, matrix, view.near)
+                    self._renderer.steps.counts["mesh"] += 1
+
+        def splats_of(one: Points) -> Callable[[Target, ShadowView], tuple[bool, float]]:
+            def draw(target: Target, view: ShadowView) -> tuple[bool, float]:
+                look_up = self._draw_splats(one, target, view.camera, view.pose, view.near)[1]
+                return look_up, view.near / one.scale
+
+            return draw
+
+        self._shadows.draw(views, draw_meshes, [splats_of(points[p]) for p in cast if p in points])
+
+    def _light_points(
+        self,
+        one: Points,
+        pose: Matrix,
+        lights: Sequence[Light],
+        first_of: list[int | None],
+        ambient: Any,
+        views: list[list[ShadowView]],
+    ) -> None:
+        """Light of the points themselves, for shading models that show it between them; in the object's turned axes."""
+        content: PointObject = one.placed.content
+        eye = (np.linalg.inv(one.pose) @ pose)[:3, 3]
+        rows = scene_light_rows(lights, pose, one.pose, first_of)
+        shadows = self._look_ups(views, one.pose)
+        frame = content.frame
+        self._renderer.light.draw_scene_points(
+            one.textures, frame.camera, eye, rows, content.material, one.scale, ambient, shadows
+        )
+
+    def _look_ups(self, views: list[list[ShadowView]], axes: Matrix) -> Shadows:
+        flat = [view for several in views for view in several]
+        if not flat:
+            return Shadows({"shadow_map": self._nothing, "views": self._nothing}, axes[:3, :3])
+        return Shadows({"shadow_map": self._shadows.map, "views": self._shadows.write_views(flat, axes)}, axes[:3, :3])
+
+    def release(self) -> None:
+        for item in (self._nothing, self._shadows, self._meshes):
+            item.release()
+
+
+def lights_of(placed: Sequence[Placed]) -> list[Light]:
+    """The lights among the content, in world axes."""
+    found = []
+    for p in placed:
+        if isinstance(p.content, Light):
+            light, turn = p.content, p.world[:3, :3]
+            changes = {}
+            if light.position is not None:
+                changes["position"] = tuple(turn @ light.position + p.world[:3, 3])
+            if light.direction is not None:
+                changes["direction"] = tuple(turn @ light.direction)
+            found.append(replace(light, **changes))
+    return found

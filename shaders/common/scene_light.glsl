@@ -1,0 +1,40 @@
+#include "common/phong.glsl"
+#include "common/shadow.glsl"
+
+// As light_surface, with spots and shadows; what a scene pays that has them. A row of `lights` has two texels more:
+// texel 3 direction of travel of a spot, 0 for others; w is the number of its first shadow view, -1 without
+// texel 4 cosines of a spot's inner and outer cone; how many shadow views there are, 1 or 6
+// to_world turns into the axes in which the six views of a point light stand.
+
+// Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
+float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
+    float inside = (dot(direction, -l) - cosines.y) / max(cosines.x - cosines.y, 1e-4);
+    inside = clamp(inside, 0.0, 1.0);
+    return inside * inside * (3.0 - 2.0 * inside);
+}
+
+vec3 scene_light(
+    vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count,
+    sampler2D shadow_map, sampler2D views, mat3 to_world
+) {
+    vec3 v = normalize(eye - point);
+    vec3 result = material.x * ambient * albedo;
+    for (int i = 0; i < count; ++i) {
+        vec4 place = texelFetch(lights, ivec2(0, i), 0);
+        vec3 light = texelFetch(lights, ivec2(1, i), 0).rgb;
+        vec4 spot = texelFetch(lights, ivec2(3, i), 0);
+        vec3 kind = texelFetch(lights, ivec2(4, i), 0).xyz;
+        vec3 to_light = place.xyz * (place.w > 0.0 ? 1.0 : -1.0) - point * place.w;
+        float distance = length(to_light);
+        if (distance == 0.0) continue;  // a light inside the surface has no side to shine from
+        vec3 l = to_light / distance;
+        if (place.w > 0.0) light *= attenuation(distance, texelFetch(lights, ivec2(2, i), 0).xyz);
+        if (spot.xyz != vec3(0.0)) light *= spot_cone(spot.xyz, l, kind.xy);
+        if (spot.w >= 0.0 && dot(n, l) > 0.0) {
+            int face = kind.z > 1.0 ? cube_face(to_world * -l) : 0;
+            light *= light_share(shadow_map, views, int(spot.w) + face, point, n);
+        }
+        result += phong(n, v, l, albedo, material, light);
+    }
+    return clamp(result, 0.0, 1.0);
+}

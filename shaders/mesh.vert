@@ -1,0 +1,25 @@
+#version 330 core
+// A mesh in the target view; z ends as 1 - near/z, linear in 1/z, as the splats' does.
+uniform mat4 view;          // node axes to target axes
+uniform mat3 normal_view;   // its inverse transposed
+uniform vec4 target;
+uniform vec2 target_size;
+uniform float near;
+
+in vec3 position;
+in vec3 normal;
+in vec2 uv;
+
+out vec3 target_normal;
+out vec2 texture_uv;
+out float depth;
+
+void main() {
+    vec3 point = (view * vec4(position, 1.0)).xyz;
+    target_normal = normal_view * normal;
+    texture_uv = uv;
+    depth = point.z;
+    // Pixel centres at integers: (u + 0.5) / width of the way across, kept homogeneous for points behind the viewer.
+    vec2 pixel = target.xy * point.xy + (target.zw + 0.5) * point.z;
+    gl_Position = vec4(2.0 * pixel / target_size - point.z, point.z - 2.0 * near, point.z);
+}

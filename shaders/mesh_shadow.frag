@@ -1,0 +1,7 @@
+#version 330 core
+// A mesh in a light's view: only its depth counts.
+in vec3 target_normal;
+in vec2 texture_uv;
+in float depth;
+
+void main() {}

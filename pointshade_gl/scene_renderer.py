@@ -94,12 +94,13 @@ class SceneRenderer:
             return (id(p.content), stamp("surface", kept), stamp("lit points", kept)) if kept else (id(p.content),)
 
         looks = tuple((p.world, p.content.material, p.content.shading, *made(p)) for p in shown)
-        run(
-            "surfaces", (camera, pose, looks), self._draw_surfaces, shown, points, target, camera, pose, near, materials
-        )
-        rows = scene_light_rows(lights, pose, pose, first_of)
-        table = np.array([[(m.ambient, m.diffuse, m.specular, m.shininess)] for m in materials])
-        shadows = self._look_ups(views, pose)
+        rows, shadows = scene_light_rows(lights, pose, pose, first_of), self._look_ups(views, pose)
+        lit = self._renderer.light.scene_inputs(rows, scene.ambient, shadows)
+        if any(isinstance(p.content, Mesh) and p.content.shading in ("flat", "gouraud") for p in shown):
+            looks += (rows, stamp("shadows"), tuple(scene.ambient))  # these are lit as they are drawn
+        surfaces = shown, points, target, camera, pose, near, materials, lit
+        run("surfaces", (camera, pose, looks), self._draw_surfaces, *surfaces)
+        table = np.array([[m.strengths] for m in materials])
         run("light", None, self._renderer.light.draw_scene, target, camera, rows, table, scene.ambient, shadows)
         return target
 
@@ -129,7 +130,7 @@ class SceneRenderer:
 
     def _draw_surfaces(
         self, shown: list[Placed], points: dict[Placed, Points], target: Target, camera: Camera, pose: Matrix,
-        near: float, materials: list[Material],
+        near: float, materials: list[Material], lights: dict[str, Any],
     ) -> None:  # fmt: skip
         target.shared_surfaces.clear(depth=1.0)
         for p in shown:
@@ -141,7 +142,7 @@ class SceneRenderer:
                 self._renderer.resolve.draw_object(*way, p.content.shading, look_up, near, one.scale, number)
             else:
                 view = np.linalg.inv(pose) @ p.world
-                self._meshes.draw_surface(target.shared_surfaces, p.content, camera, view, near, number)
+                self._meshes.draw_surface(target.shared_surfaces, p.content, camera, view, near, number, lights)
                 self._renderer.steps.counts["mesh"] += 1
 
     def _draw_shadows(self, views: list[ShadowView], cast: list[Placed], points: dict[Placed, Points]) -> None:

@@ -75,6 +75,11 @@ class Material:
             _check_number(getattr(self, name), f"material {name}", 0, math.inf)
         _check_number(self.shininess, "material shininess", 0.001, 10_000)
 
+    @property
+    def strengths(self) -> tuple[float, float, float, float]:
+        """As the shaders take them."""
+        return self.ambient, self.diffuse, self.specular, self.shininess
+
 
 def _check_number(value: float, name: str, low: float, high: float) -> None:
     if not (low <= value <= high and math.isfinite(value)):  # NaN fails the first test

@@ -53,8 +53,8 @@ class LightPass:
         target.picture.clear()
         table = data_texture(self._context, 1, len(materials), 4)
         table.write(materials.astype("f4"))
-        maps = {"surface_map": target.surface, "albedo_map": target.albedo, "materials": table, **shadows.maps}
-        inputs = self._scene_inputs(lights, ambient, shadows)
+        maps = {"surface_map": target.surface, "albedo_map": target.albedo, "materials": table}
+        inputs = self.scene_inputs(lights, ambient, shadows)
         self._pass("scene").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
         table.release()
 
@@ -71,18 +71,19 @@ class LightPass:
     ) -> None:
         """As draw_points with lights (n, 5, 4); scale is the object's, lights and eye are in its turned axes."""
         frame.lit_target.clear()
-        maps = {"surface_map": frame.surface, "albedo_map": frame.color, **shadows.maps}
-        inputs = self._scene_inputs(lights, ambient, shadows) | {"material": _strengths(material), "scale": scale}
+        maps = {"surface_map": frame.surface, "albedo_map": frame.color}
+        inputs = self.scene_inputs(lights, ambient, shadows) | {"material": material.strengths, "scale": scale}
         light_pass = self._pass("scene points")
         light_pass.draw(frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs)
 
-    def _scene_inputs(self, lights: np.ndarray, ambient: Any, shadows: Shadows) -> dict[str, Any]:
+    def scene_inputs(self, lights: np.ndarray, ambient: Any, shadows: Shadows) -> dict[str, Any]:
+        """What shaders/common/scene_light.glsl reads, by the names of the uniforms. lights (n, 5, 4) float32."""
         inputs = {"lights": self._write(lights), "light_count": len(lights), "ambient": tuple(ambient)}
-        return inputs | {"to_world": shadows.to_world.T.astype("f4").tobytes()}
+        return inputs | shadows.maps | {"to_world": shadows.to_world.T.astype("f4").tobytes()}
 
     def inputs(self, lights: np.ndarray, material: Material) -> dict[str, Any]:
         """What shaders/common/lights.glsl reads, by the names of the uniforms. lights (n, 3, 4) float32."""
-        uniforms = {"material": _strengths(material), "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
+        uniforms = {"material": material.strengths, "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
         return {"lights": self._write(lights), **uniforms}
 
     def _write(self, lights: np.ndarray) -> moderngl.Texture:
@@ -103,7 +104,3 @@ class LightPass:
     def release(self) -> None:
         for item in (self._lights, *self._passes.values()):
             item.release()
-
-
-def _strengths(material: Material) -> tuple[float, float, float, float]:
-    return material.ambient, material.diffuse, material.specular, material.shininess

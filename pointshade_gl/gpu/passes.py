@@ -18,17 +18,23 @@ class FullscreenPass:
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """textures by the names of their samplers; they may also stand among the uniforms."""
-        textures = textures | {name: value for name, value in uniforms.items() if isinstance(value, moderngl.Texture)}
-        for unit, (name, texture) in enumerate(textures.items()):
-            texture.use(unit)
-            uniforms[name] = unit
-        set_uniforms(self._program, **uniforms)
+        inputs = textures | uniforms
+        bind_textures(inputs)
+        set_uniforms(self._program, **inputs)
         target.use()
         self._array.render(moderngl.TRIANGLES, 3)
 
     def release(self) -> None:
         self._array.release()
         self._program.release()
+
+
+def bind_textures(inputs: dict[str, Any]) -> None:
+    """Binds every texture among the inputs and puts the number of its unit in its place."""
+    names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
+    for unit, name in enumerate(names):
+        inputs[name].use(unit)
+        inputs[name] = unit
 
 
 def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:

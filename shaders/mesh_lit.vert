@@ -1,0 +1,45 @@
+#version 330 core
+// A mesh that is lit at its corners (gouraud) or once a triangle (flat: every corner is lit at the middle).
+#include "common/scene_light.glsl"
+
+uniform mat4 view;          // node axes to target axes
+uniform mat3 normal_view;   // its inverse transposed
+uniform vec4 target;
+uniform vec2 target_size;
+uniform float near;
+uniform sampler2D lights;
+uniform int light_count;
+uniform vec3 ambient;
+uniform vec4 material;
+uniform sampler2D shadow_map;
+uniform sampler2D views;
+uniform mat3 to_world;
+
+in vec3 position;
+in vec3 lit_at;  // the triangle's middle for flat
+in vec3 normal;
+in vec2 uv;
+
+out vec3 diffuse;   // light that the albedo is multiplied with
+out vec3 specular;
+out vec2 texture_uv;
+out float depth;
+
+void main() {
+    vec3 point = (view * vec4(position, 1.0)).xyz;
+    vec3 lit_point = (view * vec4(lit_at, 1.0)).xyz;
+    vec3 n = normalize(normal_view * normal);
+    if (dot(n, lit_point) > 0.0) n = -n;
+    vec4 matt = vec4(material.xy, 0.0, material.w);
+    vec4 shiny = vec4(0.0, 0.0, material.zw);
+    diffuse = scene_light(
+        lit_point, vec3(0.0), n, vec3(1.0), matt, ambient, lights, light_count, shadow_map, views, to_world
+    );
+    specular = scene_light(
+        lit_point, vec3(0.0), n, vec3(0.0), shiny, ambient, lights, light_count, shadow_map, views, to_world
+    );
+    texture_uv = uv;
+    depth = point.z;
+    vec2 pixel = target.xy * point.xy + (target.zw + 0.5) * point.z;
+    gl_Position = vec4(2.0 * pixel / target_size - point.z, point.z - 2.0 * near, point.z);
+}

@@ -88,6 +88,31 @@ def is_in_view(box: NDArray[np.float64], world: Matrix, camera: Camera, pose: Ma
     return not any(side.all() for side in outside)
 
 
+def coarser_step(frame: Frame, world: Matrix, camera: Camera, pose: Matrix) -> int:
+    """1, 2, 4 .. : every how many-th pixel of a frame is enough for a view in which several fall into one pixel.
+
+    Judged at the nearest corner of the object's box, so that no part of it is drawn too coarsely.
+    """
+    view = np.linalg.inv(pose) @ world
+    depth = (_frame_corners(frame) @ view[:3, :3].T + view[:3, 3])[:, 2]
+    nearest = float(depth.min()) if len(depth) else 0.0
+    if nearest <= 0:
+        return 1
+    scale = float(np.cbrt(abs(np.linalg.det(world[:3, :3]))))
+    spread = frame.depth.max() / frame.camera.fx * scale  # between neighbours, world units, at most
+    pixels = spread * camera.fx / nearest
+    return int(2 ** np.clip(np.floor(np.log2(1 / pixels)), 0, 5))
+
+
+def coarser(frame: Frame, step: int) -> Frame:
+    """Every step-th pixel of a frame; the colours stay as fine as they are."""
+    first, c = (step - 1) // 2, frame.camera
+    depth = frame.depth[first::step, first::step]
+    height, width = depth.shape
+    camera = Camera(c.fx / step, c.fy / step, (c.cx - first) / step, (c.cy - first) / step, width, height)
+    return Frame(frame.color, depth, camera, frame.pose)
+
+
 def bounding_sphere(placed: list[Placed]) -> tuple[NDArray[np.float64], float]:
     """Centre (3,) and radius of a sphere round everything, world; radius 1 round the origin without anything."""
     found = [box @ world_of(p)[:3, :3].T + world_of(p)[:3, 3] for p in placed if len(box := corners(p.content))]

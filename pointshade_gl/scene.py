@@ -42,6 +42,11 @@ class PointObject:
         check_normals_option(self.normals, self.frame.depth.shape)
         check_sizes(self.size, self.frame.depth.shape)
 
+    @property
+    def options(self) -> tuple[Any, ...]:
+        """What may be told for every pixel."""
+        return self.normals, self.size, self.noise
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:

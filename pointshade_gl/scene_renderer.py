@@ -9,11 +9,23 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .camera import Camera, check_pose
+from .frame import Frame
 from .gpu.light import Shadows
 from .gpu.meshes import MeshPass
 from .gpu.shadows import ShadowPass
 from .gpu.textures import FrameTextures, Target
-from .placement import Matrix, ShadowView, bounding_sphere, corners, is_in_view, rigid_part, shadow_views, world_of
+from .placement import (
+    Matrix,
+    ShadowView,
+    bounding_sphere,
+    coarser,
+    coarser_step,
+    corners,
+    is_in_view,
+    rigid_part,
+    shadow_views,
+    world_of,
+)
 from .scene import Mesh, Placed, PointObject, Scene
 from .shading import Light, Material, check_sizes, scene_light_rows
 
@@ -31,6 +43,7 @@ class Points(NamedTuple):
     """A point object on the GPU."""
 
     placed: Placed
+    frame: Frame
     textures: FrameTextures
     pose: Matrix  # (4, 4) from the frame's camera to the world, without the scale
     scale: float
@@ -43,6 +56,7 @@ class SceneRenderer:
         self._renderer = renderer
         self._meshes = MeshPass(renderer.context.gl)
         self._shadows = ShadowPass(renderer.context.gl)
+        self._coarse: dict[tuple[int, int], Frame] = {}  # by the frame's id, which its content keeps alive
         self._nothing = renderer.context.gl.texture((1, 1), 4, dtype="f4")
 
     def draw(self, scene: Scene, lights: Sequence[Light] | None, camera: Camera | None, pose: Matrix | None) -> Target:
@@ -59,7 +73,7 @@ class SceneRenderer:
         cast = [p for p in things if p.node.shadow and casting]
         self._renderer.steps.counts["culled"] += len(things) - len(shown)
         self._meshes.keep_only([p.content for p in (*shown, *cast) if isinstance(p.content, Mesh)])
-        points = self._prepare([p for p in things if p in shown or p in cast])
+        points = self._prepare([p for p in things if p in shown or p in cast], camera, pose)
         target = self._renderer.fit_target(camera)
 
         views = [shadow_views(light, centre, radius, SHADOW_SIDE) for light in casting]
@@ -104,15 +118,28 @@ class SceneRenderer:
         run("light", None, self._renderer.light.draw_scene, target, camera, rows, table, scene.ambient, shadows)
         return target
 
-    def _prepare(self, things: list[Placed]) -> dict[Placed, Points]:
-        """Textures and normals of the point objects."""
+    def _prepare(self, things: list[Placed], camera: Camera, pose: Matrix) -> dict[Placed, Points]:
+        """Textures and normals of the point objects, each as fine as the view shows it."""
         objects = [p for p in things if isinstance(p.content, PointObject)]
+        frames = [self._as_fine_as_seen(p, camera, pose) for p in objects]
+        self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
         found = {}
-        for p, textures in zip(objects, self._renderer.upload([p.content.frame for p in objects]), strict=True):
+        for p, frame, textures in zip(objects, frames, self._renderer.upload(frames), strict=True):
             content: PointObject = p.content
-            self._renderer.find_normals(textures, content.frame, content.normals, content.max_depth_step, content.noise)
-            found[p] = Points(p, textures, *rigid_part(world_of(p), p.node.name))
+            self._renderer.find_normals(textures, frame, content.normals, content.max_depth_step, content.noise)
+            found[p] = Points(p, frame, textures, *rigid_part(world_of(p), p.node.name))
         return found
+
+    def _as_fine_as_seen(self, p: Placed, camera: Camera, pose: Matrix) -> Frame:
+        """The object's frame, or a coarser one; options that are arrays need all of it."""
+        content: PointObject = p.content
+        step = coarser_step(content.frame, world_of(p), camera, pose)
+        if step == 1 or not all(isinstance(x, str | int | float | None) for x in content.options):
+            return content.frame
+        key = id(content.frame), step
+        if key not in self._coarse:
+            self._coarse[key] = coarser(content.frame, step)
+        return self._coarse[key]
 
     def _draw_splats(
         self, one: Points, target: Target, camera: Camera, pose: Matrix, near: float
@@ -121,9 +148,9 @@ class SceneRenderer:
         content: PointObject = one.placed.content
         view = np.linalg.inv(pose) @ one.pose
         view[:3, 3] /= one.scale
-        sizes = check_sizes(content.size, content.frame.depth.shape)
+        sizes = check_sizes(content.size, one.frame.depth.shape)
         splats = self._renderer.rasterizer(sizes, content.splat)
-        way = one.textures, content.frame.camera, target, camera, view
+        way = one.textures, one.frame.camera, target, camera, view
         splats.draw(*way, near / one.scale, sizes, content.splat)
         self._renderer.steps.counts["splats"] += 1
         return view, splats.look_up
@@ -138,7 +165,7 @@ class SceneRenderer:
             if p in points:
                 one = points[p]
                 view, look_up = self._draw_splats(one, target, camera, pose, near)
-                way = one.textures, p.content.frame.camera, target, camera, view
+                way = one.textures, one.frame.camera, target, camera, view
                 self._renderer.resolve.draw_object(*way, p.content.shading, look_up, near, one.scale, number)
             else:
                 view = np.linalg.inv(pose) @ p.world
@@ -176,9 +203,8 @@ class SceneRenderer:
         eye = (np.linalg.inv(one.pose) @ pose)[:3, 3]
         rows = scene_light_rows(lights, pose, one.pose, first_of)
         shadows = self._look_ups(views, one.pose)
-        frame = content.frame
         self._renderer.light.draw_scene_points(
-            one.textures, frame.camera, eye, rows, content.material, one.scale, ambient, shadows
+            one.textures, one.frame.camera, eye, rows, content.material, one.scale, ambient, shadows
         )
 
     def _look_ups(self, views: list[list[ShadowView]], axes: Matrix) -> Shadows:

@@ -6,6 +6,7 @@ from .frame import Frame
 from .images import save_image
 from .readers import load_frame
 from .renderer import Renderer, estimate_normals, render
+from .scene import Mesh, Node, PointObject, Scene
 from .shading import Light, Material
 
 __version__ = "0.1.0"
@@ -15,7 +16,11 @@ __all__ = [
     "Frame",
     "Light",
     "Material",
+    "Mesh",
+    "Node",
+    "PointObject",
     "Renderer",
+    "Scene",
     "ShaderError",
     "estimate_normals",
     "load_frame",

@@ -151,6 +151,7 @@ class Renderer:
             (textures,) = self.upload([frame])
             self.find_normals(textures, frame, normals, max_depth_step, noise)
             target = self.fit_target(camera)
+            self.steps.forget("surfaces")  # a scene's, of which the target is now taken
             way = textures, frame.camera, target, camera, view
             splats, known_views = self.rasterizer(sizes, splat), stamp("splats")
             inputs = camera, view, sizes, splat, id(textures), stamp("surface", textures)
@@ -186,6 +187,7 @@ class Renderer:
         lights = [light] if isinstance(light, Light) else light
         with self._in_use():
             self._scenes = self._scenes or SceneRenderer(self)
+            self.steps.forget("splats")  # a single frame's, of which the target is now taken
             return self._scenes.draw(scene, lights, camera, None if pose is None else check_pose(pose)).color
 
     def estimate_normals(

@@ -98,3 +98,13 @@ def test_timing_is_asked_for_and_tells_each_step(renderer, frame):
     renderer.steps.timed = False
     assert set(renderer.steps.laps) == ALL
     assert all(lap.wall_ms > 0 for lap in renderer.steps.laps.values())
+
+
+def test_scenes_and_single_frames_follow_each_other(renderer, frame):
+    alone = renderer.render(frame, pose=SIDE)
+    scene = ps.Scene((ps.Node(ps.PointObject(frame)),), camera=frame.camera, pose=SIDE)
+    for _ in range(2):
+        assert (renderer.render(scene) == alone).all()
+        assert (renderer.render(frame, pose=SIDE) == alone).all()
+    renderer.render(scene, light=ps.Light(position=(1, 0, 0)))
+    assert (renderer.render(frame, pose=SIDE) == alone).all()

@@ -92,7 +92,8 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
-        The array is a Picture: a notebook shows it.
+        The array is a Picture: a notebook shows it. In place of a frame there may be a Scene; of the options it takes
+        light (instead of its own), camera and pose, for its objects have the others themselves.
 
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera. Its size is the picture's.
@@ -105,20 +106,16 @@ class Renderer:
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
-        if isinstance(frame, Scene):
-            self.draw_scene(frame, light, camera, pose)
-            with self._in_use():
-                return self.fit_target(camera or frame.camera or CAMERA).read().view(Picture)
         self.draw(
             frame, light, material, camera, pose, normals, shading, size,
             splat=splat, max_depth_step=max_depth_step, noise=noise,
         )  # fmt: skip
         with self._in_use():
-            return self.fit_target(camera or frame.camera).read().view(Picture)
+            return self.fit_target(camera or frame.camera or CAMERA).read().view(Picture)
 
     def draw(
         self,
-        frame: Frame,
+        frame: Frame | Scene,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -135,6 +132,8 @@ class Renderer:
 
         It belongs to this renderer and holds the picture until the next call.
         """
+        if isinstance(frame, Scene):
+            return self.draw_scene(frame, light, camera, pose)
         lights = [light or Light()] if light is None or isinstance(light, Light) else list(light)
         material, camera = material or Material(), camera or frame.camera
         target_pose = frame.pose if pose is None else check_pose(pose)

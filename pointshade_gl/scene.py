@@ -174,6 +174,20 @@ class Scene:
             below = [(child, world, (*path, k), (*above, node)) for k, child in enumerate(node.children)]
             stack.extend(below[::-1])
 
+    @property
+    def points_known(self) -> int:
+        """How many points the visible frames have."""
+        return sum(p.content.frame.points_known for p in self.placed() if isinstance(p.content, PointObject))
+
+    def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
+        """All nodes with their paths, hidden ones too, parents before children."""
+        stack: list[tuple[tuple[int, ...], Node]] = []
+        stack.extend(((k,), node) for k, node in reversed(list(enumerate(self.nodes))))
+        while stack:
+            path, node = stack.pop()
+            yield path, node
+            stack.extend(((*path, k), child) for k, child in reversed(list(enumerate(node.children))))
+
     def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
         """The scene with one node changed (`visible=False`, `transform=...`)."""
 

@@ -8,6 +8,7 @@ import pointshade_gl as ps
 import pointshade_gl.viewer.viewer as viewer_module
 from pointshade_gl.viewer.controls import ESTIMATORS
 
+from . import frames
 from .viewing import move, press, quiet, shown
 
 
@@ -70,12 +71,15 @@ class TestKeys:
         press(viewer, "ESCAPE")
         assert viewer.window.is_closing
 
-    def test_s_says_that_there_are_no_shadows_yet(self, open_viewer):
-        viewer = open_viewer()
-        before = shown(quiet(viewer))
+    def test_s_turns_the_shadow_of_an_object_upon_itself_on_and_off(self, open_viewer):
+        """The ball shades the wall behind it."""
+        viewer = open_viewer(frames.sphere_before_wall())
+        move(viewer, (160, 120), (70, 90))
+        without = shown(quiet(viewer))
         press(viewer, "S")
-        assert "not yet" in viewer._message
-        assert (shown(viewer) != before).any()
+        assert (shown(quiet(viewer)) != without).any()
+        press(viewer, "S")
+        assert (shown(quiet(viewer)) == without).all()
 
     @pytest.mark.parametrize("name", ["SPACE", "LEFT", "RIGHT"])
     def test_keys_of_a_stream_say_that_there_is_none(self, open_viewer, name):

@@ -135,8 +135,9 @@ def _reset(viewer: Viewer, _: str) -> None:
     viewer.say("view and light as at the start")
 
 
-def _no_shadows(viewer: Viewer, _: str) -> None:
-    viewer.say("shadows: not yet")
+def _toggle_shadows(viewer: Viewer, _: str) -> None:
+    on = not viewer.state.shadows
+    _change(viewer, "shadows" if on else "no shadows", shadows=on)
 
 
 MOUSE = (
@@ -153,7 +154,8 @@ KEYS = (
     Key(("B",), "B", "compare with the picture without light", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points),
-    Key(("S",), "S", "shadows (not yet)", _no_shadows),
+    Key(("S",), "S", "shadows", _toggle_shadows),
+    Key(("TAB",), "Tab", "hold the next light", lambda viewer, _: viewer.next_light()),
     Key(("R",), "R", "reset view and light", _reset),
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
     Key(("G",), "G", "panel", lambda viewer, _: viewer.toggle_panel()),

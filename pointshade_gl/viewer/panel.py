@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..gpu.steps import Lap
 from ..normals import METHODS
+from ..scene import Scene
 from ..shading import SHADINGS, SPLATS, Material
 from .events import Event
 
@@ -71,6 +72,8 @@ class Panel:
         imgui.begin("pointshade", None, flags.no_title_bar | flags.no_move | flags.always_auto_resize)
         imgui.push_item_width(0.55 * self._width)
         self._controls(viewer)
+        if isinstance(viewer.frame, Scene):
+            self._nodes(viewer, viewer.frame)
         self._facts(viewer, present)
         imgui.pop_item_width()
         imgui.end()
@@ -86,6 +89,14 @@ class Panel:
         color = tuple(imgui.color_edit3("colour", list(state.light_color), picker)[1])
         intensity = self._slide("intensity", state.light_intensity, 0.0, 3.0)
         reach = self._slide("distance", state.light_reach, 0.1, 20.0, logarithmic=True)
+        viewer.state = replace(
+            state, light_mode=follows, light_color=color, light_intensity=intensity, light_reach=reach
+        )  # fmt: skip
+        if not isinstance(viewer.frame, Scene):  # its objects have their own surface
+            self._surface(viewer)
+
+    def _surface(self, viewer: Viewer) -> None:
+        imgui, state = self._imgui, viewer.state
         imgui.separator_text("surface")
         shading = self._choose("shading", state.shading, SHADINGS)
         m = state.material
@@ -101,15 +112,26 @@ class Panel:
         splat = self._choose("splat", state.splat, SPLATS)
         size = self._slide("size", state.size, 0.25, 8.0, logarithmic=True)
         viewer.state = replace(
-            state, light_mode=follows, light_color=color, light_intensity=intensity, light_reach=reach,
-            shading=shading, material=material, normals=normals, max_depth_step=None if step == "off" else step,
-            splat=splat, size=size,
+            state, shading=shading, material=material, normals=normals, splat=splat, size=size,
+            max_depth_step=None if step == "off" else step,
         )  # fmt: skip
+
+    def _nodes(self, viewer: Viewer, scene: Scene) -> None:
+        self._imgui.separator_text("scene")
+        for path, node in scene.every_node():
+            label = f"{node.name or 'node'}##{path}"  # what follows ## tells equal names apart
+            self._imgui.indent(10.0 * len(path))
+            visible = self._imgui.checkbox(label, node.visible)[1]
+            self._imgui.unindent(10.0 * len(path))
+            if visible != node.visible:
+                viewer.frame = scene.with_node(path, visible=visible)
 
     def _facts(self, viewer: Viewer, present: Lap | None) -> None:
         imgui, laps = self._imgui, viewer.renderer.steps.laps
         imgui.separator_text("this picture")
-        shown = [(name, laps.get(name)) for name in ("surface", "splats", "resolve", "light")] + [("present", present)]
+        shown = [
+            (name, laps.get(name)) for name in ("surface", "splats", "resolve", "shadows", "surfaces", "light")
+        ] + [("present", present)]
         for name, lap in shown:
             imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
         choice = viewer.renderer.choice

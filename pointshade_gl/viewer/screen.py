@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import moderngl
@@ -14,7 +16,7 @@ from ..camera import Camera
 from ..gpu.present import Marker, PresentPass
 from ..gpu.steps import Lap
 from ..renderer import Renderer
-from ..shading import Light
+from ..scene import Mesh, PointObject, Scene
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
@@ -22,7 +24,6 @@ from .text import draw_line, draw_table
 from .window import Window
 
 if TYPE_CHECKING:
-    from ..frame import Frame
     from .viewer import Viewer
 
 MARKER = 7.0  # radius, pixels at scale 1
@@ -55,9 +56,7 @@ class Screen:
         state = viewer.state
         self.renderer.steps.timed = state.panel
         with self.window:
-            picture = self.renderer.draw(
-                viewer.frame, **picture_options(state, viewer.stage, viewer.frame, viewer.lights, camera)
-            )
+            picture = self.renderer.draw(**shot(viewer, camera))
             began = time.perf_counter()
             marker = self._marker(state, viewer.stage, camera) if marked else None
             self._present.draw(self.gl.screen, picture, marker)
@@ -71,9 +70,8 @@ class Screen:
 
     def read(self, viewer: Viewer, camera: Camera) -> NDArray[np.uint8]:
         """The picture without marker and text: (h, w, 4) uint8."""
-        options = picture_options(viewer.state, viewer.stage, viewer.frame, viewer.lights, camera)
         with self.window:
-            return self.renderer.render(viewer.frame, **options)
+            return self.renderer.render(**shot(viewer, camera))
 
     def release(self) -> None:
         with self.window:
@@ -116,15 +114,19 @@ class Screen:
         return texture
 
 
-def picture_options(
-    state: State, stage: Stage, frame: Frame, lights: Sequence[Light], camera: Camera
-) -> dict[str, Any]:
-    """The options of `Renderer.render` for a state; `lights` are those that stay where they are."""
-    return {
-        "light": [state.light(stage, frame.pose), *lights],
+def shot(viewer: Viewer, camera: Camera) -> dict[str, Any]:
+    """The arguments of `Renderer.render` for what a viewer shows."""
+    state, frame = viewer.state, viewer.frame
+    held = state.light(viewer.stage, np.asarray(frame.pose), viewer.held)
+    common = {"camera": camera, "pose": np.asarray(frame.pose) @ state.pose(viewer.stage)}
+    if isinstance(frame, Scene):
+        lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
+        shading = "none" if not state.lit else state.shading if state.shading != "phong" else None
+        return common | {"frame": styled(frame, shading), "light": lights}
+    return common | {
+        "frame": frame,
+        "light": [held, *viewer.lights],
         "material": state.material,
-        "camera": camera,
-        "pose": frame.pose @ state.pose(stage),
         "normals": state.normals,
         "shading": state.shading if state.lit else "none",
         "size": state.size,
@@ -132,3 +134,15 @@ def picture_options(
         "max_depth_step": state.max_depth_step,
         "noise": state.noise,
     }
+
+
+@lru_cache(maxsize=4)
+def styled(scene: Scene, shading: str | None) -> Scene:
+    """The scene with one shading model for everything; None leaves each object its own."""
+    if shading is None:
+        return scene
+    for path, node in scene.every_node():
+        parts = node.content if isinstance(node.content, tuple) else (node.content,)
+        changed = (replace(p, shading=shading) if isinstance(p, Mesh | PointObject) else p for p in parts)
+        scene = scene.with_node(path, content=tuple(part for part in changed if part is not None))
+    return scene

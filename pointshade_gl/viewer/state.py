@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from ..camera import Camera, orbit_pose
 from ..frame import PROBE, Frame
 from ..normals import check_method, parse_max_depth_step
+from ..placement import bounding_sphere
+from ..scene import Scene
 from ..shading import SHADINGS, SPLATS, Light, Material, check_choice
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
@@ -41,8 +43,10 @@ class Stage:
     upright: NDArray[np.float64]
 
     @classmethod
-    def of(cls, frame: Frame) -> Stage:
+    def of(cls, frame: Frame | Scene) -> Stage:
         """The light goes outside most of the object, yet not behind the camera."""
+        if isinstance(frame, Scene):
+            return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
         h, w = frame.depth.shape
         step = max(1, round((h * w / PROBE) ** 0.5))
@@ -54,6 +58,14 @@ class Stage:
         radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
         upright = np.diag([1.0, np.sign(c.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
+
+    @classmethod
+    def _of_scene(cls, scene: Scene) -> Stage:
+        pose, things = np.asarray(scene.pose), [p for p in scene.placed() if not isinstance(p.content, Light)]
+        centre, radius = bounding_sphere(things)
+        pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
+        pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
+        return cls(pivot, min(radius, float(pivot[2])), np.eye(3))
 
 
 @dataclass(frozen=True)
@@ -67,6 +79,7 @@ class State:
     light_reach   factor on the light's distance from the object's middle
     light_mode    whether the plain mouse holds the light
     lit           False shows the frame's own colours
+    shadows       whether lights cast shadows
     """
 
     yaw: float = 0.0
@@ -79,6 +92,7 @@ class State:
     light_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     light_intensity: float = 1.0
     lit: bool = True
+    shadows: bool = False
     shading: str = "phong"
     normals: str = "auto"
     max_depth_step: str | None = None
@@ -161,12 +175,18 @@ class State:
         pose[:3, 3] = stage.upright @ (stage.pivot - turn @ self.seen_pivot(stage))
         return pose
 
-    def light(self, stage: Stage, frame_pose: NDArray[np.float64]) -> Light:
-        """The light in the world."""
+    def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light | None = None) -> Light:
+        """The light in the world; a point light, or of the kind of another: spots and directional lights look at the
+        object's middle."""
         place = self.seen_pivot(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
         x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
-        return Light((float(x), float(y), float(z)), color=self.light_color, intensity=self.light_intensity)
+        moved = replace(kind or Light(), color=self.light_color, intensity=self.light_intensity)
+        if kind is None or kind.direction is None:
+            return replace(moved, position=(float(x), float(y), float(z)), shadow=self.shadows)
+        dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
+        moved = replace(moved, direction=(float(dx), float(dy), float(dz)))
+        return replace(moved, position=(float(x), float(y), float(z))) if kind.is_spot else moved
 
     def middle(self, stage: Stage, camera: Camera) -> Pair:
         """The object's middle in the picture, pixels; held inside of it, so that the light stays within reach."""

@@ -11,10 +11,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..camera import Camera
 from ..frame import Frame
 from ..images import save_image
 from ..renderer import Renderer
+from ..scene import Scene
+from ..scene_renderer import CAMERA, lights_of
 from ..shading import Light
 from .controls import Mouse, press_key
 from .events import Event
@@ -33,7 +38,8 @@ DISPLAY_RATE = 60.0  # pictures a second where on_frame keeps them coming
 class Viewer:
     """A window on a frame or a stream of frames; `run()` shows it until it is closed.
 
-    source  a Frame, a Sequence of them (a folder's, see `open_source`), or anything that `for frame in source:` accepts
+    source  a Frame, a Sequence of them (a folder's, see `open_source`), anything that `for frame in source:` accepts,
+            or a Scene, with its own lights and shadows
     title   of the window
     size    (width, height) of the window in screen coordinates; None follows the frame
     state   what is seen at first: view, light, material, estimator
@@ -51,7 +57,7 @@ class Viewer:
 
     def __init__(
         self,
-        source: Frame | Iterable[Frame],
+        source: Frame | Scene | Iterable[Frame],
         *,
         title: str = "pointshade",
         size: tuple[int, int] | None = None,
@@ -73,18 +79,25 @@ class Viewer:
             if self._recorder:
                 undo.callback(self._recorder.close)
             self._playback = None
+            self.frame: Frame | Scene
+            self.held: Light | None = None  # the kind of light that the mouse holds; None is a point light
+            self.state = state or State()
             if isinstance(source, Frame):
                 self.frame = source
+            elif isinstance(source, Scene):
+                self.frame = replace(source, camera=source.camera or CAMERA)
+                self.state = replace(self.state, shadows=True)
+                lights = lights or lights_of(list(source.placed())) or [Light()]
+                self.held = lights[0]
             else:
                 self._playback = Playback(source, fps, self._said.append)
                 undo.callback(self._playback.close)
                 self.frame = self._playback.first()
             self.stage = Stage.of(self.frame)
-            self.state = state or State()
             if lights:
-                self.state = self.state.with_light(lights[0], self.stage, self.frame.pose)
+                self.state = self.state.with_light(lights[0], self.stage, self.pose)
             self.lights = tuple(lights[1:])
-            size = size or window_size(self.frame.camera)
+            size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
             undo.callback(self.window.release)
             if self._playback:
@@ -93,7 +106,7 @@ class Viewer:
             undo.callback(self.screen.release)
             self._began = time.perf_counter()
             self._message, self._until = GREETING, self._began + GREETING_SECONDS
-            self._film_camera = self.frame.camera.fitted(*size)
+            self._film_camera = self._own_camera.fitted(*size)
             if panel:
                 self.toggle_panel()
             self._close = undo.pop_all()
@@ -156,7 +169,29 @@ class Viewer:
     def camera(self) -> Camera | None:
         """Who looks: the frame's camera, fitted to the window; None while nothing of the window can be seen."""
         width, height = self.window.picture_size
-        return self.frame.camera.fitted(width, height) if width and height else None
+        return self._own_camera.fitted(width, height) if width and height else None
+
+    @property
+    def _own_camera(self) -> Camera:
+        return self.frame.camera or CAMERA
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of the frame's or the scene's own camera."""
+        return np.asarray(self.frame.pose)
+
+    def next_light(self) -> None:
+        """Gives the mouse the next light; the one that it held stays where it is."""
+        if not self.lights:
+            self.say("one light only")
+            return
+        left = self.state.light(self.stage, self.pose, self.held)
+        following, *others = self.lights
+        self.lights = (*others, left)
+        if isinstance(self.frame, Scene):
+            self.held = following
+        self.state = self.state.with_light(following, self.stage, self.pose)
+        self.say(f"another light of {len(self.lights) + 1}")
 
     def say(self, text: str) -> None:
         """Shows a line for a few seconds."""
@@ -243,7 +278,7 @@ class Viewer:
     def _look(self) -> tuple[Any, ...]:
         """All that the window's content depends on."""
         window = self.camera, self.window.scale
-        return self.state, self.lights, self.frame, window, self._message, self._mouse.drag
+        return self.state, self.lights, self.held, self.frame, window, self._message, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
         look = self._look()

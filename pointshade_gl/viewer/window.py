@@ -193,7 +193,7 @@ def key_name(glfw: Any, key: int, scancode: int) -> str:
     """What stands on the user's key, upper case; digits and named keys by their place. '' for all others."""
     named = {
         glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
-        glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
+        glfw.KEY_TAB: "TAB", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
     }  # fmt: skip
     if glfw.KEY_0 <= key <= glfw.KEY_9:  # French keyboards have other signs on them
         return chr(key)

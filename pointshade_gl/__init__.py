@@ -3,6 +3,7 @@
 from .camera import Camera, orbit_pose
 from .errors import ContextError, ShaderError
 from .frame import Frame
+from .gltf import load_scene, save_scene
 from .images import save_image
 from .readers import load_frame
 from .renderer import Renderer, estimate_normals, render
@@ -24,7 +25,9 @@ __all__ = [
     "ShaderError",
     "estimate_normals",
     "load_frame",
+    "load_scene",
     "orbit_pose",
     "render",
     "save_image",
+    "save_scene",
 ]

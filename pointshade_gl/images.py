@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import warnings
 import zlib
+from io import BytesIO
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -25,6 +26,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
+_POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
 
 
 def check_writable(path: FilePath) -> Path:
@@ -126,7 +128,13 @@ def read_image(path: FilePath) -> NDArray[Any]:
 
     Raises FileNotFoundError and other OSErrors for what is no file, ValueError for what is no complete picture.
     """
-    image = _open_image(path)
+    read_head(path)
+    return decode_image(Path(path).read_bytes(), str(path))
+
+
+def decode_image(data: bytes, name: str) -> NDArray[Any]:
+    """What `read_image` gives, from the bytes of a file. Raises ValueError, with the name, for no complete picture."""
+    image = _open_image(data, name)
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         array = np.asarray(image)
         return array.astype(array.dtype.newbyteorder("="))  # I;16B is big-endian
@@ -137,14 +145,15 @@ def read_image(path: FilePath) -> NDArray[Any]:
     return np.array(image)
 
 
-def _open_image(path: FilePath) -> Image.Image:
+def _open_image(data: bytes, path: str) -> Image.Image:
     from PIL import Image, ImageOps, UnidentifiedImageError
 
-    read_head(path)
+    if data.startswith(_POSTSCRIPT):
+        raise ValueError(f"{path} is PostScript, a program that would have to run: convert it to PNG")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Pillow's remarks about metadata and 100 megapixels help nobody here
-            with Image.open(path) as image:
+            with Image.open(BytesIO(data)) as image:
                 image.load()
                 return ImageOps.exif_transpose(image)
     except UnidentifiedImageError:

@@ -93,9 +93,13 @@ def load_pose(path: FilePath) -> NDArray[np.float64]:
 
 def read_color(path: FilePath) -> NDArray[np.uint8]:
     """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    image = read_image(path)
+    return to_color(read_image(path), str(path))
+
+
+def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
+    """(h, w, 3|4) uint8 of a picture's values. Raises ValueError, with the name, for floating point."""
     if image.dtype.kind == "f":
-        raise ValueError(f"{path} is a floating point picture, expected colours of 8 or 16 bits")
+        raise ValueError(f"{name} is a floating point picture, expected colours of 8 or 16 bits")
     if image.dtype != np.uint8:
         image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image

@@ -1,0 +1,54 @@
+"""Errors inside a glTF file name the part they are about: `scene.gltf: node 'vase': there is no folder ...`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Item = TypeVar("Item")
+
+
+@contextmanager
+def telling(part: str) -> Iterator[None]:
+    """Every ValueError, TypeError and OSError inside begins with the part's name."""
+    try:
+        yield
+    except (ValueError, TypeError, OSError) as error:
+        text = str(error).removeprefix("node '': ")  # a Node without a name; the part's number is known here
+        if text.startswith(f"{part}:"):
+            raise
+        kind = type(error) if isinstance(error, OSError) else ValueError
+        raise kind(f"{part}: {text}") from None
+
+
+def pick(items: Sequence[Item | None] | None, index: Any, what: str) -> Item:
+    """One of the file's numbered parts, or a ValueError."""
+    items = items or ()
+    if isinstance(index, bool) or not isinstance(index, int):
+        raise ValueError(f"a {what} must be named by its number, got {index!r}")
+    if not 0 <= index < len(items):
+        raise ValueError(f"there is no {what} {index}, the file has {len(items)}")
+    item = items[index]
+    if item is None:
+        raise ValueError(f"{what} {index} is null")
+    return item
+
+
+def label(what: str, index: int, name: str | None) -> str:
+    """How messages call a part: by its name, else by its number."""
+    return f"{what} {name!r}" if name else f"{what} {index}"
+
+
+def numbers(value: Any, shape: tuple[int, ...], what: str) -> NDArray[np.float64]:
+    """Finite numbers of that shape, or a ValueError."""
+    try:
+        array = np.asarray(value, np.float64).reshape(shape)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{what} must be {int(np.prod(shape))} numbers, got {value!r}") from None
+    if not np.isfinite(array).all():
+        raise ValueError(f"{what} must be finite, got {value}")
+    return array

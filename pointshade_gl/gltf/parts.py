@@ -1,0 +1,137 @@
+"""The inside of a glTF file: buffers, arrays and pictures, each read once, and only from the scene's folder."""
+
+from __future__ import annotations
+
+import base64
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote, unquote_to_bytes
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..images import decode_image
+from ..intrinsics import Note
+from ..readers import to_color
+from .checks import label, pick, telling
+
+if TYPE_CHECKING:
+    from pygltflib import GLTF2, Accessor
+
+_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+
+
+def inside(folder: Path, text: Any) -> Path:
+    """The file or folder that a scene names, if it lies in the scene's folder, links followed.
+
+    Raises ValueError for a path that leaves it and for addresses, FileNotFoundError for what does not exist.
+    """
+    if not isinstance(text, str) or not text:
+        raise ValueError(f"a file must be named by a text, got {text!r}")
+    if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|[/\\]", text):
+        raise ValueError(f"{text!r} is an address or an absolute path, expected a path relative to the scene's file")
+    root = folder.resolve()
+    path = (root / text).resolve()
+    if not path.is_relative_to(root):
+        raise ValueError(f"{text!r} leaves the scene's folder")
+    if not path.exists():
+        raise FileNotFoundError(f"{text!r} does not exist in {folder}")
+    return path
+
+
+class Parts:
+    """Numbered parts of one file. Every method raises ValueError or OSError, naming the part, for what is broken."""
+
+    def __init__(self, path: Path, gltf: GLTF2, blob: bytes | None, note: Note) -> None:
+        self.folder = path.parent
+        self.gltf = gltf
+        self.note = note
+        self._blob = blob
+        self._buffers: dict[int, bytes] = {}
+        self._pictures: dict[int, NDArray[np.uint8]] = {}
+
+    def array(self, index: Any, types: tuple[str, ...]) -> NDArray[Any]:
+        """(n, width) values of an accessor of one of the types; normalised integers become float32."""
+        accessor = pick(self.gltf.accessors, index, "accessor")
+        with telling(f"accessor {index}"):
+            if accessor.type not in types or accessor.componentType not in _TYPES:
+                raise ValueError(
+                    f"is {accessor.type} of component type {accessor.componentType}, expected {' or '.join(types)}"
+                )
+            dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
+            values = self._elements(accessor.bufferView, accessor.byteOffset, accessor.count, dtype, width)
+            if accessor.sparse is not None:
+                values = self._changed(accessor, values)
+            if accessor.normalized and dtype.kind != "f":
+                values = np.maximum(values.astype(np.float32) / np.iinfo(dtype).max, -1)
+            return values
+
+    def picture(self, index: Any) -> NDArray[np.uint8]:
+        """(h, w, 3|4) uint8 of an image."""
+        image = pick(self.gltf.images, index, "image")
+        if index not in self._pictures:
+            with telling(label("image", index, image.name)):
+                data = bytes(self._view(image.bufferView)[0]) if image.uri is None else self._fetch(image.uri)
+                self._pictures[index] = to_color(decode_image(data, "its file"), "its file")
+        return self._pictures[index]
+
+    def _elements(self, view: Any, offset: int | None, count: Any, dtype: np.dtype, width: int) -> NDArray[Any]:
+        data, stride = self._view(view)
+        size, offset = dtype.itemsize * width, offset or 0
+        stride = stride or size
+        if count is None or count < 1 or offset < 0 or stride < size:
+            raise ValueError(f"{count} elements of {size} bytes at byte {offset}, {stride} bytes apart, cannot be")
+        end = offset + stride * (count - 1) + size
+        if end > len(data):
+            raise ValueError(f"it ends at byte {end} of a buffer view of {len(data)} bytes")
+        return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
+
+    def _changed(self, accessor: Accessor, values: NDArray[Any]) -> NDArray[Any]:
+        """With the elements that a sparse accessor replaces."""
+        sparse = accessor.sparse
+        if sparse is None or sparse.indices is None or sparse.values is None:
+            raise ValueError("its sparse part has no indices or no values")
+        kind = _TYPES.get(sparse.indices.componentType)
+        if kind is None or kind[1] != "u":
+            raise ValueError(f"its sparse indices are of component type {sparse.indices.componentType}")
+        where = self._elements(sparse.indices.bufferView, sparse.indices.byteOffset, sparse.count, np.dtype(kind), 1)
+        if where.max() >= len(values):
+            raise ValueError(f"its sparse indices name element {where.max()} of {len(values)}")
+        dtype = np.dtype(_TYPES[accessor.componentType])
+        new = self._elements(sparse.values.bufferView, sparse.values.byteOffset, sparse.count, dtype, values.shape[1])
+        values[where[:, 0]] = new
+        return values
+
+    def _view(self, index: Any) -> tuple[memoryview, int | None]:
+        """The bytes of a buffer view, and the distance of its elements."""
+        view = pick(self.gltf.bufferViews, index, "buffer view")
+        with telling(f"buffer view {index}"):
+            data = self._buffer(view.buffer)
+            start, length = view.byteOffset or 0, view.byteLength
+            if length is None or length < 1 or start < 0 or start + length > len(data):
+                raise ValueError(f"{length} bytes at byte {start} do not fit into a buffer of {len(data)} bytes")
+            return memoryview(data)[start : start + length], view.byteStride
+
+    def _buffer(self, index: Any) -> bytes:
+        buffer = pick(self.gltf.buffers, index, "buffer")
+        if index not in self._buffers:
+            with telling(f"buffer {index}"):
+                data = self._blob if buffer.uri is None else self._fetch(buffer.uri)
+                if data is None or (buffer.uri is None and index != 0):
+                    raise ValueError("has no uri, and the file has no binary chunk for it")
+                if buffer.byteLength is None or len(data) < buffer.byteLength:
+                    raise ValueError(f"has {len(data)} bytes, expected {buffer.byteLength}")
+                self._buffers[index] = data[: buffer.byteLength]
+        return self._buffers[index]
+
+    def _fetch(self, uri: str) -> bytes:
+        """The bytes of a data URI, or of a file in the scene's folder."""
+        if uri.startswith("data:"):
+            head, _, body = uri.partition(",")
+            return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
+        path = inside(self.folder, unquote(uri))
+        if not path.is_file():
+            raise ValueError(f"{uri!r} is no file")
+        return path.read_bytes()

@@ -1,0 +1,150 @@
+"""Point objects in the extras of a node, and their frames in folders beside the file."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ..frame import Frame
+from ..images import save_image
+from ..intrinsics import Note
+from ..readers import BUILT_IN, load_frame
+from ..scene import PointObject
+from ..shading import Material
+from .checks import numbers
+from .parts import inside
+from .views import FLIP
+
+_NUMBERS = ("fov", "depth_scale", "baseline")
+_FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
+FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
+OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise")
+KEYS = (*FRAME_KEYS, *OBJECT_KEYS, "material")
+
+# Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
+_sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
+
+
+def read_points(said: dict[str, Any], folder: Path, frames: dict[str, Frame], note: Note) -> PointObject | None:
+    """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
+
+    frames  those that the file has named before, so that none is loaded twice
+    """
+    if "frame" not in said and "depth" not in said:
+        alone = [key for key in said if key in KEYS]
+        if alone:
+            raise ValueError(f"its extras have {', '.join(alone)}, but no frame")
+        return None
+    frame_said = {key: said[key] for key in FRAME_KEYS if key in said}
+    key = json.dumps(frame_said, sort_keys=True)
+    if key not in frames:
+        frames[key] = _load(frame_said, folder, note)
+    object_said = {key: _array(said[key], folder) for key in OBJECT_KEYS if key in said}
+    return PointObject(frames[key], material=read_material(said.get("material", {})), **object_said)
+
+
+def read_material(said: Any) -> Material:
+    """A Material of an object's values. Raises ValueError."""
+    known = ("ambient", "diffuse", "specular", "shininess")
+    if not isinstance(said, dict) or not set(said) <= set(known):
+        raise ValueError(f"its material must be an object of {', '.join(known)}, got {said!r}")
+    return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
+
+
+def _load(said: dict[str, Any], folder: Path, note: Note) -> Frame:
+    options = dict(said)
+    for key in _FILES:
+        value = options.get(key)
+        if isinstance(value, str) and not re.fullmatch(r"[-+\d.eE,;\s]+", value):  # those are numbers
+            options[key] = inside(folder, value)
+    for key in _NUMBERS:
+        if key in options:
+            options[key] = numbers(options[key], (), key).item()
+    place = options.pop("frame", None)
+    if place not in (*BUILT_IN, None):
+        place = inside(folder, place)
+        if place.is_dir():
+            _check_links(place, folder)
+        else:
+            options.setdefault("depth", place)
+            place = None
+    pose = options.pop("pose", None)
+    frame = load_frame(place, **options, pose=FLIP if pose is None else pose, notes=note)
+    _sources[frame] = options | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
+    return frame
+
+
+def _check_links(place: Path, folder: Path) -> None:
+    for path in place.rglob("*"):
+        if path.is_symlink():
+            inside(folder, str(path.relative_to(folder.resolve())))
+
+
+def _array(value: Any, folder: Path) -> Any:
+    """An option as it stands, or the array of the .npy file that it names."""
+    if not (isinstance(value, str) and value.endswith(".npy")):
+        return value
+    path = inside(folder, value)
+    try:
+        return np.load(path, allow_pickle=False)
+    except Exception as error:  # a broken header raises of everything
+        raise ValueError(f"{value!r} is a broken NumPy file: {error}") from None
+
+
+def write_points(
+    points: PointObject, folder: Path, name: str, stage: Callable[[str], Path], written: dict[Frame, dict[str, Any]]
+) -> dict[str, Any]:
+    """The extras of a point object; its frame and arrays are staged as files of the folder `name` beside the scene.
+
+    written  what was said of the frames before, so that none is written twice
+    Raises ValueError for a frame without a point, which no reader would take.
+    """
+    frame = points.frame
+    if frame not in written:
+        written[frame] = _refer(frame, folder) or _write_frame(frame, name, stage)
+    said = dict(written[frame])
+    for key in OBJECT_KEYS:
+        value = getattr(points, key)
+        if np.ndim(value):
+            save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
+            said[key] = f"{name}/{key}.npy"
+        elif value != PointObject.__dataclass_fields__[key].default:
+            said[key] = value
+    material = write_material(points.material)
+    return said | ({"material": material} if material else {})
+
+
+def write_material(material: Material) -> dict[str, float]:
+    """Those values that differ from the default."""
+    return {key: value for key, value in vars(material).items() if value != getattr(Material(), key)}
+
+
+def _write_frame(frame: Frame, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
+    """The frame as a folder, and the extras that name it."""
+    if not frame.points_known:
+        raise ValueError("its frame has no known depth, nothing to write")
+    if frame.color is not None:
+        save_image(stage(f"{name}/color.png"), frame.color)
+    save_image(stage(f"{name}/depth.npy"), frame.depth)
+    camera = {key: getattr(frame.camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
+    stage(f"{name}/intrinsics.json").write_text(json.dumps(camera | {"depth_scale": 1.0}, indent=2) + "\n")
+    return {"frame": name} | ({} if np.array_equal(frame.pose, FLIP) else {"pose": frame.pose.tolist()})
+
+
+def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
+    """The extras that a frame was read by, if a file in this folder can say them; else None."""
+    said = _sources.get(frame)
+    if said is None:
+        return None
+    root = folder.resolve()
+    if any(isinstance(value, Path) and not value.is_relative_to(root) for value in said.values()):
+        return None
+    return {
+        key: value.relative_to(root).as_posix() if isinstance(value, Path) else value for key, value in said.items()
+    }

@@ -1,0 +1,264 @@
+"""A scene becomes glTF: one glTF node for each of ours, and one below it for what glTF cannot put into the same."""
+
+from __future__ import annotations
+
+import json
+import re
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..frame import Frame
+from ..images import FilePath
+from ..scene import Mesh, Node, PointObject, Scene
+from ..shading import Light, Material
+from .checks import telling
+from .container import LIGHTS, UNLIT, library
+from .files import Files
+from .meshes import TRIANGLES
+from .points import write_material, write_points
+from .views import FLIP, Matrix, light_place, write_camera, write_light
+
+
+def save_scene(path: FilePath, scene: Scene) -> None:
+    """See the package, which imports this module when it is first asked."""
+    path = Path(path)
+    if path.suffix.lower() not in (".gltf", ".glb"):
+        raise ValueError(f"cannot write {path}: its suffix must be .gltf or .glb")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
+    with Files(path.parent) as files:
+        writer = _Writer(path, files)
+        writer.scene(scene)
+        writer.finish()
+        files.commit()
+
+
+class _Writer:
+    def __init__(self, path: Path, files: Files) -> None:
+        self.lib = library()
+        self.gltf = self.lib.GLTF2()
+        self.gltf.asset = self.lib.Asset(generator="pointshade_gl")
+        self.path, self.files = path, files
+        self.is_binary = path.suffix.lower() == ".glb"
+        self.blob = bytearray()
+        self.lights: list[dict[str, Any]] = []
+        self.frames: dict[Frame, dict[str, Any]] = {}
+        self.folders: set[str] = set()
+        self.known: dict[Any, int] = {}  # numbers of what several nodes share: meshes, materials, pictures
+
+    def scene(self, scene: Scene) -> None:
+        """Numbers the nodes from above, each before those below it."""
+        roots: list[int] = []
+        stack: list[tuple[Node, list[int]]] = [(node, roots) for node in scene.nodes[::-1]]
+        while stack:
+            node, siblings = stack.pop()
+            with telling(f"node {node.name!r}" if node.name else f"node {len(self.gltf.nodes)}"):
+                siblings.append(self.node(node))
+            below = self.gltf.nodes[siblings[-1]].children
+            stack += [(child, below) for child in node.children[::-1]]
+        said: dict[str, Any] = {}
+        if scene.ambient != (1.0, 1.0, 1.0):
+            said["ambient"] = list(scene.ambient)
+        pose = np.asarray(scene.pose)
+        if scene.camera is not None:
+            values = write_camera(scene.camera)
+            values["perspective"] = self.lib.Perspective(**values["perspective"])
+            self.gltf.cameras.append(self.lib.Camera(**values))
+            roots.append(self.add_node("camera", pose @ FLIP, camera=0))
+        elif not np.array_equal(pose, FLIP):
+            said["pose"] = pose.tolist()
+        self.gltf.scenes.append(self.lib.Scene(nodes=roots, extras={"pointshade": said} if said else {}))
+        self.gltf.scene = 0
+
+    def node(self, node: Node) -> int:
+        """One of ours with its content, without its children."""
+        contents = node.content if isinstance(node.content, tuple) else (node.content,)
+        meshes = tuple(item for item in contents if isinstance(item, Mesh) and len(item.faces))
+        points = [item for item in contents if isinstance(item, PointObject)]
+        lights = [item for item in contents if isinstance(item, Light)]
+        switches = {name: False for name in ("visible", "shadow") if not getattr(node, name)}
+        values: dict[str, Any] = {"extras": dict(switches)}
+        if meshes:
+            values["mesh"] = self.mesh(meshes)
+        if points:
+            values["extras"] |= self.points(points.pop(0), node.name)
+        if lights and np.array_equal(light_place(lights[0]), np.eye(4)):
+            values["extensions"] = self.light(lights.pop(0), node.shadow)
+        index = self.add_node(node.name, np.asarray(node.transform), **values)
+        below = self.gltf.nodes[index].children
+        shadow = {} if node.shadow else {"shadow": False}
+        below += [self.add_node("", np.eye(4), extras=shadow | self.points(item, node.name)) for item in points]
+        below += [self.add_node("", light_place(item), extensions=self.light(item, True)) for item in lights]
+        return index
+
+    def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
+        extras = {"pointshade": extras} if extras else {}
+        self.gltf.nodes.append(self.lib.Node(name=name or None, extras=extras, **_transform(matrix), **values))
+        return len(self.gltf.nodes) - 1
+
+    def points(self, points: PointObject, name: str) -> dict[str, Any]:
+        plain = re.sub(r"\W+", "_", name) or "points"
+        folder, k = f"{self.path.stem}_{plain}", 1
+        while folder in self.folders:
+            k += 1
+            folder = f"{self.path.stem}_{plain}_{k}"
+        self.folders.add(folder)
+        return write_points(points, self.files.folder, folder, self.files.stage, self.frames)
+
+    def light(self, light: Light, node_casts: bool) -> dict[str, Any]:
+        self.lights.append(write_light(light, node_casts))
+        return {LIGHTS: {"light": len(self.lights) - 1}}
+
+    def mesh(self, meshes: tuple[Mesh, ...]) -> int:
+        key = tuple(map(id, meshes))
+        if key not in self.known:
+            primitives = [self.primitive(mesh) for mesh in meshes]
+            self.gltf.meshes.append(self.lib.Mesh(primitives=primitives))
+            self.known[key] = len(self.gltf.meshes) - 1
+        return self.known[key]
+
+    def primitive(self, mesh: Mesh) -> Any:
+        kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
+        attributes = self.lib.Attributes(POSITION=self.accessor(mesh.positions, "VEC3"))
+        attributes.NORMAL = None if mesh.normals is None else self.accessor(mesh.normals, "VEC3")
+        attributes.TEXCOORD_0 = None if mesh.uv is None else self.accessor(mesh.uv, "VEC2")
+        indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), "SCALAR")
+        return self.lib.Primitive(attributes=attributes, indices=indices, mode=TRIANGLES, material=self.material(mesh))
+
+    def accessor(self, values: NDArray[Any], kind: str) -> int:
+        is_corner = kind == "SCALAR"
+        view = self.view(values.tobytes(), self.lib.ELEMENT_ARRAY_BUFFER if is_corner else self.lib.ARRAY_BUFFER)
+        component = {"f": self.lib.FLOAT, "H": self.lib.UNSIGNED_SHORT, "I": self.lib.UNSIGNED_INT}[values.dtype.char]
+        bounds = {} if is_corner else {"min": values.min(0).tolist(), "max": values.max(0).tolist()}
+        self.gltf.accessors.append(
+            self.lib.Accessor(bufferView=view, componentType=component, count=len(values), type=kind, **bounds)
+        )
+        return len(self.gltf.accessors) - 1
+
+    def view(self, data: bytes, target: int | None) -> int:
+        self.blob += bytes(-len(self.blob) % 4)
+        self.gltf.bufferViews.append(
+            self.lib.BufferView(buffer=0, byteOffset=len(self.blob), byteLength=len(data), target=target)
+        )
+        self.blob += data
+        return len(self.gltf.bufferViews) - 1
+
+    def material(self, mesh: Mesh) -> int | None:
+        said: dict[str, Any] = write_material(mesh.material)
+        if mesh.shading not in ("phong", "none"):
+            said["shading"] = mesh.shading
+        key = (mesh.color, id(mesh.texture), mesh.shading, mesh.material)
+        if key == ((1.0, 1.0, 1.0), id(None), "phong", Material()):
+            return None
+        if key not in self.known:
+            # glTF's own metal would reflect nothing of a diffuse light in other viewers
+            base = self.lib.PbrMetallicRoughness(baseColorFactor=[*mesh.color, 1.0], metallicFactor=0.0)
+            material = self.lib.Material(pbrMetallicRoughness=base, doubleSided=True)
+            material.extras = {"pointshade": said} if said else {}
+            if mesh.shading == "none":
+                material.extensions = {UNLIT: {}}
+            if mesh.texture is not None:
+                base.baseColorTexture = self.lib.TextureInfo(index=self.texture(mesh.texture))
+                material.alphaMode = "OPAQUE" if mesh.texture.shape[2] == 3 else "MASK"
+            self.gltf.materials.append(material)
+            self.known[key] = len(self.gltf.materials) - 1
+        return self.known[key]
+
+    def texture(self, texture: NDArray[np.uint8]) -> int:
+        key = ("texture", id(texture))
+        if key not in self.known:
+            from PIL import Image  # only here
+
+            file = BytesIO()
+            Image.fromarray(texture).save(file, "PNG")
+            number = len(self.gltf.images)
+            if self.is_binary:
+                image = self.lib.Image(bufferView=self.view(file.getvalue(), None), mimeType="image/png")
+            else:
+                name = f"{self.path.stem}_{number}.png"
+                self.files.stage(name).write_bytes(file.getvalue())
+                image = self.lib.Image(uri=quote(name))
+            self.gltf.images.append(image)
+            self.gltf.textures.append(self.lib.Texture(source=number))
+            self.known[key] = number
+        return self.known[key]
+
+    def finish(self) -> None:
+        """Stages the buffer and, last, the file that names all others."""
+        gltf = self.gltf
+        if self.lights:
+            gltf.extensions[LIGHTS] = {"lights": self.lights}
+        unlit = any(UNLIT in material.extensions for material in gltf.materials)
+        gltf.extensionsUsed = [*([LIGHTS] if self.lights else []), *([UNLIT] if unlit else [])]
+        if self.blob:
+            gltf.buffers.append(self.lib.Buffer(byteLength=len(self.blob)))
+        if self.is_binary:
+            gltf.set_binary_blob(bytes(self.blob))
+            self.files.stage(self.path.name).write_bytes(b"".join(gltf.save_to_bytes()))
+            return
+        if self.blob:
+            name = f"{self.path.stem}.bin"
+            gltf.buffers[0].uri = quote(name)
+            self.files.stage(name).write_bytes(self.blob)
+        text = _layout(_ordered(json.loads(gltf.gltf_to_json()))) + "\n"
+        self.files.stage(self.path.name).write_text(text, encoding="utf-8")
+
+
+def _layout(value: Any, indent: str = "") -> str:
+    """JSON with one line for each part, so that a small scene can be read."""
+    text = json.dumps(value, ensure_ascii=False)
+    inner = indent + "  "
+    if len(text) <= 100 or not isinstance(value, dict | list):
+        return text
+    if isinstance(value, list):
+        lines = [json.dumps(item, ensure_ascii=False) for item in value]
+    else:
+        lines = [f"{json.dumps(key)}: {_layout(item, inner)}" for key, item in value.items()]
+    begin, end = "[]" if isinstance(value, list) else "{}"
+    return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
+
+
+def _ordered(data: dict[str, Any]) -> dict[str, Any]:
+    """What a reader looks for first comes first: the scene before the bytes, and the name of each part."""
+    first = ("asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions", "meshes", "materials")
+    data = {key: data[key] for key in first if key in data} | data
+    for node in data.get("nodes", ()):
+        named = {"name": node.pop("name")} if "name" in node else {}
+        rest = dict(node)
+        node.clear()
+        node |= named | rest
+    return data
+
+
+def _transform(matrix: Matrix) -> dict[str, list[float]]:
+    """translation, rotation and scale where they say the same as the matrix, else the matrix."""
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    turn = matrix[:3, :3] / scale
+    if np.abs(turn.T @ turn - np.eye(3)).max() > 1e-12 or np.linalg.det(turn) < 0:
+        return {"matrix": matrix.T.ravel().tolist()}
+    scale[np.abs(scale - 1) < 1e-12] = 1
+    parts = {
+        "translation": (matrix[:3, 3], (0, 0, 0)),
+        "rotation": (_quaternion(turn), (0, 0, 0, 1)),
+        "scale": (scale, (1, 1, 1)),
+    }
+    return {name: value.tolist() for name, (value, usual) in parts.items() if not np.array_equal(value, usual)}
+
+
+def _quaternion(turn: Matrix) -> Matrix:
+    """(x, y, z, w) of a rotation, by the largest of the four (Shepperd 1978)."""
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    squares = np.array([1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i])
+    rows = np.array([
+        (squares[0], b + d, c + g, h - f),
+        (b + d, squares[1], f + h, c - g),
+        (c + g, f + h, squares[2], d - b),
+        (h - f, c - g, d - b, squares[3]),
+    ])  # fmt: skip
+    row = rows[int(np.argmax(squares))]
+    return row / np.linalg.norm(row)

@@ -15,7 +15,7 @@ from pointshade_gl.shading import check_sizes
     [
         ({"position": (0, 0)}, "light position must be three finite numbers"),
         ({"position": (0, 0, math.nan)}, "three finite numbers"),
-        ({"position": (0, 0, 1), "direction": (0, 0, 1)}, "not both"),
+        ({"cone": (50, 40)}, "two half angles"),
         ({"direction": (0, 0, 0)}, "must not be"),
         ({"color": (1, -1, 1)}, "must not be negative"),
         ({"intensity": -1}, "intensity must be a number from 0"),

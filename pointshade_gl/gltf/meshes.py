@@ -80,7 +80,10 @@ class Meshes:
         """Fields of Mesh that a material decides, and the channel of its texture's coordinates."""
         if index not in self._materials:
             material = pick(self._parts.gltf.materials, index, "material")
-            with telling(label("material", index, material.name)):
+            part = label("material", index, material.name)
+            if material.alphaMode not in (None, "OPAQUE"):
+                self._parts.note(f"{part}: its transparency ({material.alphaMode}) is not drawn")
+            with telling(part):
                 said = options(material.extras, _MATERIAL_KEYS)
                 look: dict[str, Any] = {"shading": "none"} if UNLIT in (material.extensions or {}) else {}
                 if "shading" in said:

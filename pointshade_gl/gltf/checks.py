@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Item = TypeVar("Item")
+FAR = 1e30  # nothing in a scene is larger, and its cube still is a number
 
 
 @contextmanager
@@ -44,11 +45,11 @@ def label(what: str, index: int, name: str | None) -> str:
 
 
 def numbers(value: Any, shape: tuple[int, ...], what: str) -> NDArray[np.float64]:
-    """Finite numbers of that shape, or a ValueError."""
+    """Numbers of that shape, finite and below FAR, or a ValueError."""
     try:
         array = np.asarray(value, np.float64).reshape(shape)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be {int(np.prod(shape))} numbers, got {value!r}") from None
-    if not np.isfinite(array).all():
-        raise ValueError(f"{what} must be finite, got {value}")
+    if not (np.abs(array) < FAR).all():  # NaN compares false
+        raise ValueError(f"{what} must be finite and below {FAR:g}, got {value}")
     return array

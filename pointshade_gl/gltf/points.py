@@ -75,7 +75,8 @@ def _load(said: dict[str, Any], folder: Path, note: Note) -> Frame:
             options.setdefault("depth", place)
             place = None
     pose = options.pop("pose", None)
-    frame = load_frame(place, **options, pose=FLIP if pose is None else pose, notes=note)
+    placed = pose if isinstance(pose, Path) else numbers(FLIP if pose is None else pose, (4, 4), "pose")
+    frame = load_frame(place, **options, pose=placed, notes=note)
     _sources[frame] = options | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
     return frame
 

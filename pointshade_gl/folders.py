@@ -38,10 +38,13 @@ class Pair(NamedTuple):
 
 def builtin_folder(source: FilePath) -> Path:
     """The folder of a built-in frame for its name; any other text is a path already."""
-    if not isinstance(source, str) or source not in BUILT_IN:
-        return Path(source)
+    return asset_folder(source) if isinstance(source, str) and source in BUILT_IN else Path(source)
+
+
+def asset_folder(name: str) -> Path:
+    """A folder of files that come with the package."""
     package = Path(__file__).resolve().parent
-    places = [parent / "assets" / source for parent in (package, package.parent)]  # installed, checked out
+    places = [parent / "assets" / name for parent in (package, package.parent)]  # installed, checked out
     return next((place for place in places if place.is_dir()), places[0])
 
 

@@ -11,10 +11,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..folders import BUILT_IN
 from ..frame import Frame
 from ..images import save_image
 from ..intrinsics import Note
-from ..readers import BUILT_IN, load_frame
+from ..readers import load_frame
 from ..scene import PointObject
 from ..shading import Material
 from .checks import numbers

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..folders import asset_folder
 from ..frame import Frame
 from ..images import FilePath
 from ..intrinsics import Note
-from ..readers import asset_folder, print_note
+from ..readers import print_note
 from ..scene import Node, Scene
 from ..shading import Light
 from .checks import label, numbers, pick, telling

@@ -91,9 +91,10 @@ def render(
         ),
     ] = None,
     fps: Annotated[float, typer.Option(help="Pictures a second.", rich_help_panel=FILM)] = 25.0,
+    small: Annotated[bool, typer.Option("--small", help="Take longer over a smaller PNG.")] = False,
     device: Device = 0,
 ) -> None:
-    """Light a frame and write the picture; without INPUT the built-in vase.
+    """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture; without INPUT the built-in vase.
 
     To .mp4, .gif or a name such as %04d.png go all frames of a sequence, or a turntable.
     """
@@ -124,6 +125,7 @@ def render(
     source = _load(
         input,
         sequence=many and turntable is None,
+        scene=True,
         color=color,
         depth=depth,
         intrinsics=intrinsics,
@@ -132,6 +134,7 @@ def render(
         depth_kind=depth_kind,
         baseline=baseline,
     )
+    _check_style(source, view)
     if many:
         _render_series(source, view, output, turntable, frames, fps, device)
         return
@@ -139,7 +142,7 @@ def render(
         start = time.perf_counter()
         image = renderer.render(source, **view.of(source))
         spent = time.perf_counter() - start
-        save_image(output, image)
+        save_image(output, image, small)
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
         _report(output, what, renderer, spent)
 
@@ -229,6 +232,7 @@ def view(
     source = _load(
         input,
         sequence=True,
+        scene=True,
         color=color,
         depth=depth,
         intrinsics=intrinsics,
@@ -305,10 +309,16 @@ def _fail(error: Exception, code: int) -> None:
     raise SystemExit(code) from None
 
 
-def _load(source: str | None, sequence: bool = False, **options: Any) -> Any:
-    """The frame of the command line, or all of a sequence; without a word about it the built-in vase."""
+def _load(source: str | None, sequence: bool = False, scene: bool = False, **options: Any) -> Any:
+    """The frame of the command line, all of a sequence, or a scene; without a word about it the built-in vase."""
     from .readers import load_frame
 
+    if scene and source is not None and (source == "demo" or source.lower().endswith((".gltf", ".glb"))):
+        if any(value is not None for value in options.values()):
+            raise ValueError(f"{source} is a scene: its frames have their own files and intrinsics, pass no others")
+        from .gltf import load_scene
+
+        return load_scene(source)
     if source is None and options["color"] is None and options["depth"] is None:
         source = "vase"
     if not sequence:
@@ -316,6 +326,17 @@ def _load(source: str | None, sequence: bool = False, **options: Any) -> Any:
     from .sources import open_source
 
     return open_source(source, **options)
+
+
+def _check_style(source: Any, view: View) -> None:
+    """The objects of a scene have their own material, normals, shading: options for them would do nothing."""
+    from .scene import Scene
+    from .shading import Material
+
+    plain = {"material": Material(), "normals": "auto", "shading": "phong", "splat": "footprint"}
+    if isinstance(source, Scene) and any(value != plain.get(name) for name, value in view.style.items()):
+        told = ", ".join(name for name, value in view.style.items() if value != plain.get(name))
+        raise ValueError(f"the objects of a scene have their own {told}: leave the options for it out")
 
 
 def _render_series(

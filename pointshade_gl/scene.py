@@ -179,6 +179,34 @@ class Scene:
         """How many points the visible frames have."""
         return sum(p.content.frame.points_known for p in self.placed() if isinstance(p.content, PointObject))
 
+    @property
+    def pivot(self) -> NDArray[np.float64]:
+        """(3,) the middle of all that is visible, world."""
+        from .placement import bounding_sphere
+
+        return bounding_sphere([p for p in self.placed() if not isinstance(p.content, Light)])[0]
+
+    @property
+    def scale(self) -> float:
+        """How far the middle lies ahead of the camera; 1 when it does not."""
+        pose = np.asarray(self.pose)
+        ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
+        return ahead if ahead > 0 else 1.0
+
+    @property
+    def lights(self) -> list[Light]:
+        """Those of the visible nodes, in world axes."""
+        found = []
+        for p in self.placed():
+            if isinstance(p.content, Light):
+                light, turn, changes = p.content, p.world[:3, :3], {}
+                if light.position is not None:
+                    changes["position"] = tuple(turn @ light.position + p.world[:3, 3])
+                if light.direction is not None:
+                    changes["direction"] = tuple(turn @ light.direction)
+                found.append(replace(light, **changes))
+        return found
+
     def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
         """All nodes with their paths, hidden ones too, parents before children."""
         stack: list[tuple[tuple[int, ...], Node]] = []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -65,7 +64,7 @@ class SceneRenderer:
         camera, pose = camera or scene.camera or CAMERA, check_pose(scene.pose if pose is None else pose)
         placed = list(scene.placed())
         things = [p for p in placed if not isinstance(p.content, Light)]
-        lights = lights_of(placed) or [Light()] if lights is None else lights
+        lights = scene.lights or [Light()] if lights is None else lights
         centre, radius = bounding_sphere(things)
         near = NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
         shown = [p for p in things if is_in_view(corners(p.content), world_of(p), camera, pose, near)]
@@ -216,18 +215,3 @@ class SceneRenderer:
     def release(self) -> None:
         for item in (self._nothing, self._shadows, self._meshes):
             item.release()
-
-
-def lights_of(placed: Sequence[Placed]) -> list[Light]:
-    """The lights among the content, in world axes."""
-    found = []
-    for p in placed:
-        if isinstance(p.content, Light):
-            light, turn = p.content, p.world[:3, :3]
-            changes = {}
-            if light.position is not None:
-                changes["position"] = tuple(turn @ light.position + p.world[:3, 3])
-            if light.direction is not None:
-                changes["direction"] = tuple(turn @ light.direction)
-            found.append(replace(light, **changes))
-    return found

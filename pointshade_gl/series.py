@@ -16,6 +16,7 @@ from .film import Film, is_numbered, numbered
 from .frame import Frame
 from .images import save_image
 from .renderer import Renderer
+from .scene import Scene
 from .shading import check_choice
 from .sources import prefetched
 from .view import View
@@ -24,11 +25,11 @@ TURNTABLES = ("light", "camera")
 # as many to decode as to encode; more than cores, since they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
 TURN = 75  # pictures of a turntable: three seconds
-Shot = tuple[int, Frame, dict[str, Any]]  # number, frame, arguments of Renderer.render
+Shot = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
 
 
 def shots_of(
-    source: Frame | Sequence[Frame],
+    source: Frame | Scene | Sequence[Frame],
     view: View,
     turntable: str | None,
     count: int | None,
@@ -41,7 +42,7 @@ def shots_of(
 
     Raises ValueError when the source is one frame and nothing turns.
     """
-    if isinstance(source, Frame):
+    if isinstance(source, Frame | Scene):
         if turntable is None:
             raise ValueError("one frame is no film: pass --turntable light or camera, or write a single picture")
         check_choice("turntable", turntable, TURNTABLES)
@@ -50,7 +51,7 @@ def shots_of(
     return sequence_shots(source, view, skipped), len(source)
 
 
-def turntable_shots(frame: Frame, view: View, what: str, count: int) -> Generator[Shot, None, None]:
+def turntable_shots(frame: Frame | Scene, view: View, what: str, count: int) -> Generator[Shot, None, None]:
     """The light or the camera once round the frame's object, in `count` even steps."""
     turn = {"light": view.with_light_turned, "camera": view.with_camera_turned}[what]
     for k in range(count):

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import orbit_pose
 from .frame import Frame
+from .scene import Scene
+from .scene_renderer import CAMERA
 from .shading import Light
 
 # a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
@@ -36,20 +38,23 @@ class View:
     size: tuple[int, int] | None = None
     style: dict[str, Any] = field(default_factory=dict)
 
-    def of(self, frame: Frame, pivot: ArrayLike | None = None) -> dict[str, Any]:
+    def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
         pivot = frame.pivot if pivot is None else pivot
         pose = orbit_pose(frame.pose, pivot, self.yaw, self.pitch, self.dolly) if self.pose is None else self.pose
-        camera = frame.camera.fitted(*self.size) if self.size else None
-        return {"light": self.lights or None, "camera": camera, "pose": pose, **self.style}
+        camera = (frame.camera or CAMERA).fitted(*self.size) if self.size else None
+        style = {} if isinstance(frame, Scene) else self.style  # the objects of a scene have their own
+        return {"light": self.lights or None, "camera": camera, "pose": pose, **style}
 
-    def with_light_turned(self, frame: Frame, degrees: float) -> View:
-        """The lights gone round the frame's pivot: from the front to the right, behind, and back from the left."""
-        turn = orbit_pose(frame.pose, frame.pivot, degrees) @ np.linalg.inv(frame.pose)
-        start = frame.pivot + frame.scale * frame.pose[:3, :3] @ _FRONT
-        return replace(self, lights=[_turned(light, turn) for light in self.lights or [Light(position=tuple(start))]])
+    def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
+        """The lights gone round the pivot: from the front to the right, behind, and back from the left."""
+        pose, pivot = np.asarray(frame.pose), frame.pivot
+        turn = orbit_pose(pose, pivot, degrees) @ np.linalg.inv(pose)
+        lights = self.lights or (frame.lights if isinstance(frame, Scene) else [])
+        start = pivot + frame.scale * pose[:3, :3] @ _FRONT
+        return replace(self, lights=[_turned(light, turn) for light in lights or [Light(position=tuple(start))]])
 
-    def with_camera_turned(self, frame: Frame, degrees: float) -> View:
+    def with_camera_turned(self, frame: Frame | Scene, degrees: float) -> View:
         """The camera gone round the frame's pivot, to its right."""
         if self.pose is None:
             return replace(self, yaw=self.yaw + degrees)
@@ -58,7 +63,7 @@ class View:
 
 def _turned(light: Light, turn: NDArray[np.float64]) -> Light:
     if light.position is not None:
-        return replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
+        light = replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
     if light.direction is not None:
-        return replace(light, direction=tuple(turn[:3, :3] @ light.direction))
+        light = replace(light, direction=tuple(turn[:3, :3] @ light.direction))
     return light

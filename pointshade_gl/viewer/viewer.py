@@ -19,7 +19,7 @@ from ..frame import Frame
 from ..images import save_image
 from ..renderer import Renderer
 from ..scene import Scene
-from ..scene_renderer import CAMERA, lights_of
+from ..scene_renderer import CAMERA
 from ..shading import Light
 from .controls import Mouse, press_key
 from .events import Event
@@ -87,7 +87,7 @@ class Viewer:
             elif isinstance(source, Scene):
                 self.frame = replace(source, camera=source.camera or CAMERA)
                 self.state = replace(self.state, shadows=True)
-                lights = lights or lights_of(list(source.placed())) or [Light()]
+                lights = lights or source.lights or [Light()]
                 self.held = lights[0]
             else:
                 self._playback = Playback(source, fps, self._said.append)

@@ -19,7 +19,6 @@ from ..shading import Light, Material
 from .checks import telling
 from .container import LIGHTS, UNLIT, library
 from .files import Files
-from .meshes import TRIANGLES
 from .points import write_material, write_points
 from .views import FLIP, Matrix, light_place, write_camera, write_light
 
@@ -125,19 +124,19 @@ class _Writer:
     def primitive(self, mesh: Mesh) -> Any:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
         attributes = self.lib.Attributes(POSITION=self.accessor(mesh.positions, "VEC3"))
+        place = self.gltf.accessors[attributes.POSITION]  # of positions glTF asks the bounds
+        place.min, place.max = mesh.positions.min(0).tolist(), mesh.positions.max(0).tolist()
         attributes.NORMAL = None if mesh.normals is None else self.accessor(mesh.normals, "VEC3")
         attributes.TEXCOORD_0 = None if mesh.uv is None else self.accessor(mesh.uv, "VEC2")
         indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), "SCALAR")
-        return self.lib.Primitive(attributes=attributes, indices=indices, mode=TRIANGLES, material=self.material(mesh))
+        return self.lib.Primitive(attributes=attributes, indices=indices, mode=None, material=self.material(mesh))
 
     def accessor(self, values: NDArray[Any], kind: str) -> int:
         is_corner = kind == "SCALAR"
         view = self.view(values.tobytes(), self.lib.ELEMENT_ARRAY_BUFFER if is_corner else self.lib.ARRAY_BUFFER)
         component = {"f": self.lib.FLOAT, "H": self.lib.UNSIGNED_SHORT, "I": self.lib.UNSIGNED_INT}[values.dtype.char]
-        bounds = {} if is_corner else {"min": values.min(0).tolist(), "max": values.max(0).tolist()}
-        self.gltf.accessors.append(
-            self.lib.Accessor(bufferView=view, componentType=component, count=len(values), type=kind, **bounds)
-        )
+        known = {"bufferView": view, "componentType": component, "count": len(values), "type": kind}
+        self.gltf.accessors.append(self.lib.Accessor(**known, **dict.fromkeys(("byteOffset", "normalized"))))
         return len(self.gltf.accessors) - 1
 
     def view(self, data: bytes, target: int | None) -> int:
@@ -158,13 +157,16 @@ class _Writer:
         if key not in self.known:
             # glTF's own metal would reflect nothing of a diffuse light in other viewers
             base = self.lib.PbrMetallicRoughness(baseColorFactor=[*mesh.color, 1.0], metallicFactor=0.0)
-            material = self.lib.Material(pbrMetallicRoughness=base, doubleSided=True)
+            base.roughnessFactor = None
+            material = self.lib.Material(
+                pbrMetallicRoughness=base, doubleSided=True, emissiveFactor=None, alphaMode=None
+            )
             material.extras = {"pointshade": said} if said else {}
             if mesh.shading == "none":
                 material.extensions = {UNLIT: {}}
             if mesh.texture is not None:
-                base.baseColorTexture = self.lib.TextureInfo(index=self.texture(mesh.texture))
-                material.alphaMode = "OPAQUE" if mesh.texture.shape[2] == 3 else "MASK"
+                base.baseColorTexture = self.lib.TextureInfo(index=self.texture(mesh.texture), texCoord=None)
+                material.alphaMode = None if mesh.texture.shape[2] == 3 else "MASK"
             self.gltf.materials.append(material)
             self.known[key] = len(self.gltf.materials) - 1
         return self.known[key]

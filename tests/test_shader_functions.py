@@ -5,7 +5,18 @@ import importlib
 import numpy as np
 import pytest
 
-from pointshade_gl.reference import camera, color, inverse_depth, lights, phong, picture, splat, surface
+from pointshade_gl.reference import (
+    camera,
+    color,
+    inverse_depth,
+    lights,
+    phong,
+    picture,
+    scene_light,
+    shadow,
+    splat,
+    surface,
+)
 
 from .shader_function import COMMON, evaluate, functions_of
 
@@ -129,6 +140,126 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
     call = "light_surface(p, e, n, c, m, vec3(1), rows_map, 3), 0"
     answer = gpu("lights.glsl", call, p=points, e=eye, n=n, c=albedo, m=m[None], rows_map=rows)
     agree(answer, lights.light_surface(points, eye[0], n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
+
+
+SIDE, LIGHT_NEAR, CONTACT = 64, 0.5, 0.01
+
+
+def light_views(turns=(VIEW,)):
+    """Views of lights as shaders read them, (n, 5, 4), their tiles side by side; `turns` take points to their axes."""
+    rows = np.zeros((len(turns), 5, 4), F)
+    for k, (row, turn) in enumerate(zip(rows, turns, strict=True)):
+        row[:3], row[3], row[4, :3] = turn[:3], (40, 31.5, k * SIDE, 0), (LIGHT_NEAR, SIDE, CONTACT)
+    return rows
+
+
+def occluders(tiles=1):
+    """A shadow map of random depths between 0.6 and 3, a quarter of it empty."""
+    rng = np.random.default_rng(5)
+    z = rng.uniform(0.6, 3, (SIDE, tiles * SIDE)).astype(F)
+    return np.where(rng.random(z.shape) < 0.25, F(1), F(1) - F(LIGHT_NEAR) / z).astype(F)
+
+
+def test_occluder_at_is_0_outside_its_tile_and_where_nothing_is(gpu, draw):
+    depth, pixel = occluders(2), np.floor(draw.numbers(-4, SIDE + 4, 2))
+    tile, reach = np.array([40, 31.5, SIDE, 0], F), np.array([LIGHT_NEAR, SIDE, CONTACT], F)
+    call = "occluder_at(shadow_map, p, t, r)"
+    answer = gpu("shadow.glsl", call, p=pixel, t=tile[None], r=reach[None], shadow_map=depth)
+    expected = shadow.occluder_at(depth, pixel, tile, reach)
+    agree(answer, expected)
+    inside = ((pixel >= 0) & (pixel < SIDE)).all(-1)
+    assert not expected[~inside].any() and 0.6 < (expected[inside] > 0).mean() < 0.9
+
+
+def test_tent_weighs_three_pixels_by_one_in_all(gpu, draw):
+    offset = draw.numbers(-0.5, 0.5)
+    weights = shadow.tent(offset[:, 0])
+    agree(gpu("shadow.glsl", "tent(o), 0", o=offset), weights)
+    assert weights.sum(-1) == pytest.approx(1) and (weights >= 0).all()
+    assert (weights * (-1, 0, 1)).sum(-1) == pytest.approx(offset[:, 0], abs=1e-6)  # the middle of the three is there
+
+
+def test_light_share(gpu, draw):
+    depth, views = occluders(2), light_views((VIEW, turned((-15, 10, 80), (-0.2, 0.1, 0.5))))
+    points, n = camera.pixel_ray(draw.numbers(-100, 500, 2), TARGET) * draw.numbers(0.1, 3), draw.directions()
+    n[:9] = (0, 0, 1)
+    for row in (0, 1):
+        call = f"light_share(shadow_map, views_map, {row}, p, n)"
+        answer = gpu("shadow.glsl", call, p=points, n=n, shadow_map=depth, views_map=views)
+        expected = shadow.light_share(depth, views, row, points, n)
+        agree(answer, expected)
+        assert (expected == 0).any() and (expected == 1).any() and (expected % 1 > 0).mean() > 0.2
+
+
+def test_light_share_of_a_slanted_plane_in_its_own_shadow_is_1_and_behind_a_wall_0():
+    """The plane as a shadow map sees it, 24 bits deep; then moved away from the light, by more than the contact."""
+    eye, n = light_views((np.eye(4, dtype=F),)), np.array([0.8, 0.3, -0.5], F) / F(np.sqrt(0.98))
+    u, v = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
+    rays = np.stack([(u - 31.5) / 40, (v - 31.5) / 40, np.ones(u.shape)], -1)
+    w = np.maximum(rays @ n / (np.array([0, 0, 2]) @ n), 0.05)  # 1/z
+    depth = (np.round((1 - LIGHT_NEAR * w) * (2**24 - 1)) / (2**24 - 1)).astype(F)
+    inside = np.pad(np.ones((SIDE - 2, SIDE - 2), bool), 1)  # beyond the picture's rim nothing stands in the way
+    on_it = (inside & (w > 0.15) & (w < 1.3)).nonzero()
+    points = (rays / w[..., None])[on_it].astype(F)
+    normals = np.broadcast_to(n, points.shape)
+    assert (shadow.light_share(depth, eye, 0, points, normals) == 1).all()
+    behind = shadow.light_share(depth, eye, 0, points - F(0.1) * n, normals)
+    assert (behind == 0).mean() > 0.9
+    assert (shadow.light_share(np.ones_like(depth), eye, 0, points, normals) == 1).all()
+
+
+def test_cube_face(gpu, draw):
+    direction = draw.directions()
+    direction[:6] = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    direction[6:9] = [(1, 1, 1), (-1, -1, -1), (0, 1, 1)]
+    faces = shadow.cube_face(direction)
+    agree(gpu("shadow.glsl", "cube_face(d)", d=direction), faces)
+    assert faces[:9].tolist() == [0, 1, 2, 3, 4, 5, 0, 1, 2]
+
+
+def test_spot_cone(gpu, draw):
+    direction, l = draw.directions(), draw.directions()  # noqa: E741
+    cosines = np.array([0.8, 0.1], F)
+    answer = gpu("scene_light.glsl", "spot_cone(d, l, c)", d=direction, l=l, c=cosines[None])
+    expected = scene_light.spot_cone(direction, l, cosines)
+    agree(answer, expected)
+    assert (expected[(direction * -l).sum(-1) > 0.81] == 1).all()
+    assert (expected[(direction * -l).sum(-1) < 0.09] == 0).all()
+    sharp = scene_light.spot_cone(direction, l, np.array([0.5, 0.5], F))
+    agree(gpu("scene_light.glsl", "spot_cone(d, l, vec2(0.5))", d=direction, l=l), sharp, atol=1e-3)
+
+
+def test_scene_light_with_each_kind_of_light(gpu, draw):
+    """Directional, point, spot, and a light inside the surface; the first three with shadows, then without."""
+    points = camera.pixel_ray(draw.numbers(0, 400, 2), TARGET) * draw.numbers(0.5, 3)
+    points[0] = (0.25, 0.5, 1)
+    n, albedo = draw.facing(points), draw.numbers(0, 1, 3)
+    to_world = turned((40, 10, -20))[:3, :3]
+    views, depth = light_views([turned((a, b, 0)) for a in (5, -10) for b in (0, 15, -20, 90)]), occluders(8)
+    rows = np.zeros((4, 5, 4), F)
+    rows[:, 2, 0], rows[:, 3, 3], rows[:, 4, 2] = 1, -1, 1
+    rows[0, 0], rows[0, 1, :3], rows[0, 3, 3] = (1, 1, 2, 0), (0.2, 0.2, 0.4), 0
+    rows[1, 0], rows[1, 1, :3], rows[1, 2, :3] = (-1, -1, 0, 1), (1, 0.9, 0.8), (1, 0.1, 0.1)
+    rows[1, 3, 3], rows[1, 4, 2] = 1, 6
+    rows[2, 0], rows[2, 1, :3], rows[2, 3], rows[2, 4] = (
+        (1, -1, 0, 1),
+        (0.5, 0.5, 0.2),
+        (0, 0.6, 0.8, 7),
+        (0.9, 0.5, 1, 0),
+    )
+    rows[3, 0], rows[3, 1, :3] = (0.25, 0.5, 1, 1), (0.5, 0.5, 0.5)
+    m, ambient = np.array([0.1, 0.9, 0.3, 32], F), np.array([0.5, 0.7, 0.9], F)
+    eye = np.array([[0.1, -0.2, 0.3]], F)
+    turn = "mat3(" + ", ".join(f"{x:.9g}" for x in to_world.T.ravel()) + ")"
+    call = f"scene_light(p, e, n, c, m, a, rows_map, 4, shadow_map, views_map, {turn}), 0"
+    found = []
+    for _ in range(2):
+        inputs = {"m": m[None], "a": ambient[None], "rows_map": rows, "shadow_map": depth, "views_map": views}
+        answer = gpu("scene_light.glsl", call, p=points, e=eye, n=n, c=albedo, **inputs)
+        found.append(scene_light.scene_light(points, eye[0], n, albedo, m, ambient, rows, 4, depth, views, to_world))
+        agree(answer, found[-1], atol=3e-5)
+        rows[:, 3, 3] = -1
+    assert (found[0] <= found[1]).all() and (found[0] < found[1]).any(-1).mean() > 0.2
 
 
 def test_depth_outside_the_picture_is_missing(gpu):

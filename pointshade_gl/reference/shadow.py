@@ -1,0 +1,63 @@
+"""Mirror of shaders/common/shadow.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .camera import project
+from .vectors import dot, length, texel
+
+F = np.float32
+FLATTEST = F(0.1)
+
+
+def occluder_at(shadow_map: np.ndarray, pixel: np.ndarray, tile: np.ndarray, range: np.ndarray) -> np.ndarray:
+    outside = (pixel < 0).any(-1) | (pixel > range[1] - F(1)).any(-1)
+    at = np.where(outside[..., None], F(0), pixel + tile[2:]).astype(int)
+    return np.where(outside, F(0), (F(1) - texel(shadow_map, at)) / range[0])
+
+
+def tent(offset: np.ndarray) -> np.ndarray:
+    before, after = F(0.5) - offset, F(0.5) + offset
+    return np.stack([F(0.5) * before * before, F(0.75) - offset * offset, F(0.5) * after * after], -1)
+
+
+def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """(..., 1), so that it multiplies colours."""
+    turn, shift, tile, range = views[row, :3, :3], views[row, :3, 3], views[row, 3], views[row, 4, :3]
+    seen = _turned(turn, point) + shift
+    ahead = seen[..., 2:] > range[0]
+    seen = np.where(ahead, seen, np.array((0, 0, 1), F))
+    intrinsics = tile[[0, 0, 1, 1]]
+    at = project(seen, intrinsics)
+    normal = _turned(turn, n)
+    z = seen[..., 2:]
+    ray = seen / z
+    cosine = dot(normal, ray)
+    cosine = np.sign(cosine) * np.maximum(np.abs(cosine), FLATTEST * length(ray))
+    safe = np.where(cosine == 0, F(1), cosine)
+    slope = np.where(cosine == 0, F(0), normal[..., :2] / (intrinsics[:2] * (safe * z)))
+    middle = np.floor(at + F(0.5))
+    across, down = tent(at[..., 0] - middle[..., 0]), tent(at[..., 1] - middle[..., 1])
+    share = np.zeros_like(z)
+    for y in (0, 1, 2):
+        for x in (0, 1, 2):
+            pixel = middle + np.array((x - 1, y - 1), F)
+            own = np.maximum(F(1) / z[..., 0] + dot(slope, pixel - at)[..., 0], F(0))
+            hidden = occluder_at(shadow_map, pixel, tile, range) > own * (F(1) + own * range[2])
+            share[..., 0] += np.where(hidden, F(0), across[..., x] * down[..., y])
+    return np.where(ahead, share, F(1))
+
+
+def cube_face(direction: np.ndarray) -> np.ndarray:
+    x, y, z = np.moveaxis(direction, -1, 0)
+    size = np.abs(direction)
+    by_x = (size[..., 0] >= size[..., 1]) & (size[..., 0] >= size[..., 2])
+    by_y = size[..., 1] >= size[..., 2]
+    return np.where(by_x, np.where(x > 0, 0, 1), np.where(by_y, np.where(y > 0, 2, 3), np.where(z > 0, 4, 5)))
+
+
+def _turned(turn: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """turn * vector, column by column."""
+    x, y, z = (turn[:, k] * vector[..., k : k + 1] for k in (0, 1, 2))
+    return x + y + z

@@ -287,9 +287,10 @@ class Renderer:
 
     def rasterizer(self, sizes: NDArray[np.float32], splat: str) -> SplatPass | ComputeSplatPass:
         computed = self._can_compute and splat == "footprint" and (sizes == 1).all()
-        kind, gl = "compute" if computed else "points", self.context.gl
+        kind, context = "compute" if computed else "points", self.context
         if kind not in self._rasterizers:
-            self._rasterizers[kind] = ComputeSplatPass(gl, self._merge) if computed else SplatPass(gl)
+            options = self._merge, context.is_software
+            self._rasterizers[kind] = ComputeSplatPass(context.gl, *options) if computed else SplatPass(context.gl)
         return self._rasterizers[kind]
 
     def fit_target(self, camera: Camera) -> Target:

@@ -33,8 +33,8 @@ void draw_splat(vec2 centre, float z, vec3 normal, float side) {
     if (splat.inverse_depth <= 0.0 || splat.inverse_depth * near >= 1.0) return;
     float reach = splat_reach(side, false);
     vec2 extent = footprint_extent(splat.to_target, reach, false);
-    ivec2 low = ivec2(max(ceil(splat.centre - extent), 0.0));
-    ivec2 high = ivec2(min(floor(splat.centre + extent), vec2(target_size) - 1.0));
+    ivec2 low = ivec2(clamp(ceil(splat.centre - extent), vec2(0.0), vec2(target_size)));
+    ivec2 high = ivec2(clamp(floor(splat.centre + extent), vec2(-1.0), vec2(target_size) - 1.0));
     vec4 to_source = invert_footprint(splat.to_target);
     int count = max(high.x - low.x + 1, 0) * max(high.y - low.y + 1, 0);
     ivec2 q = low;

@@ -12,6 +12,7 @@ from ..camera import Camera, check_pose
 from ..frame import Frame
 from ..shading import Light, Material
 
+FAR, CONTACT = 1e4, 1e-3  # where a directional light stands to be traced; what is nearer to a point does not shade it
 Array = NDArray[np.float64]
 Albedo = Callable[[Array], Array]
 
@@ -61,6 +62,20 @@ def plane(normal: ArrayLike, point: ArrayLike, albedo: Albedo) -> Surface:
     return Surface(meet, albedo)
 
 
+def patch(centre: ArrayLike, u: ArrayLike, v: ArrayLike, albedo: Albedo) -> Surface:
+    """The parallelogram of all centre + a * u + b * v, a and b from -1 to 1."""
+    middle, axes = np.asarray(centre, float), np.stack([np.asarray(u, float), np.asarray(v, float)])
+    whole = plane(np.cross(*axes), middle, albedo)
+    to_axes = np.linalg.pinv(axes)
+
+    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
+        t, normals = whole.meet(origin, rays)
+        at = (origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - middle) @ to_axes
+        return np.where((np.abs(at) <= 1).all(-1), t, np.inf), normals
+
+    return Surface(meet, albedo)
+
+
 def moved(surface: Surface, pose: ArrayLike) -> Surface:
     """The surface, carried by a rigid pose: its own axes are the pose's."""
     matrix = check_pose(pose)
@@ -92,8 +107,25 @@ def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = 
     return Hits(depth, matrix[:3, 3] + depth[..., None] * rays, normals, albedo, number)
 
 
-def shade(hits: Hits, light: Light, material: Material, eye: ArrayLike) -> Array:
-    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64."""
+def occluder(hits: Hits, light: Light, surfaces: Sequence[Surface]) -> tuple[NDArray[np.bool_], Array]:
+    """Which of the hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
+    if light.position is not None:
+        origin = np.array(light.position)
+    else:
+        origin = -FAR * np.array(light.direction) / np.linalg.norm(np.array(light.direction))
+    rays = hits.points - origin
+    nearest = np.full(hits.depth.shape, np.inf)
+    for surface in surfaces:
+        nearest = np.minimum(nearest, surface.meet(origin, rays)[0])
+    shaded = (hits.surface >= 0) & (nearest * np.linalg.norm(rays, axis=-1) < np.linalg.norm(rays, axis=-1) - CONTACT)
+    return shaded, origin + np.where(shaded, nearest, 1)[..., None] * rays
+
+
+def shade(
+    hits: Hits, light: Light, material: Material, eye: ArrayLike, shadow: NDArray[np.bool_] | None = None
+) -> Array:
+    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64; shadow (h, w) from
+    `occluder` is where the light does not arrive."""
     v = np.asarray(eye, float) - hits.points
     v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)
     if light.position is not None:
@@ -109,6 +141,13 @@ def shade(hits: Hits, light: Light, material: Material, eye: ArrayLike) -> Array
     NoL = (hits.normals * to_light).sum(-1, keepdims=True)
     r = 2 * NoL * hits.normals - to_light
     glint = material.specular * np.maximum((r * v).sum(-1, keepdims=True), 0) ** material.shininess * (NoL > 0)
+    if light.position is not None and light.direction is not None:
+        inner, outer = np.cos(np.radians(light.cone))
+        along = -to_light @ (np.array(light.direction) / np.linalg.norm(np.array(light.direction)))
+        inside = np.clip((along - outer) / max(inner - outer, 1e-4), 0, 1)[..., None]
+        strength = strength * inside**2 * (3 - 2 * inside)
+    if shadow is not None:
+        strength = strength * ~shadow[..., None]
     arriving = strength * np.array(light.color) * light.intensity
     total = material.ambient * hits.albedo + arriving * (material.diffuse * hits.albedo * np.maximum(NoL, 0) + glint)
     return np.where(hits.surface[..., None] >= 0, np.clip(total, 0, 1), 0)

@@ -20,9 +20,10 @@ class ComputeSplatPass:
 
     look_up = True
 
-    def __init__(self, context: moderngl.Context, tolerance: float):
+    def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
         """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
         self._context = context
+        self._is_software = is_software
         self._tolerance = tolerance
         self._program = build_compute(context, "splats.comp")
 
@@ -46,11 +47,18 @@ class ComputeSplatPass:
             **source_and_target(source, camera, view),
         )
         frame.surface.use(0)
-        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)  # who still reads it comes first
+        self._wait_for_readers()
         target.nearest.clear()
         target.nearest.bind_to_storage_buffer(0)
         self._program.run(-(-source.width // (GROUP * BLOCK)), -(-source.height // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def _wait_for_readers(self) -> None:
+        """Who still reads the target's `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
+        if self._is_software:
+            self._context.finish()
+        else:
+            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:
         self._program.release()

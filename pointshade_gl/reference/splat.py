@@ -11,6 +11,7 @@ from .vectors import dot, length
 
 F = np.float32
 MARGIN = F(0.1)
+ASIDE = F(0.02)
 MIN_COSINE = F(0.05)
 
 
@@ -36,7 +37,7 @@ def carry_footprint(
     h = ray[..., :1] * turn[:, 0] + ray[..., 1:2] * turn[:, 1] + ray[..., 2:] * turn[:, 2] + shift * w[..., None]
     h_u = turn[:, 0] / source[0] + shift * slope[..., :1]
     h_v = turn[:, 1] / source[1] + shift * slope[..., 1:]
-    ahead = h[..., 2] > 0
+    ahead = h[..., 2] > ASIDE * np.abs(h[..., :2]).max(-1)
     safe = np.where(ahead, h[..., 2], F(1))
     scale = target[:2] / (safe * safe)[..., None]
     columns = [scale * (d[..., :2] * h[..., 2:] - h[..., :2] * d[..., 2:]) for d in (h_u, h_v)]

@@ -6,6 +6,7 @@
 
 const float MARGIN = 0.1;       // source pixels added round a square, so that neighbours overlap without gaps
 const float MIN_COSINE = 0.05;  // a surface seen flatter than 87 degrees is carried as if seen at 87
+const float ASIDE = 0.02;       // more than 88.9 degrees off the optical axis is not ahead: there a footprint has no end
 
 struct Footprint {
     vec2 centre;          // target pixels
@@ -29,7 +30,7 @@ Footprint carry_footprint(vec2 pixel, float z, vec3 normal, vec4 source, mat4 vi
     vec3 h_u = view[0].xyz / source.x + view[3].xyz * slope.x;
     vec3 h_v = view[1].xyz / source.y + view[3].xyz * slope.y;
     Footprint splat;
-    splat.inverse_depth = h.z > 0.0 ? w / h.z : 0.0;
+    splat.inverse_depth = h.z > ASIDE * max(abs(h.x), abs(h.y)) ? w / h.z : 0.0;
     splat.centre = project(h, target);
     vec2 scale = target.xy / (h.z * h.z);
     splat.to_target = vec4(scale * (h_u.xy * h.z - h.xy * h_u.z), scale * (h_v.xy * h.z - h.xy * h_v.z));

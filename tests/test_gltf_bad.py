@@ -182,6 +182,7 @@ def test_a_truncated_glb_is_told(tmp_path, length):
         (4, 1, "version 1, expected 2"),
         (12, 10**9, "reaches beyond its end"),
         (16, 5, "without a JSON chunk"),
+        (20, 0xFFFFFFFF, "is a GLB whose JSON is no text"),
     ],
 )
 def test_a_broken_glb_is_told(tmp_path, start, value, complaint):

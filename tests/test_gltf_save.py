@@ -16,9 +16,11 @@ from .test_gltf import pygltflib_scene, refuse
 CHANCE = np.random.default_rng(9)
 RGB = CHANCE.integers(0, 256, (5, 7, 3), dtype=np.uint8)
 RGBA = CHANCE.integers(0, 256, (4, 4, 4), dtype=np.uint8)
+NORMALS = CHANCE.normal(size=(5, 3))
+NORMALS /= np.linalg.norm(NORMALS, axis=1, keepdims=True)
 FLAT = ps.Mesh(CHANCE.normal(size=(5, 3)), [[0, 1, 2], [2, 3, 4]], color=(0.9, 0.1, 0.3))
 SMOOTH = dataclasses.replace(
-    FLAT, normals=CHANCE.normal(size=(5, 3)), uv=CHANCE.random((5, 2)), texture=RGB, shading="gouraud",
+    FLAT, normals=NORMALS, uv=CHANCE.random((5, 2)), texture=RGB, shading="gouraud",
     material=ps.Material(0.2, 0.7, 0, 8),
 )  # fmt: skip
 UNLIT = dataclasses.replace(SMOOTH, texture=RGBA, shading="none", material=ps.Material())
@@ -170,6 +172,20 @@ def test_a_mesh_without_triangles_is_left_out(tmp_path):
     empty = ps.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
     ps.save_scene(tmp_path / "out.glb", ps.Scene((ps.Node((empty, FLAT), "a"), ps.Node(empty, "b"))))
     assert [node.content is None for node in ps.load_scene(tmp_path / "out.glb").nodes] == [False, True]
+
+
+def test_normals_are_written_with_unit_length(tmp_path):
+    long = dataclasses.replace(FLAT, normals=3 * NORMALS)
+    ps.save_scene(tmp_path / "out.glb", ps.Scene((ps.Node(long),)))
+    (back,) = ps.load_scene(tmp_path / "out.glb").placed()
+    np.testing.assert_allclose(back.content.normals, NORMALS, atol=1e-6)
+
+
+def test_a_glb_of_an_empty_scene_has_no_bytes(tmp_path):
+    ps.save_scene(tmp_path / "out.glb", ps.Scene())
+    data = (tmp_path / "out.glb").read_bytes()
+    (size,) = struct.unpack_from("<I", data, 12)
+    assert len(data) == 20 + size and b"buffers" not in data
 
 
 def test_a_glb_is_aligned_as_its_specification_asks(tmp_path):

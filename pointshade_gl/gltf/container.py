@@ -39,7 +39,8 @@ def read_container(path: Path) -> tuple[GLTF2, bytes | None]:
     try:
         raw = json.loads(text.decode("utf-8-sig"), object_hook=_drop_odd_extras)
     except UnicodeDecodeError:
-        raise ValueError("is neither glTF nor GLB: it is no text and does not begin with 'glTF'") from None
+        what = "is a GLB whose JSON is" if is_binary else "is neither glTF nor GLB: it is"
+        raise ValueError(f"{what} no text in UTF-8") from None
     except (ValueError, RecursionError) as error:
         raise ValueError(f"is not valid JSON: {error}") from None
     _check_version(raw)
@@ -73,6 +74,13 @@ def _split(data: bytes) -> tuple[bytes, bytes | None]:
     if _JSON not in chunks:
         raise ValueError("is a GLB without a JSON chunk")
     return chunks[_JSON], chunks.get(_BIN)
+
+
+def pack(text: bytes, blob: bytes) -> bytes:
+    """A GLB of JSON and of the bytes that it speaks of; without any there is no second chunk."""
+    chunks = [(_JSON, text + b" " * (-len(text) % 4)), (_BIN, blob + bytes(-len(blob) % 4))]
+    body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks if data)
+    return struct.pack("<4sII", _MAGIC, 2, 12 + len(body)) + body
 
 
 def _drop_odd_extras(item: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from ..images import FilePath
 from ..scene import Mesh, Node, PointObject, Scene
 from ..shading import Light, Material
 from .checks import telling
-from .container import LIGHTS, UNLIT, library
+from .container import LIGHTS, UNLIT, library, pack
 from .files import Files
 from .points import write_material, write_points
 from .views import FLIP, Matrix, light_place, write_camera, write_light
@@ -126,7 +126,7 @@ class _Writer:
         attributes = self.lib.Attributes(POSITION=self.accessor(mesh.positions, "VEC3"))
         place = self.gltf.accessors[attributes.POSITION]  # of positions glTF asks the bounds
         place.min, place.max = mesh.positions.min(0).tolist(), mesh.positions.max(0).tolist()
-        attributes.NORMAL = None if mesh.normals is None else self.accessor(mesh.normals, "VEC3")
+        attributes.NORMAL = None if mesh.normals is None else self.accessor(_unit(mesh.normals), "VEC3")
         attributes.TEXCOORD_0 = None if mesh.uv is None else self.accessor(mesh.uv, "VEC2")
         indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), "SCALAR")
         return self.lib.Primitive(attributes=attributes, indices=indices, mode=None, material=self.material(mesh))
@@ -200,8 +200,8 @@ class _Writer:
         if self.blob:
             gltf.buffers.append(self.lib.Buffer(byteLength=len(self.blob)))
         if self.is_binary:
-            gltf.set_binary_blob(bytes(self.blob))
-            self.files.stage(self.path.name).write_bytes(b"".join(gltf.save_to_bytes()))
+            text = gltf.gltf_to_json(indent=None).encode()
+            self.files.stage(self.path.name).write_bytes(pack(text, bytes(self.blob)))
             return
         if self.blob:
             name = f"{self.path.stem}.bin"
@@ -209,6 +209,12 @@ class _Writer:
             self.files.stage(name).write_bytes(self.blob)
         text = _layout(_ordered(json.loads(gltf.gltf_to_json()))) + "\n"
         self.files.stage(self.path.name).write_text(text, encoding="utf-8")
+
+
+def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Of unit length, as glTF asks; those that are, are left as they stand."""
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.where((np.abs(length - 1) < 1e-4) | (length == 0), normals, normals / np.maximum(length, 1e-30))
 
 
 def _layout(value: Any, indent: str = "") -> str:

@@ -103,7 +103,7 @@ class Meshes:
         texture = pick(self._parts.gltf.textures, index, "texture")
         with telling(label("texture", index, texture.name)):
             picture = self._parts.picture(texture.source)
-        return picture[..., :3] if alpha_mode == "OPAQUE" else picture
+        return np.ascontiguousarray(picture[..., :3]) if alpha_mode == "OPAQUE" else picture
 
 
 def triangles(corners: NDArray[Any], mode: int) -> NDArray[np.uint32]:

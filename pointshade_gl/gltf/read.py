@@ -20,6 +20,7 @@ from .extras import options, switch
 from .meshes import Meshes
 from .parts import Parts
 from .points import KEYS, read_points
+from .transforms import local_matrix
 from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
 
 if TYPE_CHECKING:
@@ -169,30 +170,3 @@ class _Reader:
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
             return read_light(light, self.light_factor, switch(said, "shadow"))
-
-
-def local_matrix(node: GltfNode) -> Matrix:
-    """(4, 4) node-to-parent. Raises ValueError for numbers that are no transform."""
-    if node.matrix is not None:
-        return numbers(node.matrix, (4, 4), "matrix").T  # glTF writes columns
-    result = np.eye(4)
-    if node.rotation is not None:
-        result[:3, :3] = _rotation(numbers(node.rotation, (4,), "rotation"))
-    if node.scale is not None:
-        result[:3, :3] *= numbers(node.scale, (3,), "scale")
-    if node.translation is not None:
-        result[:3, 3] = numbers(node.translation, (3,), "translation")
-    return result
-
-
-def _rotation(quaternion: Matrix) -> Matrix:
-    """(3, 3) of (x, y, z, w) of any length but zero."""
-    length = np.linalg.norm(quaternion)
-    if length < 1e-12:
-        raise ValueError("rotation must be a quaternion of unit length, got (0, 0, 0, 0)")
-    x, y, z, w = quaternion / length
-    return np.array([
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    ])  # fmt: skip

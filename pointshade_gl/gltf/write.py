@@ -19,7 +19,9 @@ from ..shading import Light, Material
 from .checks import telling
 from .container import LIGHTS, UNLIT, library, pack
 from .files import Files
+from .layout import layout
 from .points import write_material, write_points
+from .transforms import transform_of
 from .views import FLIP, Matrix, light_place, write_camera, write_light
 
 
@@ -97,7 +99,7 @@ class _Writer:
 
     def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
         extras = {"pointshade": extras} if extras else {}
-        self.gltf.nodes.append(self.lib.Node(name=name or None, extras=extras, **_transform(matrix), **values))
+        self.gltf.nodes.append(self.lib.Node(name=name or None, extras=extras, **transform_of(matrix), **values))
         return len(self.gltf.nodes) - 1
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
@@ -207,7 +209,7 @@ class _Writer:
             name = f"{self.path.stem}.bin"
             gltf.buffers[0].uri = quote(name)
             self.files.stage(name).write_bytes(self.blob)
-        text = _layout(_ordered(json.loads(gltf.gltf_to_json()))) + "\n"
+        text = layout(json.loads(gltf.gltf_to_json()))
         self.files.stage(self.path.name).write_text(text, encoding="utf-8")
 
 
@@ -215,58 +217,3 @@ def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
     """Of unit length, as glTF asks; those that are, are left as they stand."""
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.where((np.abs(length - 1) < 1e-4) | (length == 0), normals, normals / np.maximum(length, 1e-30))
-
-
-def _layout(value: Any, indent: str = "") -> str:
-    """JSON with one line for each part, so that a small scene can be read."""
-    text = json.dumps(value, ensure_ascii=False)
-    inner = indent + "  "
-    if len(text) <= 100 or not isinstance(value, dict | list):
-        return text
-    if isinstance(value, list):
-        lines = [json.dumps(item, ensure_ascii=False) for item in value]
-    else:
-        lines = [f"{json.dumps(key)}: {_layout(item, inner)}" for key, item in value.items()]
-    begin, end = "[]" if isinstance(value, list) else "{}"
-    return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
-
-
-def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    """What a reader looks for first comes first: the scene before the bytes, and the name of each part."""
-    first = ("asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions", "meshes", "materials")
-    data = {key: data[key] for key in first if key in data} | data
-    for node in data.get("nodes", ()):
-        named = {"name": node.pop("name")} if "name" in node else {}
-        rest = dict(node)
-        node.clear()
-        node |= named | rest
-    return data
-
-
-def _transform(matrix: Matrix) -> dict[str, list[float]]:
-    """translation, rotation and scale where they say the same as the matrix, else the matrix."""
-    scale = np.linalg.norm(matrix[:3, :3], axis=0)
-    turn = matrix[:3, :3] / scale
-    if np.abs(turn.T @ turn - np.eye(3)).max() > 1e-12 or np.linalg.det(turn) < 0:
-        return {"matrix": matrix.T.ravel().tolist()}
-    scale[np.abs(scale - 1) < 1e-12] = 1
-    parts = {
-        "translation": (matrix[:3, 3], (0, 0, 0)),
-        "rotation": (_quaternion(turn), (0, 0, 0, 1)),
-        "scale": (scale, (1, 1, 1)),
-    }
-    return {name: value.tolist() for name, (value, usual) in parts.items() if not np.array_equal(value, usual)}
-
-
-def _quaternion(turn: Matrix) -> Matrix:
-    """(x, y, z, w) of a rotation, by the largest of the four (Shepperd 1978)."""
-    (a, b, c), (d, e, f), (g, h, i) = turn
-    squares = np.array([1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i])
-    rows = np.array([
-        (squares[0], b + d, c + g, h - f),
-        (b + d, squares[1], f + h, c - g),
-        (c + g, f + h, squares[2], d - b),
-        (h - f, c - g, d - b, squares[3]),
-    ])  # fmt: skip
-    row = rows[int(np.argmax(squares))]
-    return row / np.linalg.norm(row)

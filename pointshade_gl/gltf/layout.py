@@ -1,0 +1,37 @@
+"""How the JSON of a written scene looks: one line for each part, the scene before the bytes."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+
+def layout(data: dict[str, Any]) -> str:
+    """The text of a glTF file."""
+    return _lines(_ordered(data)) + "\n"
+
+
+def _lines(value: Any, indent: str = "") -> str:
+    """One line for what is short and for the parts of a list."""
+    text = json.dumps(value, ensure_ascii=False)
+    inner = indent + "  "
+    if len(text) <= 100 or not isinstance(value, dict | list):
+        return text
+    if isinstance(value, list):
+        lines = [json.dumps(item, ensure_ascii=False) for item in value]
+    else:
+        lines = [f"{json.dumps(key)}: {_lines(item, inner)}" for key, item in value.items()]
+    begin, end = "[]" if isinstance(value, list) else "{}"
+    return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
+
+
+def _ordered(data: dict[str, Any]) -> dict[str, Any]:
+    """What a reader looks for first comes first: the scene before the bytes, and the name of each part."""
+    first = ("asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions", "meshes", "materials")
+    data = {key: data[key] for key in first if key in data} | data
+    for node in data.get("nodes", ()):
+        named = {"name": node.pop("name")} if "name" in node else {}
+        rest = dict(node)
+        node.clear()
+        node |= named | rest
+    return data

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,13 +11,14 @@ from numpy.typing import NDArray
 
 from .camera import Camera
 from .frame import Frame
-from .scene import Mesh, Placed, PointObject
+from .scene import Mesh, Placed, PointObject, Scene
 from .shading import Light, count_views
 
 Matrix = NDArray[np.float64]
 FAR_AWAY = (
     1000.0  # a directional light's camera stands this many radii of the scene off: its rays are parallel to 0.001
 )
+FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 CONTACT = 0.003  # of the scene's radius
 FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
 
@@ -121,6 +123,16 @@ def bounding_sphere(placed: list[Placed]) -> tuple[NDArray[np.float64], float]:
     points = np.concatenate(found)
     centre = (points.min(0) + points.max(0)) / 2
     return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-6)
+
+
+def framed(scene: Scene) -> Scene:
+    """The scene with a camera: its own, or one that looks as its pose does and sees everything."""
+    if scene.camera is not None:
+        return scene
+    centre, radius = bounding_sphere([p for p in scene.placed() if not isinstance(p.content, Light)])
+    pose = np.array(scene.pose)
+    pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))
+    return replace(scene, camera=Camera.from_fov(FOV, 640, 480), pose=pose)
 
 
 def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side: int) -> list[ShadowView]:

@@ -27,7 +27,7 @@ from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
 from .picture import Picture
 from .scene import Node, PointObject, Scene
-from .scene_renderer import CAMERA, SceneRenderer
+from .scene_renderer import SceneRenderer
 from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
 
 if TYPE_CHECKING:
@@ -111,7 +111,8 @@ class Renderer:
             splat=splat, max_depth_step=max_depth_step, noise=noise,
         )  # fmt: skip
         with self._in_use():
-            return self.fit_target(camera or frame.camera or CAMERA).read().view(Picture)
+            assert self._target is not None  # drawn just now
+            return self._target.read().view(Picture)
 
     def draw(
         self,

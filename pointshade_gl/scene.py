@@ -142,7 +142,7 @@ class Placed:
 class Scene:
     """Nodes, and who looks at them.
 
-    camera   who looks when `render` is told nothing else; None is a view of everything
+    camera   who looks when `render` is told nothing else; None is one that sees everything, turned as the pose is
     pose     (4, 4) camera-to-world of it
     ambient  linear RGB light from everywhere
     """

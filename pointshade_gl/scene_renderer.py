@@ -20,6 +20,7 @@ from .placement import (
     coarser,
     coarser_step,
     corners,
+    framed,
     is_in_view,
     rigid_part,
     shadow_views,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 NEAR = 0.001  # share of the distance to the scene's middle: what comes closer to the viewer is cut away
 SHADOW_SIDE = 1024  # pixels of a shadow view
-CAMERA = Camera.from_fov(45, 640, 480)  # of a scene without one
 
 
 class Points(NamedTuple):
@@ -61,7 +61,9 @@ class SceneRenderer:
     def draw(self, scene: Scene, lights: Sequence[Light] | None, camera: Camera | None, pose: Matrix | None) -> Target:
         """The picture in the renderer's target. Lights, camera and pose in place of the scene's own."""
         run, stamp = self._renderer.steps.run, self._renderer.steps.stamp
-        camera, pose = camera or scene.camera or CAMERA, check_pose(scene.pose if pose is None else pose)
+        scene = framed(scene)
+        camera, pose = camera or scene.camera, check_pose(scene.pose if pose is None else pose)
+        assert camera is not None
         placed = list(scene.placed())
         things = [p for p in placed if not isinstance(p.content, Light)]
         lights = scene.lights or [Light()] if lights is None else lights

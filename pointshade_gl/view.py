@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import orbit_pose
 from .frame import Frame
+from .placement import framed
 from .scene import Scene
-from .scene_renderer import CAMERA
 from .shading import Light
 
 # a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
@@ -40,14 +40,16 @@ class View:
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
+        frame = framed(frame) if isinstance(frame, Scene) else frame
         pivot = frame.pivot if pivot is None else pivot
         pose = orbit_pose(frame.pose, pivot, self.yaw, self.pitch, self.dolly) if self.pose is None else self.pose
-        camera = (frame.camera or CAMERA).fitted(*self.size) if self.size else None
+        camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
         style = {} if isinstance(frame, Scene) else self.style  # the objects of a scene have their own
         return {"light": self.lights or None, "camera": camera, "pose": pose, **style}
 
     def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
         """The lights gone round the pivot: from the front to the right, behind, and back from the left."""
+        frame = framed(frame) if isinstance(frame, Scene) else frame
         pose, pivot = np.asarray(frame.pose), frame.pivot
         turn = orbit_pose(pose, pivot, degrees) @ np.linalg.inv(pose)
         lights = self.lights or (frame.lights if isinstance(frame, Scene) else [])

@@ -1,4 +1,4 @@
-"""Scenes against ray-traced truth: a sphere before a wall as a point object, a board and a floor as meshes, two lights."""
+"""Scenes against ray-traced truth: sphere and wall as a point object, a board and a floor as meshes, two lights."""
 
 from dataclasses import replace
 

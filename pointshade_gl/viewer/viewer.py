@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from ..camera import Camera
 from ..frame import Frame
 from ..images import save_image
+from ..placement import framed
 from ..renderer import Renderer
 from ..scene import Scene
-from ..scene_renderer import CAMERA
 from ..shading import Light
 from .controls import Mouse, press_key
 from .events import Event
@@ -85,7 +85,7 @@ class Viewer:
             if isinstance(source, Frame):
                 self.frame = source
             elif isinstance(source, Scene):
-                self.frame = replace(source, camera=source.camera or CAMERA)
+                self.frame = framed(source)
                 self.state = replace(self.state, shadows=True)
                 lights = lights or source.lights or [Light()]
                 self.held = lights[0]
@@ -173,7 +173,8 @@ class Viewer:
 
     @property
     def _own_camera(self) -> Camera:
-        return self.frame.camera or CAMERA
+        assert self.frame.camera is not None  # a scene was framed
+        return self.frame.camera
 
     @property
     def pose(self) -> NDArray[np.float64]:

@@ -1,0 +1,148 @@
+"""What a scene does not use costs nothing: passes and draws are counted; odd scenes give a picture or one sentence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.placement import bounding_sphere, coarser, coarser_step, corners, framed, is_in_view
+
+from . import frames
+
+SUN = ps.Light(direction=(0.3, 0.5, 1), shadow=True)
+SPOT = ps.Light(position=(-0.5, -0.8, -0.3), direction=(0.5, 0.8, 1.5), cone=(20, 30), shadow=True)
+TILE = ps.Mesh([(-0.1, -0.1, 0), (0.1, -0.1, 0), (0.1, 0.1, 0), (-0.1, 0.1, 0)], [(0, 1, 2), (0, 2, 3)])
+FRAME = frames.sphere()
+
+
+def at(x, y, z, content=TILE, **options):
+    place = np.eye(4)
+    place[:3, 3] = x, y, z
+    return ps.Node(content, transform=place, **options)
+
+
+def counted(renderer, *arguments, **options):
+    before = renderer.steps.counts.copy()
+    image = renderer.render(*arguments, **options)
+    return {name: n for name, n in (renderer.steps.counts - before).items() if n}, image
+
+
+@pytest.fixture
+def fresh(renderer):
+    with ps.Renderer() as made:
+        yield made
+
+
+def test_an_unlit_frame_is_splatted_and_looked_up(fresh):
+    assert counted(fresh, FRAME, shading="none")[0] == {"upload": 1, "surface": 1, "splats": 1, "resolve": 1}
+
+
+def test_one_light_without_a_shadow_takes_no_shadow_pass(fresh):
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0.3, 1)), camera=frames.CAMERA)
+    ran = counted(fresh, scene, replace(SUN, shadow=False))[0]
+    assert ran == {"upload": 1, "surface": 1, "splats": 1, "mesh": 1, "surfaces": 1, "light": 1}
+
+
+def test_two_lights_with_shadows_take_one_view_each(fresh):
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0.3, 1)), camera=frames.CAMERA)
+    ran = counted(fresh, scene, [SUN, SPOT])[0]
+    assert ran == {"upload": 1, "surface": 1, "splats": 3, "mesh": 3, "shadows": 1, "surfaces": 1, "light": 1}
+
+
+def test_a_node_that_casts_no_shadow_is_not_drawn_into_it(fresh):
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME), shadow=False), at(0, 0.3, 1)), camera=frames.CAMERA)
+    ran = counted(fresh, scene, SUN)[0]
+    assert (ran["splats"], ran["mesh"]) == (1, 2)
+
+
+def test_nodes_out_of_view_cost_no_draw(fresh):
+    """50 nodes, 5 before the camera, the others behind it, beside it and far to the side."""
+    seen = [at(0.1 * k - 0.2, 0, 2) for k in range(5)]
+    behind = [at(0.1 * k, 0, -1 - k) for k in range(15)]
+    aside = [at(5 + k, 0, 2) for k in range(15)] + [at(0, -5 - k, 2) for k in range(15)]
+    ran, image = counted(fresh, ps.Scene((*behind, *seen, *aside), camera=frames.CAMERA))
+    assert ran == {"culled": 45, "mesh": 5, "surfaces": 1, "light": 1}
+    assert (image == fresh.render(ps.Scene(tuple(seen), camera=frames.CAMERA))).all()
+
+
+def test_what_moves_decides_what_runs(fresh):
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0.3, 1)), camera=frames.CAMERA)
+    plain = ps.Light(position=(1, 0, 0))
+    counted(fresh, scene, [SUN, plain])
+    assert counted(fresh, scene, [SUN, replace(plain, position=(0, 1, 0))])[0] == {"light": 1}
+    aside = ps.orbit_pose(None, (0, 0, 1.5), 10)
+    ran = counted(fresh, scene, [SUN, plain], pose=aside)[0]
+    assert ran == {"splats": 1, "mesh": 1, "surfaces": 1, "light": 1}
+    ran = counted(fresh, scene, [replace(SUN, direction=(-0.3, 0.5, 1)), plain], pose=aside)[0]
+    assert ran == {"splats": 1, "mesh": 1, "shadows": 1, "light": 1}
+
+
+def test_boxes_are_culled_only_when_nothing_of_them_can_show():
+    box = corners(TILE)
+    for x, y, z, shows in ((0, 0, 2, True), (0, 0, -2, False), (9, 0, 2, False), (0, 9, 2, False), (0.9, 0, 2, True)):
+        assert is_in_view(box, np.asarray(at(x, y, z).transform), frames.CAMERA, np.eye(4), 0.01) == shows
+    around = 20 * corners(TILE) + (0, 0, 0.5)
+    assert is_in_view(np.concatenate([around, -around]), np.eye(4), frames.CAMERA, np.eye(4), 0.01)
+
+
+def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
+    far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
+    step = coarser_step(FRAME, np.eye(4), frames.CAMERA, far)
+    assert step in (4, 8) and coarser_step(FRAME, np.eye(4), frames.CAMERA, np.eye(4)) == 1
+    few = coarser(FRAME, step)
+    assert few.points_known < FRAME.points_known / step
+    exact = fresh.render(FRAME, pose=far)
+    image = fresh.render(ps.Scene((ps.Node(ps.PointObject(FRAME)),), camera=frames.CAMERA), pose=far)
+    both = (exact[..., 3] > 0) & (image[..., 3] > 0)
+    assert ((exact[..., 3] > 0) != (image[..., 3] > 0)).sum() < 0.2 * both.sum()
+    assert np.abs(exact.astype(int) - image)[both].mean() < 4
+
+
+def test_a_scene_without_a_camera_is_seen_whole(fresh):
+    scene = framed(ps.Scene((at(5, 1, -3), at(-2, 0, 4))))
+    centre, radius = bounding_sphere(list(scene.placed()))
+    ahead = np.linalg.inv(scene.pose) @ [*centre, 1]
+    assert ahead[:2] == pytest.approx(0, abs=1e-6) and ahead[2] > radius
+    image = fresh.render(ps.Scene((at(5, 1, -3), at(-2, 0, 4))))
+    rim = np.concatenate([image[0], image[-1], image[:, 0], image[:, -1]])
+    assert image[..., 3].any() and not rim[..., 3].any()
+
+
+ODD = {
+    "no lights": ((at(0, 0, 2),), []),
+    "100 lights": (
+        (at(0, 0, 2), ps.Node(ps.PointObject(FRAME))),
+        [ps.Light(position=(0, -1, 0), intensity=0.01)] * 100,
+    ),
+    "a light inside the surface": ((at(0, 0, 2),), [ps.Light(position=(0, 0, 2), shadow=True)]),
+    "a light in a point": (
+        (ps.Node(ps.PointObject(FRAME)),),
+        [ps.Light(position=(0, 0, 1), shadow=True)],
+    ),
+    "no nodes": ((), [SUN]),
+    "all hidden": ((at(0, 0, 2, visible=False),), [SUN]),
+    "a mesh without faces": ((ps.Node(ps.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))),), [SUN]),
+    "a triangle without area": ((ps.Node(ps.Mesh([(0, 0, 2)] * 3, [(0, 1, 2)])),), [SUN]),
+    "a mirrored mesh": ((ps.Node(TILE, transform=np.diag([-1.0, 1, 1, 1])),), [SUN]),
+    "no points": ((ps.Node(ps.PointObject(ps.Frame(None, np.zeros((4, 5)), ps.Camera(9, 9, 2, 2, 5, 4)))),), [SUN]),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_scenes_are_drawn(fresh, name):
+    nodes, lights = ODD[name]
+    image = fresh.render(ps.Scene(nodes, camera=frames.CAMERA), lights)
+    assert image.shape == (120, 160, 4)
+    assert image.any() == (name not in ("no nodes", "all hidden", "a mesh without faces", "a triangle without area",
+                                        "a mirrored mesh", "no points"))  # fmt: skip
+    assert (fresh.render(FRAME) == fresh.render(FRAME)).all()
+
+
+def test_a_sheared_point_object_is_named(fresh):
+    shear = np.eye(4)
+    shear[0, 1] = 0.5
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME), "bent", shear),), camera=frames.CAMERA)
+    with pytest.raises(ValueError, match="node 'bent': a point object takes rotation"):
+        fresh.render(scene)
+    assert fresh.render(FRAME).any()

@@ -40,7 +40,7 @@ NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is c
 class Renderer:
     """Owns the passes, and the OpenGL context unless it is given one. Use it in the thread that made it.
 
-    Each call pays only for what has changed since the last: another light runs only the resolve pass, another camera
+    Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
 
     context  a moderngl.Context of the caller's; it stays hers, with her framebuffer bound again after each call, but

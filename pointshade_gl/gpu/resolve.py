@@ -19,7 +19,7 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, bool, bool], FullscreenPass] = {}
+        self._passes: dict[tuple[str, bool, str], FullscreenPass] = {}
 
     def draw(
         self,
@@ -36,25 +36,12 @@ class ResolvePass:
 
         lights: for phong, to light at once; without, target.surfaces is written, else target.picture.
         """
-        key = shading, look_up, lights is not None
-        if key not in self._passes:
-            version = 430 if look_up else 330
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up), "LIT": int(lights is not None)}
-            self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
-        colors = frame.lit if shading in ("flat", "gouraud") else frame.color
-        textures = {"surface_map": frame.surface, "color_map": colors}
         uniforms: dict[str, Any] = dict(lights or {})
         if look_up or shading in ("gouraud", "phong"):  # else the source id says it all
             uniforms |= source_and_target(source, camera, view)
-        if look_up:
-            target.nearest.bind_to_storage_buffer(0)
-            uniforms["target_size"] = target.size
-        else:
-            textures["source_ids"] = target.source_ids
-            uniforms["first_id"] = 1
         image = target.surfaces if shading == "phong" and lights is None else target.picture
         image.clear()
-        self._passes[key].draw(image, textures, **uniforms)
+        self._draw(image, frame, target, shading, look_up, "" if lights is None else "LIT", uniforms)
 
     def draw_object(
         self,
@@ -70,24 +57,38 @@ class ResolvePass:
         material_number: float,
     ) -> None:
         """One of several objects: target.shared_surfaces keeps what is nearest. view is without the object's scale."""
-        key = f"object {shading}", look_up, False
+        uniforms = source_and_target(source, camera, view)
+        uniforms |= {"near": near, "scale": scale, "material_number": material_number}
+        self._context.enable_only(moderngl.DEPTH_TEST)
+        self._draw(target.shared_surfaces, frame, target, shading, look_up, "SCENE", uniforms)
+        self._context.enable_only(moderngl.NOTHING)
+
+    def _draw(
+        self,
+        image: moderngl.Framebuffer,
+        frame: FrameTextures,
+        target: Target,
+        shading: str,
+        look_up: bool,
+        variant: str,
+        uniforms: dict[str, Any],
+    ) -> None:
+        """variant: a constant of resolve.frag that is set, or ''."""
+        key = shading, look_up, variant
         if key not in self._passes:
-            version = 430 if look_up else 330
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up), "SCENE": 1}
-            self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up)} | (
+                {variant: 1} if variant else {}
+            )
+            self._passes[key] = FullscreenPass(self._context, "resolve.frag", 430 if look_up else 330, **constants)
         colors = frame.lit if shading in ("flat", "gouraud") else frame.color
         textures = {"surface_map": frame.surface, "color_map": colors}
-        uniforms: dict[str, Any] = source_and_target(source, camera, view)
-        uniforms |= {"near": near, "scale": scale, "material_number": material_number}
         if look_up:
             target.nearest.bind_to_storage_buffer(0)
             uniforms["target_size"] = target.size
         else:
             textures["source_ids"] = target.source_ids
             uniforms["first_id"] = 1
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        self._passes[key].draw(target.shared_surfaces, textures, **uniforms)
-        self._context.enable_only(moderngl.NOTHING)
+        self._passes[key].draw(image, textures, **uniforms)
 
     def release(self) -> None:
         for item in self._passes.values():

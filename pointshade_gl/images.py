@@ -91,7 +91,7 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
         return
     kind = _FORMATS[suffix]
     if kind == "PNG" and not small:
-        file.write(_quick_png(array))
+        file.write(encode_png(array))
         return
     from PIL import Image
 
@@ -100,7 +100,7 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
     Image.fromarray(np.ascontiguousarray(array)).save(file, kind, **_OPTIONS.get(kind, {}))
 
 
-def _quick_png(array: NDArray[np.uint8]) -> bytes:
+def encode_png(array: NDArray[np.uint8]) -> bytes:
     """A PNG of (h, w), (h, w, 3) or (h, w, 4): each row less the one above, packed by run lengths and Huffman codes.
 
     Encoding was the largest stage of a rendering. Pillow tries five filters a row: this takes 0.4 of the time of its

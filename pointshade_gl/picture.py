@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from io import BytesIO
-
 import numpy as np
-from PIL import Image
+
+from .images import encode_png
 
 
 class Picture(np.ndarray):
@@ -14,6 +13,4 @@ class Picture(np.ndarray):
     def _repr_png_(self) -> bytes | None:
         if self.dtype != np.uint8 or self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:
             return None  # the notebook prints the numbers
-        file = BytesIO()
-        Image.fromarray(np.ascontiguousarray(self)).save(file, "PNG", compress_level=1)
-        return file.getvalue()
+        return encode_png(np.asarray(self))

@@ -27,11 +27,12 @@ from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
 from .picture import Picture
 from .scene import Node, PointObject, Scene
-from .scene_renderer import SceneRenderer
 from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
 
 if TYPE_CHECKING:
     import moderngl
+
+    from .scene_renderer import SceneRenderer
 
 RASTERIZERS = ("auto", "points", "compute")
 NEAR = 0.001  # share of the frame's scale: what comes closer to the viewer is cut away
@@ -184,6 +185,8 @@ class Renderer:
         camera  who looks; None is the scene's camera
         pose    (4, 4) camera-to-world of that camera; None is the scene's pose
         """
+        from .scene_renderer import SceneRenderer  # of no use to single frames
+
         lights = [light] if isinstance(light, Light) else light
         with self._in_use():
             self._scenes = self._scenes or SceneRenderer(self)

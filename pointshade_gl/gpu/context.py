@@ -6,7 +6,6 @@ import ctypes
 import os
 import sys
 import threading
-from ctypes.util import find_library
 from typing import Any
 
 import moderngl
@@ -81,12 +80,26 @@ def _keep_freed_memory() -> None:
         mallopt(M_TRIM_THRESHOLD, 256 * 1024 * 1024)
 
 
+def _is_there(library: str) -> bool:
+    """Whether the loader finds it: quicker than find_library, which asks another process."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
 def _create(device: int) -> moderngl.Context:
     try:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
-            libgl = find_library("GL") or find_library("EGL")
-            settings: dict[str, Any] = {"backend": "egl", "device_index": device, "libgl": libgl}
+            libgl = next((name for name in ("libGL.so.1", "libEGL.so.1") if _is_there(name)), None)
+            settings: dict[str, Any] = {
+                "backend": "egl",
+                "device_index": device,
+                "libgl": libgl,
+                "libegl": "libEGL.so.1",
+            }
             return moderngl.create_context(standalone=True, require=330, **settings)
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend

@@ -20,7 +20,7 @@ class NoisePass:
         self._context = context
         self._patches = FullscreenPass(context, "noise_patches.frag")
         self._blocks = FullscreenPass(context, "noise_blocks.frag")
-        self._average = [FullscreenPass(context, "depth_average.frag", MISPLACED=moved) for moved in (0, 1)]
+        self._average: dict[bool, FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
     def measure(self, frame: FrameTextures, focal: float) -> Noise:
@@ -44,8 +44,10 @@ class NoisePass:
         told_map.write(np.ascontiguousarray(known))
         textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
         moved = {"misplaced": noise.misplaced} if noise.misplaced else {}
-        average = self._average[bool(moved)]
-        average.draw(images.calm_target, textures, powers=noise.powers, first=images.first, **moved)
+        if bool(moved) not in self._average:
+            average = FullscreenPass(self._context, "depth_average.frag", MISPLACED=int(bool(moved)))
+            self._average[bool(moved)] = average
+        self._average[bool(moved)].draw(images.calm_target, textures, powers=noise.powers, first=images.first, **moved)
         told_map.release()
         return images.calm
 
@@ -66,7 +68,7 @@ class NoisePass:
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, *self._average, self._blocks, self._patches):
+        for item in (self._images, *self._average.values(), self._blocks, self._patches):
             if item is not None:
                 item.release()
 

@@ -52,9 +52,10 @@ class Light:
         if min(self.attenuation) < 0 or not any(self.attenuation):
             raise ValueError(f"light attenuation must be >= 0 and not all 0, got {self.attenuation}")
         _check_number(self.intensity, "light intensity", 0, math.inf)
-        inner, outer = self.cone
-        if not 0 <= inner <= outer <= 90 or outer == 0:
+        cone = np.asarray(self.cone, dtype=np.float64)
+        if cone.shape != (2,) or not 0 <= cone[0] <= cone[1] <= 90 or cone[1] == 0:
             raise ValueError(f"light cone must be two half angles, 0 <= inner <= outer <= 90 degrees, got {self.cone}")
+        object.__setattr__(self, "cone", (float(cone[0]), float(cone[1])))
 
     @property
     def is_spot(self) -> bool:

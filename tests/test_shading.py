@@ -15,17 +15,28 @@ from pointshade_gl.shading import check_sizes
     [
         ({"position": (0, 0)}, "light position must be three finite numbers"),
         ({"position": (0, 0, math.nan)}, "three finite numbers"),
-        ({"cone": (50, 40)}, "two half angles"),
         ({"direction": (0, 0, 0)}, "must not be"),
         ({"color": (1, -1, 1)}, "must not be negative"),
         ({"intensity": -1}, "intensity must be a number from 0"),
         ({"intensity": math.nan}, "got nan"),
         ({"attenuation": (0, 0, 0)}, "not all 0"),
+        ({"cone": (30, 20)}, r"cone must be two half angles, .* got \(30, 20\)"),
+        ({"cone": (-1, 20)}, "cone must be"),
+        ({"cone": (0, 91)}, "cone must be"),
+        ({"cone": (0, 0)}, "cone must be"),
+        ({"cone": (0, math.nan)}, "cone must be"),
+        ({"cone": 30}, "cone must be"),
+        ({"cone": (1, 2, 3)}, "cone must be"),
     ],
 )
 def test_impossible_lights_are_named(values, complaint):
     with pytest.raises(ValueError, match=complaint):
         ps.Light(**values)
+
+
+def test_a_light_with_a_position_and_a_direction_is_a_spot():
+    assert ps.Light(position=(0, 0, 1), direction=(0, 0, 1)).is_spot
+    assert not ps.Light(position=(0, 0, 1)).is_spot and not ps.Light(direction=(0, 0, 1)).is_spot
 
 
 @pytest.mark.parametrize("values", [{"ambient": -0.1}, {"diffuse": math.inf}, {"specular": math.nan}, {"shininess": 0}])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +28,7 @@ from .placement import (
     world_of,
 )
 from .scene import Mesh, Placed, PointObject, Scene
-from .shading import Light, Material, check_sizes, scene_light_rows
+from .shading import Light, Material, at_upper_left, check_sizes, count_views, scene_light_rows
 
 if TYPE_CHECKING:
     import moderngl
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 NEAR = 0.001  # share of the distance to the scene's middle: what comes closer to the viewer is cut away
 SHADOW_SIDE = 1024  # pixels of a shadow view
+SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
 
 
 class Points(NamedTuple):
@@ -55,7 +57,7 @@ class SceneRenderer:
         self._renderer = renderer
         self._meshes = MeshPass(renderer.context.gl)
         self._shadows = ShadowPass(renderer.context.gl)
-        self._coarse: dict[tuple[int, int], Frame] = {}  # by the frame's id, which its content keeps alive
+        self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._nothing = renderer.context.gl.texture((1, 1), 4, dtype="f4")
 
     def draw(self, scene: Scene, lights: Sequence[Light] | None, camera: Camera | None, pose: Matrix | None) -> Target:
@@ -67,6 +69,7 @@ class SceneRenderer:
         placed = list(scene.placed())
         things = [p for p in placed if not isinstance(p.content, Light)]
         lights = scene.lights or [Light()] if lights is None else lights
+        lights = [at_upper_left(light, pose) for light in lights]
         centre, radius = bounding_sphere(things)
         near = NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
         shown = [p for p in things if is_in_view(corners(p.content), world_of(p), camera, pose, near)]
@@ -77,12 +80,11 @@ class SceneRenderer:
         points = self._prepare([p for p in things if p in shown or p in cast], camera, pose)
         target = self._renderer.fit_target(camera)
 
-        views = [shadow_views(light, centre, radius, SHADOW_SIDE) for light in casting]
+        columns = math.ceil(math.sqrt(sum(map(count_views, casting))))
+        side = min(SHADOW_SIDE, SHADOW_MAP // max(columns, 1))
+        views = [shadow_views(light, centre, radius, side) for light in casting]
         if views:
-            geometry = tuple(
-                (one.world, stamp("surface", points[one].textures) if one in points else id(one.content))
-                for one in cast
-            )
+            geometry = tuple(self._shape(p, points) for p in cast)
             flat = [view for several in views for view in several]
             run("shadows", (tuple(flat), geometry), self._draw_shadows, flat, cast, points)
         firsts = np.cumsum([0, *map(len, views)])
@@ -104,11 +106,10 @@ class SceneRenderer:
                 )
         materials = list(dict.fromkeys(p.content.material for p in shown)) or [Material()]
 
-        def made(p: Placed) -> tuple[int, ...]:
-            kept = points[p].textures if p in points else None
-            return (id(p.content), stamp("surface", kept), stamp("lit points", kept)) if kept else (id(p.content),)
+        def light_of(p: Placed) -> int:
+            return stamp("lit points", points[p].textures) if p in points else 0
 
-        looks = tuple((p.world, p.content.material, p.content.shading, *made(p)) for p in shown)
+        looks = tuple((*self._shape(p, points), p.content.material, p.content.shading, light_of(p)) for p in shown)
         rows, shadows = scene_light_rows(lights, pose, pose, first_of), self._look_ups(views, pose)
         lit = self._renderer.light.scene_inputs(rows, scene.ambient, shadows)
         if any(isinstance(p.content, Mesh) and p.content.shading in ("flat", "gouraud") for p in shown):
@@ -137,10 +138,18 @@ class SceneRenderer:
         step = coarser_step(content.frame, world_of(p), camera, pose)
         if step == 1 or not all(isinstance(x, str | int | float | None) for x in content.options):
             return content.frame
-        key = id(content.frame), step
+        key = content.frame, step
         if key not in self._coarse:
             self._coarse[key] = coarser(content.frame, step)
         return self._coarse[key]
+
+    def _shape(self, p: Placed, points: dict[Placed, Points]) -> tuple[Any, ...]:
+        """What tells whether it would be drawn in the same place and form as before."""
+        if p not in points:
+            return p.world, p.content
+        content, one = p.content, points[p]
+        sizes = check_sizes(content.size, one.frame.depth.shape)
+        return p.world, one.textures, self._renderer.steps.stamp("surface", one.textures), sizes, content.splat
 
     def _draw_splats(
         self, one: Points, target: Target, camera: Camera, pose: Matrix, near: float

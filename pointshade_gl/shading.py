@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -112,6 +112,14 @@ def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArr
     return sizes.ravel()
 
 
+def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
+    """The light itself, but with a direction if it has no place: from the upper left of who looks, world axes."""
+    if light.position is not None or light.direction is not None:
+        return light
+    x, y, z = target_pose[:3, :3] @ UPPER_LEFT
+    return replace(light, direction=(float(x), float(y), float(z)))
+
+
 def light_rows(lights: Sequence[Light], target_pose: NDArray[Any], axes: NDArray[Any]) -> NDArray[np.float32]:
     """Lights as shaders/common/lights.glsl reads them: (n, 3, 4) float32, in the axes of a camera with this pose.
 
@@ -121,10 +129,8 @@ def light_rows(lights: Sequence[Light], target_pose: NDArray[Any], axes: NDArray
     for row, light in zip(rows, lights, strict=True):
         if light.position is not None:
             row[0] = [*(axes[:3, :3].T @ (np.array(light.position) - axes[:3, 3])), 1]
-        elif light.direction is not None:
-            row[0, :3] = axes[:3, :3].T @ np.array(light.direction)
         else:
-            row[0, :3] = axes[:3, :3].T @ (target_pose[:3, :3] @ UPPER_LEFT)
+            row[0, :3] = axes[:3, :3].T @ np.array(at_upper_left(light, target_pose).direction)
         row[1, :3] = np.array(light.color) * light.intensity
         row[2, :3] = light.attenuation
     return rows.astype(np.float32)

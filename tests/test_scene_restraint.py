@@ -120,6 +120,8 @@ ODD = {
         (ps.Node(ps.PointObject(FRAME)),),
         [ps.Light(position=(0, 0, 1), shadow=True)],
     ),
+    "the viewer's own light with a shadow": ((at(0, 0, 2),), [ps.Light(shadow=True)]),
+    "30 point lights with shadows": ((at(0, 0, 2),), [ps.Light(position=(0, -1, 0), shadow=True)] * 30),
     "no nodes": ((), [SUN]),
     "all hidden": ((at(0, 0, 2, visible=False),), [SUN]),
     "a mesh without faces": ((ps.Node(ps.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))),), [SUN]),
@@ -146,3 +148,16 @@ def test_a_sheared_point_object_is_named(fresh):
     with pytest.raises(ValueError, match="node 'bent': a point object takes rotation"):
         fresh.render(scene)
     assert fresh.render(FRAME).any()
+
+
+def test_a_changed_splat_size_is_drawn_anew(fresh):
+    """Also when the object that says so is another one: content is told apart by what it is, not by where it lies."""
+    sizes = np.ones(FRAME.depth.shape, np.float32)
+
+    def scene(size):
+        return ps.Scene((ps.Node(ps.PointObject(FRAME, size=size)),), camera=frames.CAMERA)
+
+    whole = fresh.render(scene(sizes), SUN)
+    assert counted(fresh, scene(sizes), SUN)[0] == {"light": 1}
+    sizes[60, 40:120] = 0
+    assert (fresh.render(scene(sizes), SUN) != whole).any()

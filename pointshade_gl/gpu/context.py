@@ -13,7 +13,7 @@ import moderngl
 from ..errors import ContextError
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
-M_TRIM_THRESHOLD = -1  # its number in malloc.h
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 
 
@@ -73,11 +73,13 @@ def _keep_freed_memory() -> None:
     """Asks glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
 
     A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that
-    memory costs 15 000 page faults a picture, a quarter of the time.
+    memory costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each
+    mapped anew beyond 128 kB, another 1000, a tenth of it.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform.startswith("linux") else None
     if mallopt is not None:  # glibc has it, musl has not
-        mallopt(M_TRIM_THRESHOLD, 256 * 1024 * 1024)
+        mallopt(M_TRIM_THRESHOLD, 256 << 20)
+        mallopt(M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
 
 
 def _is_there(library: str) -> bool:

@@ -154,7 +154,9 @@ class Target:
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""
         width, height = self.size
-        return np.frombuffer(self.color.read(), np.uint8).reshape(height, width, 4).copy()
+        picture = np.empty((height, width, 4), np.uint8)
+        self.color.read_into(picture)
+        return picture
 
     def release(self) -> None:
         while self._made:

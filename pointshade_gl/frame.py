@@ -48,6 +48,23 @@ class Frame:
         return int(np.count_nonzero(self.depth))
 
     @cached_property
+    def box(self) -> tuple[int, int, int, int]:
+        """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 without any."""
+        height, width = self.depth.shape
+        if all(edge.any() for edge in (self.depth[0], self.depth[-1], self.depth[:, 0], self.depth[:, -1])):
+            return 0, 0, width, height
+        rows, columns = (np.flatnonzero(self.depth.any(axis)) for axis in (1, 0))
+        if not len(rows):
+            return 0, 0, 0, 0
+        return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+
+    @cached_property
+    def depth_range(self) -> tuple[float, float]:
+        """The nearest and the farthest depth; 0 and 0 without any."""
+        farthest = float(self.depth.max())
+        return float(self.depth.min(where=self.depth > 0, initial=farthest)), farthest
+
+    @cached_property
     def pivot(self) -> NDArray[np.float64]:
         """(3,) the middle of the object, world: the median of the known points, (0, 0, 1) ahead without any.
 

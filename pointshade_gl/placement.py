@@ -66,11 +66,9 @@ def corners(content: Mesh | PointObject) -> NDArray[np.float64]:
 def _frame_corners(frame: Frame) -> NDArray[np.float64]:
     if not frame.points_known:
         return np.zeros((0, 3))
-    rows, columns = (np.flatnonzero(frame.depth.any(axis)) for axis in (1, 0))
-    known = frame.depth[frame.depth > 0]
-    c, z = frame.camera, np.array([known.min(), known.max()], np.float64)
-    x = (np.array([columns[0] - 0.5, columns[-1] + 0.5]) - c.cx) / c.fx
-    y = (np.array([rows[0] - 0.5, rows[-1] + 0.5]) - c.cy) / c.fy
+    (left, top, right, bottom), c, z = frame.box, frame.camera, frame.depth_range
+    x = (np.array([left, right]) - 0.5 - c.cx) / c.fx
+    y = (np.array([top, bottom]) - 0.5 - c.cy) / c.fy
     at = np.array([[x_ * z_, y_ * z_, z_] for z_ in z for x_ in x for y_ in y])
     return _box(at.min(0), at.max(0))
 

@@ -13,7 +13,7 @@ from .frame import Frame
 from .gpu.light import Shadows
 from .gpu.meshes import MeshPass
 from .gpu.shadows import ShadowPass
-from .gpu.textures import FrameTextures, Target
+from .gpu.textures import FrameTextures, Target, empty
 from .placement import (
     Matrix,
     ShadowView,
@@ -169,7 +169,7 @@ class SceneRenderer:
         self, shown: list[Placed], points: dict[Placed, Points], target: Target, camera: Camera, pose: Matrix,
         near: float, materials: list[Material], lights: dict[str, Any],
     ) -> None:  # fmt: skip
-        target.shared_surfaces.clear(depth=1.0)
+        empty(target.shared_surfaces)
         for p in shown:
             number = (materials.index(p.content.material) + 1) / 65535
             if p in points:

@@ -4,16 +4,23 @@
 // depths are above 0, where floats have the order of their bits.
 // One thread a block of 4x4 source pixels: where the block, or a quarter of it, lies on one plane, it is one larger
 // splat. Nothing of the picture is lost by that: the resolve pass finds every source pixel again by its place.
+#ifndef WINDOW
+#define WINDOW 0  // 1: note the window that the splats leave empty round them
+#endif
 #include "common/splat.glsl"
 
 layout(local_size_x = 32) in;
 layout(std430, binding = 0) restrict buffer Nearest { uint nearest[]; };
+#if WINDOW
+layout(std430, binding = 1) restrict buffer Window { int window[4]; };  // how far they come: to the left, up, right, down
+#endif
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
 uniform ivec2 target_size;
+uniform ivec2 corner;  // of the part that has points, a multiple of 4
 uniform float near;
 uniform float tolerance;  // how far off a plane its pixels may lie, as a share of 1/z; 0 draws each by itself
 
@@ -36,6 +43,12 @@ void draw_splat(vec2 centre, float z, vec3 normal, float side) {
     ivec2 low = ivec2(clamp(ceil(splat.centre - extent), vec2(0.0), vec2(target_size)));
     ivec2 high = ivec2(clamp(floor(splat.centre + extent), vec2(-1.0), vec2(target_size) - 1.0));
     vec4 to_source = invert_footprint(splat.to_target);
+#if WINDOW
+    ivec4 here = all(lessThanEqual(low, high)) ? ivec4(target_size - low, high + 1) : ivec4(0);
+    for (int k = 0; k < 4; ++k) {
+        if (here[k] > window[k]) atomicMax(window[k], here[k]);  // seldom, once some splats are drawn
+    }
+#endif
     int count = max(high.x - low.x + 1, 0) * max(high.y - low.y + 1, 0);
     ivec2 q = low;
     for (int k = 0; k < count; ++k) {
@@ -66,7 +79,7 @@ void draw_block(ivec2 block, vec4 first, vec2 slope, int side) {
 }
 
 void main() {
-    ivec2 block = 4 * ivec2(gl_GlobalInvocationID.xy);
+    ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
     if (block.x >= size.x) return;
     vec4 first = surface_at(block);
     vec2 slope = slope_at(block, first);

@@ -29,6 +29,26 @@ def test_a_frame_keeps_its_own_copies():
         frame.depth[0, 0] = 1
 
 
+@pytest.mark.parametrize(
+    ("rows", "columns", "box"),
+    [
+        (slice(None), slice(None), (0, 0, 8, 6)),
+        (slice(2, 5), slice(1, 7), (1, 2, 7, 5)),
+        (slice(0, 6), slice(1, 8), (1, 0, 8, 6)),
+        (slice(0, 1), slice(0, 8), (0, 0, 8, 1)),
+        (slice(3, 4), slice(7, 8), (7, 3, 8, 4)),
+        (slice(0, 6, 5), slice(0, 8, 7), (0, 0, 8, 6)),
+        (slice(0), slice(0), (0, 0, 0, 0)),
+    ],
+)
+def test_box_and_depth_range_are_those_of_the_known_points(rows, columns, box):
+    depth, known = np.zeros((6, 8)), np.arange(48).reshape(6, 8) + 0.25
+    depth[rows, columns] = known[rows, columns]
+    frame = ps.Frame(COLOR, depth, CAMERA)
+    assert frame.box == box
+    assert frame.depth_range == ((depth[depth > 0].min(), depth.max()) if depth.any() else (0, 0))
+
+
 def test_transparent_colour_cuts_the_point_out():
     color = np.full((12, 16, 4), 255, np.uint8)  # twice the depth's size
     color[:2, :2, 3] = 0

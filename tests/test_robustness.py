@@ -14,6 +14,7 @@ def rasterizer(request, renderer):
     if request.param == "compute" and renderer.context.gl.version_code < 430:
         pytest.skip("the compute rasteriser needs OpenGL 4.3")
     with ps.Renderer(rasterizer=request.param) as made:
+        made.kind = request.param
         made.expected = made.render(frames.sphere())
         yield made
         assert (made.render(frames.sphere()) == made.expected).all()
@@ -34,6 +35,57 @@ def test_a_frame_without_a_point_is_an_empty_picture(rasterizer, shading):
     for pose in (None, ps.orbit_pose(None, (0, 0, 1), 20)):
         for light in (ps.Light(), ps.Light(position=(1, 0, 0))):
             assert not rasterizer.render(empty, light, pose=pose, shading=shading).any()
+
+
+def part_of(frame, rows, columns):
+    """Of the frame only some rows and columns; and the same, but said to have points everywhere."""
+    depth = np.zeros_like(frame.depth)
+    depth[rows, columns] = frame.depth[rows, columns]
+    part, whole = (ps.Frame(frame.color, depth, frame.camera) for _ in range(2))
+    whole.__dict__["box"] = 0, 0, depth.shape[1], depth.shape[0]
+    return part, whole
+
+
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+def test_where_a_frame_has_no_points_nothing_is_drawn_nor_left_from_the_frame_before(rasterizer, shading):
+    parts = [
+        part_of(frames.sphere_before_wall(), slice(None), slice(None)),
+        part_of(frames.sphere_before_wall(), slice(30, 61), slice(17, 100)),
+        part_of(frames.noisy(), slice(5, 90), slice(50, 159)),
+        part_of(frames.tilted_plane(), slice(90, 120), slice(0, 3)),
+        part_of(frames.step(), slice(59, 60), slice(20, 21)),
+    ]
+    side = ps.orbit_pose(None, (0, 0, 1.5), yaw=15)
+    for option in ({}, {"pose": side}, {"size": 2.5, "splat": "round"}):
+        drawn = [rasterizer.render(part, shading=shading, **option) for part, _ in parts]
+        expected = [rasterizer.render(whole, shading=shading, **option) for _, whole in parts]
+        assert all((own == other).all() for own, other in zip(drawn, expected, strict=True))
+
+
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+def test_a_scene_of_parts_looks_the_same_after_other_scenes(rasterizer, shading):
+    def scene(rows, columns):
+        part, _ = part_of(frames.sphere_before_wall(), rows, columns)
+        mesh = ps.Mesh(np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]]), np.array([[0, 1, 2]]))
+        nodes = ps.Node(ps.PointObject(part, shading=shading)), ps.Node(mesh)
+        return ps.Scene(nodes, camera=frames.CAMERA)
+
+    parts = [(slice(30, 61), slice(17, 100)), (slice(0, 120), slice(80, 90)), (slice(None), slice(None))]
+    light = ps.Light(direction=(1, 1, 2), shadow=True)
+    drawn = [rasterizer.render(scene(*part), light) for part in parts]
+    assert len({image.tobytes() for image in drawn}) == 3
+    with ps.Renderer(rasterizer=rasterizer.kind) as other:
+        other.render(frames.sphere_before_wall(), shading=shading)
+        for part, image in reversed([*zip(parts, drawn, strict=True)]):
+            assert (other.render(scene(*part), light) == image).all()
+
+
+@pytest.mark.parametrize("method", ["star", "star-borrow", "adaptive", "triangles-8", "plane-fit-5"])
+def test_normals_of_a_part_are_those_it_has_in_a_whole_frame(renderer, method):
+    for rows, columns in ((slice(30, 61), slice(17, 100)), (slice(0, 120), slice(80, 90)), (slice(7, 8), slice(9, 10))):
+        part, whole = part_of(frames.noisy(), rows, columns)
+        own = renderer.estimate_normals(part, method)
+        np.testing.assert_array_equal(own, renderer.estimate_normals(whole, method))
 
 
 def test_a_picture_of_one_pixel(rasterizer):

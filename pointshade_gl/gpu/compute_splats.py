@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from .programs import build_compute, set_uniforms, source_and_target
-from .textures import FrameTextures, Target
+from .textures import Box, FrameTextures, Target
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
 
@@ -25,7 +25,8 @@ class ComputeSplatPass:
         self._context = context
         self._is_software = is_software
         self._tolerance = tolerance
-        self._program = build_compute(context, "splats.comp")
+        self._program = build_compute(context, "splats.comp", WINDOW=int(is_software))
+        self._window = context.buffer(reserve=16)
 
     def draw(
         self,
@@ -38,9 +39,12 @@ class ComputeSplatPass:
         *_: object,
     ) -> None:
         """view (4, 4) takes source axes to target axes."""
+        left, top, width, height = frame.window
+        corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
         set_uniforms(
             self._program,
             surface_map=0,
+            corner=corner,
             target_size=target.size,
             near=near,
             tolerance=self._tolerance,
@@ -50,8 +54,19 @@ class ComputeSplatPass:
         self._wait_for_readers()
         target.nearest.clear()
         target.nearest.bind_to_storage_buffer(0)
-        self._program.run(-(-source.width // (GROUP * BLOCK)), -(-source.height // BLOCK))
-        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        self._window.clear()
+        self._window.bind_to_storage_buffer(1)
+        self._program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        target.window = self._read_window(*target.size) if self._is_software else (0, 0, *target.size)
+
+    def _read_window(self, width: int, height: int) -> Box:
+        """The part of the view that has splats: the passes after this one, which take every pixel, leave out the rest.
+
+        A software driver runs compute shaders at once, so that nothing is waited for.
+        """
+        to_left, up, right, down = np.frombuffer(self._window.read(), np.int32).tolist()
+        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def _wait_for_readers(self) -> None:
         """Who still reads the target's `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
@@ -61,4 +76,5 @@ class ComputeSplatPass:
             self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:
+        self._window.release()
         self._program.release()

@@ -10,7 +10,7 @@ import numpy as np
 from ..camera import Camera
 from ..shading import Material
 from .passes import FullscreenPass, data_texture
-from .textures import FrameTextures, Target
+from .textures import FrameTextures, Target, empty
 
 
 class Shadows(NamedTuple):
@@ -30,7 +30,7 @@ class LightPass:
 
     def draw_pixels(self, target: Target, camera: Camera, lights: np.ndarray, material: Material) -> None:
         """target.surface and albedo -> target.picture. lights (n, 3, 4) float32 in target axes."""
-        target.picture.clear()
+        empty(target.picture, target.window)
         maps = {"surface_map": target.surface, "albedo_map": target.albedo}
         inputs = self.inputs(lights, material)
         self._pass("pixels").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
@@ -39,7 +39,7 @@ class LightPass:
         self, frame: FrameTextures, camera: Camera, eye: np.ndarray, lights: np.ndarray, material: Material
     ) -> None:
         """frame.surface and color -> frame.lit. lights and the eye (3,) in source axes."""
-        frame.lit_target.clear()  # nothing undefined where there is no point: it would be weighted by 0, not left out
+        empty(frame.lit_target, frame.window)  # nothing undefined beside the points: it is weighted by 0, not left out
         maps = {"surface_map": frame.surface, "albedo_map": frame.color}
         inputs = self.inputs(lights, material)
         self._pass("points").draw(
@@ -50,7 +50,7 @@ class LightPass:
         self, target: Target, camera: Camera, lights: np.ndarray, materials: np.ndarray, ambient: Any, shadows: Shadows
     ) -> None:
         """As draw_pixels with lights (n, 5, 4), a material (4,) for each number in the albedo's alpha."""
-        target.picture.clear()
+        empty(target.picture)
         table = data_texture(self._context, 1, len(materials), 4)
         table.write(materials.astype("f4"))
         maps = {"surface_map": target.surface, "albedo_map": target.albedo, "materials": table}
@@ -70,7 +70,7 @@ class LightPass:
         shadows: Shadows,
     ) -> None:
         """As draw_points with lights (n, 5, 4); scale is the object's, lights and eye are in its turned axes."""
-        frame.lit_target.clear()
+        empty(frame.lit_target, frame.window)
         maps = {"surface_map": frame.surface, "albedo_map": frame.color}
         inputs = self.scene_inputs(lights, ambient, shadows) | {"material": material.strengths, "scale": scale}
         light_pass = self._pass("scene points")

@@ -53,6 +53,15 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
     return "\n".join(lines) + "\n", origin
 
 
+def _define(
+    name: str, spliced: tuple[str, list[tuple[str, int]]], constants: dict[str, int]
+) -> tuple[str, list[tuple[str, int]]]:
+    """The shader with constants defined after its first line, which is its #version."""
+    (version, rest), origin = spliced[0].split("\n", 1), spliced[1]
+    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
+    return "\n".join([version, *defines, rest]), [origin[0], *[(name, 1)] * len(defines), *origin[1:]]
+
+
 def build_program(
     context: moderngl.Context,
     vertex: str,
@@ -68,11 +77,8 @@ def build_program(
     Raises ShaderError with file and line of the driver's complaints.
     """
     vertex_text, vertex_origin = splice(vertex, folder)
-    fragment_text, fragment_origin = splice(fragment, folder)
-    defines = [f"#define {name} {value}" for name, value in constants.items()]
-    first, rest = fragment_text.split("\n", 1)
-    fragment_text = "\n".join([first.replace("330", str(version)), *defines, rest])
-    fragment_origin[1:1] = [(fragment, 1)] * len(defines)
+    fragment_text, fragment_origin = _define(fragment, splice(fragment, folder), constants)
+    fragment_text = fragment_text.replace("330", str(version), 1)
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
     except moderngl.Error as error:
@@ -81,9 +87,9 @@ def build_program(
         raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
 
 
-def build_compute(context: moderngl.Context, name: str) -> moderngl.ComputeShader:
+def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
     """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
-    text, origin = splice(name)
+    text, origin = _define(name, splice(name), constants)
     try:
         return context.compute_shader(text)
     except moderngl.Error as error:

@@ -11,7 +11,7 @@ from ..camera import Camera
 from ..shading import SHADINGS
 from .passes import FullscreenPass
 from .programs import source_and_target
-from .textures import FrameTextures, Target
+from .textures import FrameTextures, Target, confine, empty
 
 
 class ResolvePass:
@@ -40,7 +40,7 @@ class ResolvePass:
         if look_up or shading in ("gouraud", "phong"):  # else the source id says it all
             uniforms |= source_and_target(source, camera, view)
         image = target.surfaces if shading == "phong" and lights is None else target.picture
-        image.clear()
+        empty(image, target.window)
         self._draw(image, frame, target, shading, look_up, "" if lights is None else "LIT", uniforms)
 
     def draw_object(
@@ -59,9 +59,11 @@ class ResolvePass:
         """One of several objects: target.shared_surfaces keeps what is nearest. view is without the object's scale."""
         uniforms = source_and_target(source, camera, view)
         uniforms |= {"near": near, "scale": scale, "material_number": material_number}
+        confine(target.shared_surfaces, target.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
         self._draw(target.shared_surfaces, frame, target, shading, look_up, "SCENE", uniforms)
         self._context.enable_only(moderngl.NOTHING)
+        confine(target.shared_surfaces, None)
 
     def _draw(
         self,

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..placement import ShadowView
 from .passes import FullscreenPass, data_texture
-from .textures import Target, check_size
+from .textures import Target, check_size, confine, empty
 
 
 class ShadowPass:
@@ -36,7 +36,7 @@ class ShadowPass:
         side = views[0].camera.width
         self._fit(side, len(views))
         self.target.viewport = (0, 0, *self.map.size)
-        self.target.clear(depth=1.0)
+        empty(self.target)
         for k, view in enumerate(views):
             first = self.tile(k)
             self.target.viewport = (*first, side, side)
@@ -52,9 +52,12 @@ class ShadowPass:
                     inputs |= {"side": side, "near": near}
                 else:
                     inputs["depth_map"] = self._scratch.depth
+                left, top, width, height = self._scratch.window
+                confine(self.target, (first[0] + left, first[1] + top, width, height))
                 self._context.enable_only(moderngl.DEPTH_TEST)
                 self._passes[look_up].draw(self.target, {}, **inputs)
                 self._context.enable_only(moderngl.NOTHING)
+                confine(self.target, None)
 
     def write_views(self, views: list[ShadowView], axes: np.ndarray) -> moderngl.Texture:
         """How shaders/common/shadow.glsl looks points up that are given in the axes of a camera with this pose."""

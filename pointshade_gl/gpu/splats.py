@@ -50,6 +50,7 @@ class SplatPass:
             first_id=1,
         )
         frame.surface.use(0)
+        target.window = 0, 0, *target.size
         target.visible.use()
         target.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)

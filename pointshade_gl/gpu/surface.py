@@ -10,7 +10,7 @@ from ..noise import Choice
 from ..normals import PLANE_FITS, TRIANGLES, Step
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
-from .textures import FrameTextures
+from .textures import FrameTextures, empty
 
 
 class SurfacePass:
@@ -62,7 +62,7 @@ class SurfacePass:
             self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
         textures = {"picture": self._noise.calm_depth(frame, noise, told), "depth_map": frame.depth}
-        frame.staged_target.clear(depth=1.0)
+        empty(frame.staged_target, frame.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
         for stage in range(4):
             adaptive = self._pass("surface_adaptive.frag", STAGE=stage)

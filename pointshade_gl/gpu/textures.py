@@ -11,6 +11,7 @@ import numpy as np
 from ..frame import Frame
 
 _Item = TypeVar("_Item")
+Box = tuple[int, int, int, int]  # left, top, width, height
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 
@@ -36,6 +37,8 @@ class FrameTextures:
         self.surface_target = context.framebuffer([self.surface])
         self._context = context
         self.frame: Frame | None = None  # whose textures these are
+        self.window: Box = 0, 0, 0, 0  # the part with points: the only one that its passes write
+        empty(self.surface_target, self.window)
         try:
             check_memory(context)
         except MemoryError:
@@ -67,6 +70,10 @@ class FrameTextures:
 
     def upload(self, frame: Frame) -> None:
         self.frame = None
+        left, top, right, bottom = frame.box
+        if self.window != (window := (left, top, right - left, bottom - top)):
+            self.window = window
+            empty(self.surface_target, window)
         self.depth.write(frame.depth)
         self.color.write(NEUTRAL if frame.color is None else frame.color)
         self.frame = frame
@@ -96,6 +103,7 @@ class Target:
         check_size(context, width, height)
         self._context = context
         self.size = width, height
+        self.window: Box = 0, 0, width, height  # the part in which something can be seen: no other is looked at
         self._made: list[Any] = []
 
     @cached_property
@@ -170,6 +178,19 @@ class Target:
     def _nearest(self, texture: moderngl.Texture) -> moderngl.Texture:
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return self._keep(texture)
+
+
+def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
+    """Nothing anywhere, all depths far; from now on only a window of the target is drawn to, or all of it."""
+    confine(target, None)
+    target.use()  # its scissor counts from here on; clear() alone would heed that of who was in use before
+    target.clear(depth=1.0)
+    confine(target, window)
+
+
+def confine(target: moderngl.Framebuffer, window: Box | None) -> None:
+    """From now on only a window of the target is drawn to, or all of it."""
+    target.scissor = window  # type: ignore[assignment]  # None is taken, which its annotation forgets
 
 
 def check_size(context: moderngl.Context, width: int, height: int) -> None:

@@ -35,14 +35,15 @@ uniform int light_count;
 out vec4 color;
 
 void main() {
-    ivec2 texel = ivec2(gl_FragCoord.xy);
-    vec4 surface = texelFetch(surface_map, texel, 0);
+    vec2 texel = gl_FragCoord.xy * (1.0 / vec2(textureSize(surface_map, 0)));  // quicker than texelFetch on llvmpipe
+    vec4 surface = textureLod(surface_map, texel, 0.0);
     if (surface.w == 0.0) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;
 #if POINTS
     vec3 albedo = srgb_to_linear(picture_at(albedo_map, pixel, vec2(textureSize(surface_map, 0))));
 #else
-    vec3 albedo = texelFetch(albedo_map, texel, 0).rgb;
+    vec4 texel_albedo = textureLod(albedo_map, texel, 0.0);
+    vec3 albedo = texel_albedo.rgb;
 #endif
     vec3 point = pixel_ray(pixel, intrinsics) * surface.w;
 #if SCENE && POINTS
@@ -53,8 +54,7 @@ void main() {
         point, eye, surface.xyz, albedo, material, ambient, lights, light_count, shadow_map, views, to_world
     );
 #elif SCENE
-    float number = texelFetch(albedo_map, texel, 0).a;
-    vec4 material = texelFetch(materials, ivec2(0, int(number * 65535.0 + 0.5) - 1), 0);
+    vec4 material = texelFetch(materials, ivec2(0, int(texel_albedo.a * 65535.0 + 0.5) - 1), 0);
     vec3 lit = surface.xyz == vec3(0.0) ? albedo : scene_light(
         point, eye, surface.xyz, albedo, material, ambient, lights, light_count, shadow_map, views, to_world
     );

@@ -2,12 +2,12 @@
 #ifndef STAGE
 #define STAGE 0  // 0 to 3 in turn; a depth test leaves to each only the pixels that the ones before discarded
 #endif
-// Averaged depth with the noise that is left -> surface (unit normal, the frame's own depth), for noisy depth.
+// Averaged depth with the noise that is left -> surface (unit normal, the averaged depth), for noisy depth. Points move
+// along their rays by about their noise: as they were taken, neighbours would part in every view but the frame's own.
 #include "common/camera.glsl"
 #include "common/normals_adaptive.glsl"
 
-uniform sampler2D picture;    // depth after depth_average.frag, noise over depth
-uniform sampler2D depth_map;  // as it was taken: points stay where they were measured
+uniform sampler2D picture;  // depth after depth_average.frag, noise over depth
 uniform vec4 intrinsics;
 
 out vec4 surface;
@@ -23,5 +23,5 @@ void main() {
     bool known = here.x > 0.0;
     if (known && slope.z < 0.5) discard;
     vec3 normal = normal_of_slope(slope.xy, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);
-    surface = known ? vec4(normal, depth_at(depth_map, pixel, ivec2(0))) : vec4(0.0);
+    surface = known ? vec4(normal, here.x) : vec4(0.0);
 }

@@ -6,7 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import plane, sphere, sphere_and_wall, trace
 from pointshade_gl.noise import describe, parse_noise
-from pointshade_gl.reference.surface_pass import measure_noise, normals_by_noise
+from pointshade_gl.reference.surface_pass import measure_noise, surface_by_noise
 
 from . import frames
 from .test_surface import angle, assert_agree
@@ -79,7 +79,7 @@ def test_auto_agrees_with_the_mirror(renderer, scene, stress, told):
     depth = STRESSES[stress](scene[0])
     frame = frame_of(depth)
     normals = renderer.estimate_normals(frame, "auto", noise=told)
-    mirror = normals_by_noise(frame.depth, INTRINSICS, parse_noise(told, frame.depth))
+    mirror = surface_by_noise(frame.depth, INTRINSICS, parse_noise(told, frame.depth))[..., :3]
     assert_agree(normals, np.where(mirror.any(-1, keepdims=True), mirror, np.nan))
 
 

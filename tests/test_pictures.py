@@ -5,6 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.reference.render import render as mirror_render
+from pointshade_gl.reference.surface_pass import surface_by_noise
 from pointshade_gl.renderer import NEAR
 from pointshade_gl.shading import MERGE
 
@@ -93,6 +94,18 @@ def test_round_splats_of_several_sizes(rasterizer, golden):
     sizes = 0.5 + 2 * np.random.default_rng(2).random(frame.depth.shape)
     pose = turned(frame, 15, 5, 0.3)
     golden("round_sizes", *both(rasterizer, frame, pose=pose, splat="round", size=sizes))
+
+
+def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
+    frame = frames.noisy()
+    pose = turned(frame)
+    actual = rasterizer.render(frame, LIGHT, pose=pose)
+    surface = surface_by_noise(frame.depth, np.array(frame.camera.intrinsics, np.float32))
+    assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
+    calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
+    options = (LIGHT,), ps.Material(), frame.camera, pose, NEAR * frame.scale
+    mirror = mirror_render(calm, surface[..., :3], *options, rasterizer=rasterizer.name)
+    golden("noisy", actual, mirror, rasterizer.name == "points")
 
 
 def test_two_lights_and_a_frame_pose(rasterizer, golden):

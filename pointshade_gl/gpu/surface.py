@@ -61,7 +61,7 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        textures = {"picture": self._noise.calm_depth(frame, noise, told), "depth_map": frame.depth}
+        textures = {"picture": self._noise.calm_depth(frame, noise, told)}
         empty(frame.staged_target, frame.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
         for stage in range(4):

@@ -34,12 +34,12 @@ def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
     return choose_estimator(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
 
 
-def normals_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:
-    """(h, w, 3) float32 by "auto", zeros where depth is missing. told (1, 1) or (h, w) metres."""
+def surface_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:
+    """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing. told (1, 1) or (h, w) metres."""
     noise = measure_noise(depth_map, (abs(intrinsics[0]) + abs(intrinsics[1])) / 2)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:
-        return estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3]
+        return _with_depth(estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3], depth_map)
     first = noise_grid(*depth_map.shape[::-1])[1]
     known = depth_map > 0
     z = np.where(known, depth_map, F(1))
@@ -52,4 +52,8 @@ def normals_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.nda
         moved = misplaced_noise(depth_map, pixel, z, noise.misplaced)
         relative, shared = add_misplaced((relative, shared), moved)
     calm = average_pairs(depth_map, pixel, relative, shared)
-    return estimate_adaptive(calm, pixel, intrinsics)
+    return _with_depth(estimate_adaptive(calm, pixel, intrinsics), calm[..., 0])
+
+
+def _with_depth(normals: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    return np.concatenate([normals, np.where(normals.any(-1), depth, F(0))[..., None]], -1)

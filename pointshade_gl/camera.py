@@ -100,7 +100,12 @@ def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float6
 
 
 def orbit_pose(
-    pose: ArrayLike | None, pivot: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, dolly: float = 0.0
+    pose: ArrayLike | None,
+    pivot: ArrayLike,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    dolly: float = 0.0,
+    upright: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     """The pose after the camera went round a point of the world, still looking at it as before.
 
@@ -108,12 +113,15 @@ def orbit_pose(
     yaw     degrees; above 0 the camera moves to its right and sees more of the object's right side
     pitch   degrees; above 0 the camera moves up and looks down
     dolly   share of the way to the pivot: 0.5 goes half the way, below 0 goes away; must stay below 1
+    upright (3,) world axis, either way along it, that yaw turns round; None is the camera's own vertical
     """
     if not all(math.isfinite(x) for x in (yaw, pitch, dolly)) or dolly >= 1:
         raise ValueError(f"yaw and pitch must be finite and dolly below 1, got {yaw}, {pitch}, {dolly}")
     start = check_pose(pose)
     a, b = math.radians(yaw), math.radians(pitch)
-    turn_y = np.array([[math.cos(a), 0, -math.sin(a)], [0, 1, 0], [math.sin(a), 0, math.cos(a)]])
+    x, y, z = axis = _down(start, upright)
+    across = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+    turn_y = math.cos(a) * np.eye(3) + (1 - math.cos(a)) * np.outer(axis, axis) + math.sin(a) * across
     turn_x = np.array([[1, 0, 0], [0, math.cos(b), math.sin(b)], [0, -math.sin(b), math.cos(b)]])
     target = np.asarray(pivot, np.float64)
     seen = start[:3, :3].T @ (target - start[:3, 3])  # the pivot in the camera's own axes
@@ -122,6 +130,14 @@ def orbit_pose(
     result[:3, :3] = start[:3, :3] @ turn
     result[:3, 3] = start[:3, 3] + start[:3, :3] @ (seen - (1 - dolly) * (turn @ seen))
     return result
+
+
+def _down(pose: NDArray[np.float64], upright: ArrayLike | None) -> NDArray[np.float64]:
+    """The vertical as a camera sees it, (3,) in its axes, pointing down its picture."""
+    if upright is None:
+        return np.array([0.0, 1.0, 0.0])
+    axis = pose[:3, :3].T @ np.asarray(upright, np.float64)
+    return axis / (np.linalg.norm(axis) * (1 if axis[1] >= 0 else -1))
 
 
 def check_point(value: Any, name: str) -> tuple[float, float, float]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,6 +42,7 @@ from .cli_options import (
 if TYPE_CHECKING:
     from .frame import Frame
     from .renderer import Renderer
+    from .scene import Scene
     from .shading import Light
     from .view import View
 
@@ -46,8 +50,24 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Depth and colour pictures become lit objects, on the GPU.",
 )
+
+
+def _tell_version(wanted: bool) -> None:
+    from . import __version__
+
+    if wanted:
+        print(f"pointshade_gl {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _every_command(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Tell the version and stop.")
+    ] = False,
+) -> None:
+    """Depth and colour pictures become lit objects, on the GPU."""
 
 
 @app.command()
@@ -101,6 +121,7 @@ def render(
     from .film import check_series, is_series
     from .images import check_writable, save_image
     from .readers import load_pose
+    from .scene import Scene
     from .shading import Material
     from .view import View
 
@@ -135,6 +156,8 @@ def render(
         baseline=baseline,
     )
     _check_style(source, view)
+    if isinstance(source, Scene):
+        view = replace(view, lights=[replace(one, shadow=True) for one in view.lights])
     if many:
         _render_series(source, view, output, turntable, frames, fps, device)
         return
@@ -143,6 +166,8 @@ def render(
         image = renderer.render(source, **view.of(source))
         spent = time.perf_counter() - start
         save_image(output, image, small)
+        if not image.any():
+            print("note: nothing is in view, the picture is empty", file=sys.stderr)
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
         _report(output, what, renderer, spent)
 
@@ -219,8 +244,11 @@ def view(
     """Open a window in which the light follows the mouse; H in it lists keys. A folder of many frames is played."""
     from .shading import Material
     from .viewer import Viewer
+    from .viewer.panel import MISSING
     from .viewer.state import State
 
+    if panel and find_spec("imgui_bundle") is None:
+        raise ValueError(MISSING)
     state = State(
         normals=normals,
         max_depth_step=max_depth_step,
@@ -290,6 +318,7 @@ def bench(
 
 def main() -> None:
     """Runs the command line; every expected error becomes one sentence: exit code 2, or 1 without GL or memory."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: a film that is being written ends whole
     try:
         app(prog_name="pointshade")
     except (ValueError, TypeError, OSError) as error:
@@ -340,7 +369,7 @@ def _check_style(source: Any, view: View) -> None:
 
 
 def _render_series(
-    source: Frame | Sequence[Frame],
+    source: Frame | Scene | Sequence[Frame],
     view: View,
     output: Path,
     turntable: str | None,

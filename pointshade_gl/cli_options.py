@@ -12,7 +12,8 @@ Input = Annotated[
     str | None,
     typer.Argument(
         metavar="[INPUT]",
-        help="A folder with color.*, depth.*, intrinsics.json, or with many of them; or 'vase' (the default).",
+        help="A folder with color.*, depth.*, intrinsics.json, or with many of them; "
+        "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
     ),
 ]
 Color = Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)]
@@ -44,7 +45,11 @@ NoiseOption = Annotated[
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU (Linux).")]
 Lights = Annotated[
     list[str] | None,
-    typer.Option(metavar="X,Y,Z", help="Point light, metres, world axes; repeatable.", rich_help_panel=LIGHT),
+    typer.Option(
+        metavar="X,Y,Z",
+        help="Point light, metres, world axes; repeatable. In place of a scene's own.",
+        rich_help_panel=LIGHT,
+    ),
 ]
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
 Shading = Annotated[str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)]

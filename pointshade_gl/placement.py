@@ -154,9 +154,9 @@ def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side:
 
 
 def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
-    """The pose of a camera at a position that looks along a direction, turned any way round it."""
+    """The pose of a camera at a position that looks along a direction, turned round it much the same for its like."""
     z = direction / np.linalg.norm(direction)
-    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    x = np.cross(z, np.eye(3)[int(abs(z[0]) > 0.7)])
     x /= np.linalg.norm(x)
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = np.stack([x, np.cross(z, x), z], -1), position

@@ -27,7 +27,18 @@ from .noise import Choice, parse_noise
 from .normals import check_method, check_normals, parse_max_depth_step
 from .picture import Picture
 from .scene import Node, PointObject, Scene
-from .shading import MERGE, SHADINGS, SPLATS, Light, Material, check_choice, check_merge, check_sizes, light_rows
+from .shading import (
+    MERGE,
+    SHADINGS,
+    SPLATS,
+    Light,
+    Material,
+    check_choice,
+    check_lights,
+    check_merge,
+    check_sizes,
+    light_rows,
+)
 
 if TYPE_CHECKING:
     import moderngl
@@ -136,7 +147,9 @@ class Renderer:
         """
         if isinstance(frame, Scene):
             return self.draw_scene(frame, light, camera, pose)
-        lights = [light or Light()] if light is None or isinstance(light, Light) else list(light)
+        if not isinstance(frame, Frame):
+            raise TypeError(f"frame must be a Frame or a Scene, got {type(frame).__name__}: load_frame reads one")
+        lights = check_lights(light)
         material, camera = material or Material(), camera or frame.camera
         target_pose = frame.pose if pose is None else check_pose(pose)
         view = view_matrix(frame.pose, target_pose)
@@ -187,7 +200,7 @@ class Renderer:
         """
         from .scene_renderer import SceneRenderer  # of no use to single frames
 
-        lights = [light] if isinstance(light, Light) else light
+        lights = None if light is None else check_lights(light)
         with self._in_use():
             self._scenes = self._scenes or SceneRenderer(self)
             self.steps.forget("splats")  # a single frame's, of which the target is now taken

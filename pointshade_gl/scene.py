@@ -115,6 +115,10 @@ class Node:
     def __post_init__(self) -> None:
         matrix = np.array(self.transform, dtype=np.float64)
         where = f"node {self.name!r}"
+        for item in self.content if isinstance(self.content, tuple) else (self.content,):
+            if not isinstance(item, PointObject | Mesh | Light | None):
+                kind = type(item).__name__
+                raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {kind}")
         if matrix.shape != (4, 4):
             raise ValueError(f"{where}: its transform must have shape (4, 4), got {matrix.shape}")
         if not np.isfinite(matrix).all():
@@ -192,6 +196,12 @@ class Scene:
         pose = np.asarray(self.pose)
         ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
         return ahead if ahead > 0 else 1.0
+
+    @property
+    def upright(self) -> NDArray[np.float64]:
+        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y where it leans beyond 60 degrees."""
+        own = np.asarray(self.pose)[:3, 1]
+        return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @property
     def lights(self) -> list[Light]:

@@ -100,6 +100,15 @@ def check_merge(merge: float) -> float:
     return float(merge)
 
 
+def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
+    """One light, several, or the default one for None, as a list. Raises TypeError for what is no light."""
+    lights: list[Any] = [Light()] if light is None else [light] if isinstance(light, Light) else list(light)
+    for one in lights:
+        if not isinstance(one, Light):
+            raise TypeError(f"light must be a Light or several of them, got {one!r}: try Light(position=(x, y, z))")
+    return lights
+
+
 def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Splat sizes in source pixels as (1,) or (h*w,) float32; None is 1. Raises ValueError for what is no size."""
     sizes = np.atleast_1d(np.asarray(1.0 if size is None else size, dtype=np.float32))

@@ -42,7 +42,8 @@ class View:
         """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
         frame = framed(frame) if isinstance(frame, Scene) else frame
         pivot = frame.pivot if pivot is None else pivot
-        pose = orbit_pose(frame.pose, pivot, self.yaw, self.pitch, self.dolly) if self.pose is None else self.pose
+        turns = self.yaw, self.pitch, self.dolly, _upright(frame)
+        pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
         camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
         style = {} if isinstance(frame, Scene) else self.style  # the objects of a scene have their own
         return {"light": self.lights or None, "camera": camera, "pose": pose, **style}
@@ -51,7 +52,7 @@ class View:
         """The lights gone round the pivot: from the front to the right, behind, and back from the left."""
         frame = framed(frame) if isinstance(frame, Scene) else frame
         pose, pivot = np.asarray(frame.pose), frame.pivot
-        turn = orbit_pose(pose, pivot, degrees) @ np.linalg.inv(pose)
+        turn = orbit_pose(pose, pivot, degrees, upright=_upright(frame)) @ np.linalg.inv(pose)
         lights = self.lights or (frame.lights if isinstance(frame, Scene) else [])
         start = pivot + frame.scale * pose[:3, :3] @ _FRONT
         return replace(self, lights=[_turned(light, turn) for light in lights or [Light(position=tuple(start))]])
@@ -60,7 +61,12 @@ class View:
         """The camera gone round the frame's pivot, to its right."""
         if self.pose is None:
             return replace(self, yaw=self.yaw + degrees)
-        return replace(self, pose=orbit_pose(self.pose, frame.pivot, degrees))
+        return replace(self, pose=orbit_pose(self.pose, frame.pivot, degrees, upright=_upright(frame)))
+
+
+def _upright(frame: Frame | Scene) -> NDArray[np.float64] | None:
+    """What the camera goes round: of a scene its vertical; which way is up in a frame nobody knows."""
+    return frame.upright if isinstance(frame, Scene) else None
 
 
 def _turned(light: Light, turn: NDArray[np.float64]) -> Light:

@@ -267,6 +267,41 @@ def check_refused(done, tmp_path, complaint, code=2):
     assert not done.stdout and not list(tmp_path.rglob("*out*")) and not list(tmp_path.rglob("*.part"))
 
 
+def test_version():
+    assert run("--version").stdout == f"pointshade_gl {ps.__version__}\n"
+
+
+@pytest.mark.usefixtures("renderer")
+def test_a_light_for_a_scene_casts_shadows_as_the_scenes_own_do(tmp_path):
+    source = ps.load_scene("demo")
+    light = ps.Light(position=(0, 1, 0.5), shadow=True)
+    done = run("render", "demo", "--light", "0,1,0.5", "-o", tmp_path / "out.png")
+    assert done.returncode == 0, done.stderr
+    with Image.open(tmp_path / "out.png") as image:
+        assert (np.asarray(image) == ps.render(source, light)).all()
+
+
+@pytest.mark.usefixtures("renderer")
+def test_an_empty_picture_is_written_and_said(folder, tmp_path):
+    done = run("render", folder, "--dolly", "0.5", "--pose", tmp_path / "away.txt", "-o", tmp_path / "out.png")
+    assert done.returncode == 2
+    np.savetxt(tmp_path / "away.txt", np.diag([1, -1, -1, 1]))
+    done = run("render", folder, "--pose", tmp_path / "away.txt", "-o", tmp_path / "out.png")
+    assert done.returncode == 0 and "note: nothing is in view" in done.stderr
+    assert (tmp_path / "out.png").exists()
+
+
+@pytest.mark.usefixtures("renderer")
+@pytest.mark.skipif(sys.platform == "win32", reason="there a process that is ended has no last word")
+def test_a_film_that_is_ended_from_outside_leaves_nothing_half_written(tmp_path):
+    command = [sys.executable, "-m", "pointshade_gl", "render", "--turntable", "light", "--frames", "100000"]
+    with subprocess.Popen([*command, "-o", tmp_path / "out.gif"], stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None and process.stderr.readline()  # the note about the driver: it is drawing
+        process.terminate()
+        assert process.wait(timeout=60) != 0
+    assert not [path for path in tmp_path.rglob("*") if path.suffix != ".gif"]
+
+
 def test_the_command_is_installed_under_its_name():
     (command,) = entry_points(group="console_scripts", name="pointshade")
     assert command.value == "pointshade_gl.cli:main"

@@ -233,3 +233,22 @@ def test_files_in_the_way_are_kept(tmp_path):
     ps.save_scene(tmp_path / "out.gltf", scene)
     ps.save_scene(tmp_path / "out.gltf", scene)  # over its own files
     assert_same(scene, ps.load_scene(tmp_path / "out.gltf"))
+
+
+def test_scenes_of_the_same_name_do_not_share_their_frames(tmp_path):
+    for suffix, frame in ((".gltf", step()), (".glb", single_pixel())):
+        ps.save_scene(tmp_path / f"room{suffix}", ps.Scene((ps.Node(ps.PointObject(frame), "vase"),)))
+    for suffix, frame in ((".gltf", step()), (".glb", single_pixel())):
+        (placed,) = ps.load_scene(tmp_path / f"room{suffix}").placed()
+        np.testing.assert_array_equal(placed.content.frame.depth, frame.depth)
+
+
+def test_a_saved_scene_looks_the_same_to_the_bit(tmp_path, renderer):
+    """Also where the shadow of a lamp is looked up, whose direction comes back an ulp off."""
+    floor = ps.Mesh([(-2, 0.6, -1), (2, 0.6, -1), (2, 0.6, 4), (-2, 0.6, 4)], [(0, 1, 2), (0, 2, 3)])
+    lamp = ps.Light(position=(-1, -1, 0), direction=(1, 1, 1), cone=(20, 32), shadow=True)
+    frame = step()
+    nodes = ps.Node(ps.PointObject(frame)), ps.Node(floor), ps.Node(lamp)
+    scene = ps.Scene(nodes, camera=frame.camera)
+    ps.save_scene(tmp_path / "room.gltf", scene)
+    assert (renderer.render(ps.load_scene(tmp_path / "room.gltf")) == renderer.render(scene)).all()

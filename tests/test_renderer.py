@@ -188,3 +188,21 @@ def test_a_hundred_lights_add_up(renderer):
     one = renderer.render(frames.sphere(), ps.Light(position=(-1, -1, 0)), ps.Material(specular=0))
     many = [ps.Light(position=(-1, -1, 0), intensity=0.01)] * 100
     assert np.abs(renderer.render(frames.sphere(), many, ps.Material(specular=0)).astype(int) - one).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("my_frame",), "frame must be a Frame or a Scene, got str"),
+        ((frames.sphere(), (1, 2, 3)), "light must be a Light or several of them, got 1"),
+        ((ps.Scene(), "sun"), "light must be a Light or several of them, got 's'"),
+    ],
+)
+def test_what_is_no_frame_or_light_is_named(renderer, arguments, complaint):
+    with pytest.raises(TypeError, match=complaint):
+        renderer.render(*arguments)
+
+
+def test_what_is_no_content_is_named():
+    with pytest.raises(TypeError, match="node 'five': its content must be a PointObject"):
+        ps.Node(5, "five")

@@ -66,3 +66,25 @@ def test_the_camera_goes_round_from_where_the_view_stands():
     own = ps.orbit_pose(None, (0, 0, 1), yaw=-30)
     turned = View(pose=own).with_camera_turned(frame, 90).of(frame)["pose"]
     np.testing.assert_allclose(turned, ps.orbit_pose(own, frame.pivot, 90), atol=1e-12)
+
+
+def test_a_scene_is_gone_round_upright_however_its_camera_looks_down():
+    """The horizon stays level: the camera's x never leaves the ground's plane."""
+    down = ps.orbit_pose(np.diag([1.0, -1, -1, 1]), (0, 0, 0), pitch=40)
+    scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA, pose=down)
+    for degrees in (0, 90, 200, 300):
+        view = View().with_camera_turned(scene, degrees)
+        pose = view.of(scene)["pose"]
+        assert pose[1, 0] == approx(0, abs=1e-12) and pose[1, 2] == approx(down[1, 2])
+        lamp = View().with_light_turned(scene, degrees).lights[0]
+        assert lamp.position is not None and lamp.position[1] == approx(
+            View().with_light_turned(scene, 0).lights[0].position[1]
+        )
+
+
+def test_a_scene_whose_camera_leans_is_gone_round_its_own_vertical():
+    """As in the worlds of many data sets, where z points up."""
+    leaning = ps.orbit_pose(None, (0, 0, 0), pitch=80)
+    scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA, pose=leaning)
+    pose = View(yaw=50).of(scene)["pose"]
+    np.testing.assert_allclose(pose, ps.orbit_pose(leaning, scene.pivot, 50), atol=1e-12)

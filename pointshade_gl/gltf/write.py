@@ -24,6 +24,8 @@ from .points import write_material, write_points
 from .transforms import transform_of
 from .views import FLIP, Matrix, light_place, write_camera, write_light
 
+NO_NAME = r"\W+"  # what a folder's name goes without
+
 
 def save_scene(path: FilePath, scene: Scene) -> None:
     """See the package, which imports this module when it is first asked."""
@@ -103,11 +105,12 @@ class _Writer:
         return len(self.gltf.nodes) - 1
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
-        plain = re.sub(r"\W+", "_", name) or "points"
-        folder, k = f"{self.path.stem}_{plain}", 1
+        file = self.path.name.replace(".", "_") if self.is_binary else self.path.stem  # of room.gltf and room.glb each
+        plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"
+        folder, k = plain, 1
         while folder in self.folders:
             k += 1
-            folder = f"{self.path.stem}_{plain}_{k}"
+            folder = f"{plain}_{k}"
         self.folders.add(folder)
         return write_points(points, self.files.folder, folder, self.files.stage, self.frames)
 

@@ -104,7 +104,7 @@ class Viewer:
                 self._playback.wake = self.window.wake
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
-            self._began = time.perf_counter()
+            self._began = self._next_frame = time.perf_counter()
             self._message, self._until = GREETING, self._began + GREETING_SECONDS
             self._film_camera = self._own_camera.fitted(*size)
             if panel:
@@ -146,6 +146,7 @@ class Viewer:
             self.frame = frame
         if self._animates:
             self.on_frame(now - self._began)
+            self._next_frame = now + 1 / DISPLAY_RATE
         self._expire_message(now)
         if self.camera and (self._look() != self._shown or self._panel_settling()):
             self._draw(self.camera)
@@ -257,7 +258,7 @@ class Viewer:
         if (visible and (self._look() != self._shown or self._panel_settling())) or self._said:
             return 0
         reasons = [
-            1 / DISPLAY_RATE if self._animates and visible else None,
+            max(self._next_frame - now, 0.0) if self._animates and visible else None,
             self._playback.patience(now) if self._playback else None,
             self._recorder.patience(now) if self._recorder else None,
             max(self._until - now, 0.0) if self._until < float("inf") else None,

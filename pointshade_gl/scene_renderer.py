@@ -115,7 +115,7 @@ class SceneRenderer:
         if any(isinstance(p.content, Mesh) and p.content.shading in ("flat", "gouraud") for p in shown):
             looks += (rows, stamp("shadows"), tuple(scene.ambient))  # these are lit as they are drawn
         surfaces = shown, points, target, camera, pose, near, materials, lit
-        run("surfaces", (camera, pose, looks), self._draw_surfaces, *surfaces)
+        run("surfaces", (camera, pose, near, looks), self._draw_surfaces, *surfaces)
         table = np.array([[m.strengths] for m in materials])
         run("light", None, self._renderer.light.draw_scene, target, camera, rows, table, scene.ambient, shadows)
         return target

@@ -161,3 +161,23 @@ def test_a_changed_splat_size_is_drawn_anew(fresh):
     assert counted(fresh, scene(sizes), SUN)[0] == {"light": 1}
     sizes[60, 40:120] = 0
     assert (fresh.render(scene(sizes), SUN) != whole).any()
+
+
+def test_what_moves_out_of_view_moves_the_near_plane_of_the_rest(fresh):
+    def scene(away):
+        near, far = np.eye(4), np.eye(4)
+        near[2, 3], far[:3, 3] = -0.3, (0, 0, -away)
+        nodes = ps.Node(ps.PointObject(FRAME), transform=near), ps.Node(ps.PointObject(FRAME), transform=far)
+        return ps.Scene(nodes, camera=frames.CAMERA)
+
+    fresh.render(scene(20), SUN)
+    moved = fresh.render(scene(2000), SUN)
+    fresh.steps.forget()
+    assert (fresh.render(scene(2000), SUN) == moved).all()
+
+
+def test_sizes_that_were_written_into_are_drawn_anew(fresh):
+    sizes = np.full(FRAME.depth.shape, 2, np.float32)
+    assert fresh.render(FRAME, size=sizes).any()
+    sizes[:] = 0
+    assert not fresh.render(FRAME, size=sizes).any()

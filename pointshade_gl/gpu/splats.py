@@ -38,7 +38,7 @@ class SplatPass:
         """sizes (1,) or (h*w,) float32, source pixels. view (4, 4) takes source axes to target axes."""
         if not np.array_equal(sizes, self._sizes):
             self._release_vertices()
-            self._sizes = sizes
+            self._sizes = sizes.copy()  # the caller may write into hers
             self._make_vertices()
         set_uniforms(
             self._program,

@@ -2,31 +2,41 @@
 
 from .camera import Camera, orbit_pose
 from .errors import ContextError, ShaderError
+from .files.film import Film
+from .files.frames import load_frame
+from .files.pictures import save_image
+from .files.realsense import RealSenseSource
 from .frame import Frame
 from .gltf import load_scene, save_scene
-from .images import save_image
-from .readers import load_frame
+from .light import Light
+from .look import Look, Material
+from .mesh import Mesh
 from .renderer import Renderer, estimate_normals, render
-from .scene import Mesh, Node, PointObject, Scene
-from .shading import Light, Material
+from .scene import Node, PointObject, Scene
+from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
 __all__ = [
     "Camera",
     "ContextError",
+    "Film",
     "Frame",
     "Light",
+    "Look",
     "Material",
     "Mesh",
     "Node",
     "PointObject",
+    "RealSenseSource",
     "Renderer",
     "Scene",
     "ShaderError",
     "estimate_normals",
     "load_frame",
     "load_scene",
+    "open_source",
     "orbit_pose",
+    "prefetched",
     "render",
     "save_image",
     "save_scene",

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -138,11 +137,3 @@ def _down(pose: NDArray[np.float64], upright: ArrayLike | None) -> NDArray[np.fl
         return np.array([0.0, 1.0, 0.0])
     axis = pose[:3, :3].T @ np.asarray(upright, np.float64)
     return axis / (np.linalg.norm(axis) * (1 if axis[1] >= 0 else -1))
-
-
-def check_point(value: Any, name: str) -> tuple[float, float, float]:
-    """Three finite numbers, or a ValueError that names them."""
-    point = np.asarray(value, dtype=np.float64)
-    if point.shape != (3,) or not np.isfinite(point).all():
-        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
-    return float(point[0]), float(point[1]), float(point[2])

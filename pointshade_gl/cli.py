@@ -41,9 +41,9 @@ from .cli_options import (
 
 if TYPE_CHECKING:
     from .frame import Frame
+    from .light import Light
     from .renderer import Renderer
     from .scene import Scene
-    from .shading import Light
     from .view import View
 
 app = typer.Typer(
@@ -118,11 +118,11 @@ def render(
 
     To .mp4, .gif or a name such as %04d.png go all frames of a sequence, or a turntable.
     """
-    from .film import check_series, is_series
-    from .images import check_writable, save_image
-    from .readers import load_pose
+    from .files.film import check_series, is_series
+    from .files.pictures import check_writable, save_image
+    from .files.poses import load_pose
+    from .look import Material
     from .scene import Scene
-    from .shading import Material
     from .view import View
 
     view = View(
@@ -190,7 +190,7 @@ def write_normals(
     device: Device = 0,
 ) -> None:
     """Estimate normals: .npy holds (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
-    from .images import check_writable, normals_to_rgb, save_image
+    from .files.pictures import check_writable, normals_to_rgb, save_image
     from .noise import describe
 
     check_writable(output)
@@ -242,7 +242,7 @@ def view(
     ] = None,
 ) -> None:
     """Open a window in which the light follows the mouse; H in it lists keys. A folder of many frames is played."""
-    from .shading import Material
+    from .look import Material
     from .viewer import Viewer
     from .viewer.panel import MISSING
     from .viewer.state import State
@@ -340,7 +340,7 @@ def _fail(error: Exception, code: int) -> None:
 
 def _load(source: str | None, sequence: bool = False, scene: bool = False, **options: Any) -> Any:
     """The frame of the command line, all of a sequence, or a scene; without a word about it the built-in vase."""
-    from .readers import load_frame
+    from .files.frames import load_frame
 
     if scene and source is not None and (source == "demo" or source.lower().endswith((".gltf", ".glb"))):
         if any(value is not None for value in options.values()):
@@ -359,8 +359,8 @@ def _load(source: str | None, sequence: bool = False, scene: bool = False, **opt
 
 def _check_style(source: Any, view: View) -> None:
     """The objects of a scene have their own material, normals, shading: options for them would do nothing."""
+    from .look import Material
     from .scene import Scene
-    from .shading import Material
 
     plain = {"material": Material(), "normals": "auto", "shading": "phong", "splat": "footprint"}
     if isinstance(source, Scene) and any(value != plain.get(name) for name, value in view.style.items()):
@@ -448,7 +448,7 @@ def _noise(text: str | None) -> float | str | None:
 
 
 def _light(text: str) -> Light:
-    from .shading import Light
+    from .light import Light
 
     x, y, z = _numbers(text, 3, ",", "--light takes three numbers X,Y,Z in metres")
     return Light(position=(x, y, z))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .bounds import box_corners
 from .camera import Camera, check_pose
 
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
@@ -57,6 +58,17 @@ class Frame:
         if not len(rows):
             return 0, 0, 0, 0
         return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """(8, 3) corners of the box round all points, camera axes; (0, 3) without a point."""
+        if not self.points_known:
+            return np.zeros((0, 3))
+        (left, top, right, bottom), c, z = self.box, self.camera, self.depth_range
+        x = (np.array([left, right]) - 0.5 - c.cx) / c.fx
+        y = (np.array([top, bottom]) - 0.5 - c.cy) / c.fy
+        at = np.array([[x_ * z_, y_ * z_, z_] for z_ in z for x_ in x for y_ in y])
+        return box_corners(at.min(0), at.max(0))
 
     @cached_property
     def depth_range(self) -> tuple[float, float]:

@@ -80,6 +80,13 @@ def _metres(length: float) -> str:
     return f"{length * 1e3:.3g} mm" if length < 1 else f"{length:.3g} m"
 
 
+def check_sensor(name: str) -> str:
+    """The sensor's name. Raises ValueError, listing the known ones, for any other."""
+    if name not in SENSORS:
+        raise ValueError(f"unknown sensor {name!r}: known are {', '.join(SENSORS)}; or pass the noise in metres")
+    return name
+
+
 def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
     """The standard deviation of depth that the caller tells, (1, 1) or (h, w) float32 metres; None when not told.
 
@@ -88,9 +95,7 @@ def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32
     if noise is None:
         return None
     if isinstance(noise, str):
-        if noise not in SENSORS:
-            raise ValueError(f"unknown sensor {noise!r}: known are {', '.join(SENSORS)}; or pass the noise in metres")
-        return SENSORS[noise](depth).astype(np.float32)
+        return SENSORS[check_sensor(noise)](depth).astype(np.float32)
     array = np.asarray(noise, dtype=np.float32)
     if array.shape not in ((), depth.shape):
         raise ValueError(f"noise must be one number or have the depth's shape {depth.shape}, got {array.shape}")

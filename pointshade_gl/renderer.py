@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose, view_matrix
+from .checks import check_choice
+from .culling import MERGE, check_merge
 from .errors import ContextError
+from .estimators import check_method, check_normals, parse_max_depth_step
 from .frame import Frame
 from .gpu.compute_splats import ComputeSplatPass
 from .gpu.context import Context
@@ -23,22 +26,11 @@ from .gpu.splats import SplatPass
 from .gpu.steps import Steps
 from .gpu.surface import SurfacePass
 from .gpu.textures import FrameTextures, Target
+from .light import Light, at_upper_left, check_lights, light_rows
+from .look import SHADINGS, SPLATS, Material, check_sizes
 from .noise import Choice, parse_noise
-from .normals import check_method, check_normals, parse_max_depth_step
-from .picture import Picture
+from .notebook import Picture
 from .scene import Node, PointObject, Scene
-from .shading import (
-    MERGE,
-    SHADINGS,
-    SPLATS,
-    Light,
-    Material,
-    check_choice,
-    check_lights,
-    check_merge,
-    check_sizes,
-    light_rows,
-)
 
 if TYPE_CHECKING:
     import moderngl
@@ -158,7 +150,7 @@ class Renderer:
         check_choice("splat", splat, SPLATS)
         if any(one.shadow or one.is_spot for one in lights):
             options = {"size": size, "splat": splat, "max_depth_step": max_depth_step, "noise": noise}
-            shown = Node(PointObject(frame, material, normals, shading, **options))
+            shown = Node(PointObject(frame, material, normals=normals, shading=shading, **options))
             return self.draw_scene(Scene((shown,)), lights, camera, target_pose)
         run, stamp = self.steps.run, self.steps.stamp
         with self._in_use():
@@ -171,7 +163,7 @@ class Renderer:
             inputs = camera, view, sizes, splat, id(textures), stamp("surface", textures)
             run("splats", inputs, splats.draw, *way, NEAR * frame.scale, sizes, splat)
             if shading == "phong":
-                rows = light_rows(lights, target_pose, target_pose)
+                rows = light_rows([at_upper_left(x, target_pose) for x in lights], target_pose)
                 if stamp("splats") > known_views:  # a new view, lit at once: most see one light only
                     lit = self.light.inputs(rows, material)
                     run("resolve", None, self.resolve.draw, *way, shading, splats.look_up, lit)
@@ -179,7 +171,10 @@ class Renderer:
                     run("resolve", (shading, stamp("splats")), self.resolve.draw, *way, shading, splats.look_up)
                     run("light", None, self.light.draw_pixels, target, camera, rows, material)
             else:
-                rows, eye = light_rows(lights, target_pose, frame.pose), np.linalg.inv(view)[:3, 3]
+                rows, eye = (
+                    light_rows([at_upper_left(x, target_pose) for x in lights], frame.pose),
+                    np.linalg.inv(view)[:3, 3],
+                )
                 if shading != "none":
                     run("light", None, self.light.draw_points, textures, frame.camera, eye, rows, material)
                 run("resolve", None, self.resolve.draw, *way, shading, splats.look_up)

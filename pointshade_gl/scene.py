@@ -5,93 +5,44 @@ World axes are what the nodes' transforms make them; cameras look along z with y
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .bounds import sphere_round
 from .camera import Camera, check_pose
 from .frame import Frame
-from .normals import check_normals_option
-from .shading import SHADINGS, SPLATS, Light, Material, check_choice, check_sizes
+from .light import Light
+from .look import Look, Material
+from .mesh import Mesh
 
 Matrix = NDArray[np.float64]
+FOV = 45.0  # degrees from top to bottom, of a scene without a camera
+ROUNDING = 1e-12  # a scale this near to 1 is 1
 
 
 @dataclass(frozen=True, eq=False)
 class PointObject:
-    """A frame as an object of the scene: each of its pixels with a depth is a splat that is lit like all else.
+    """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    The options are those of `Renderer.render`. The frame's own pose places it under the node's transform.
+    look  how it is drawn; in its place its values may be named: `PointObject(frame, shading="flat", size=2)`
+
+    The frame's own pose places it under the node's transform.
     """
 
     frame: Frame
-    material: Material = field(default_factory=Material)
-    normals: str | ArrayLike = "auto"
-    shading: str = "phong"
-    size: float | ArrayLike | None = None
-    splat: str = "footprint"
-    max_depth_step: float | str | None = None
-    noise: float | ArrayLike | str | None = None
+    look: Look
 
-    def __post_init__(self) -> None:
-        check_choice("shading", self.shading, SHADINGS)
-        check_choice("splat", self.splat, SPLATS)
-        check_normals_option(self.normals, self.frame.depth.shape)
-        check_sizes(self.size, self.frame.depth.shape)
-
-    @property
-    def options(self) -> tuple[Any, ...]:
-        """What may be told for every pixel."""
-        return self.normals, self.size, self.noise
-
-
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles.
-
-    positions  (n, 3) float, node axes
-    faces      (m, 3) int, corners of the triangles; their front is counter-clockwise, both sides are drawn
-    normals    (n, 3) float; None gives every triangle its own (flat facets)
-    uv         (n, 2) float, (0, 0) is the texture's upper left corner (as in glTF); None without a texture
-    color      linear RGB, multiplied with the texture
-    texture    (h, w, 3|4) uint8 sRGB; None is white
-    """
-
-    positions: NDArray[np.float32]
-    faces: NDArray[np.uint32]
-    normals: NDArray[np.float32] | None = None
-    uv: NDArray[np.float32] | None = None
-    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    texture: NDArray[np.uint8] | None = None
-    material: Material = field(default_factory=Material)
-    shading: str = "phong"
-
-    def __post_init__(self) -> None:
-        points = _array(self.positions, "mesh positions", np.float32, (None, 3))
-        faces = np.asarray(self.faces)
-        if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
-            raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
-        if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
-            raise ValueError(
-                f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}"
-            )
-        object.__setattr__(self, "positions", points)
-        object.__setattr__(self, "faces", np.ascontiguousarray(faces, dtype=np.uint32))
-        for name, width in (("normals", 3), ("uv", 2)):
-            if getattr(self, name) is not None:
-                values = _array(getattr(self, name), f"mesh {name}", np.float32, (len(points), width))
-                object.__setattr__(self, name, values)
-        if self.texture is not None:
-            texture = np.ascontiguousarray(self.texture)
-            if texture.ndim != 3 or texture.shape[2] not in (3, 4) or texture.dtype != np.uint8 or 0 in texture.shape:
-                raise ValueError(f"mesh texture must be (h, w, 3|4) uint8, got {texture.shape} {texture.dtype}")
-            if self.uv is None:
-                raise ValueError("a mesh with a texture needs uv, one (u, v) for each position")
-            object.__setattr__(self, "texture", texture)
-        check_choice("shading", self.shading, SHADINGS)
+    def __init__(self, frame: Frame, material: Material | None = None, *, look: Look | None = None, **options: Any):
+        if look is not None and (material is not None or options):
+            raise TypeError("pass a look, or its values one by one, not both")
+        look = look or Look(material or Material(), **options)
+        object.__setattr__(self, "frame", frame)
+        object.__setattr__(self, "look", look.for_frame(frame.depth))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +92,35 @@ class Placed:
     node: Node
     path: tuple[int, ...]  # which child of which child
 
+    @property
+    def axes(self) -> Matrix:
+        """(4, 4) from the axes of the content's own points to the world: of a point object its frame's camera."""
+        return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
+
+    @property
+    def corners(self) -> NDArray[np.float64]:
+        """(8, 3) corners of a box round the content, world; (0, 3) when it has no points."""
+        content: PointObject | Mesh = self.content
+        corners, axes = (content.frame if isinstance(content, PointObject) else content).corners, self.axes
+        return corners @ axes[:3, :3].T + axes[:3, 3]
+
+    def rigid_axes(self) -> tuple[Matrix, float]:
+        """`axes` as rotation and translation, (4, 4), and the one scale that the node gives a point object.
+
+        Raises ValueError for what a point object cannot have: a scale that differs by axis, a shear, a mirror.
+        """
+        linear = self.world[:3, :3]
+        scale = float(np.cbrt(np.linalg.det(linear)))
+        if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
+            raise ValueError(
+                f"node {self.node.name!r}: a point object takes rotation, translation and one scale for all axes, "
+                f"got\n{np.round(linear, 4).tolist()}"
+            )
+        scale = 1.0 if abs(scale - 1) < ROUNDING else scale
+        rigid = self.axes.copy()
+        rigid[:3, :3] /= scale
+        return rigid, scale
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
@@ -178,6 +158,19 @@ class Scene:
             below = [(child, world, (*path, k), (*above, node)) for k, child in enumerate(node.children)]
             stack.extend(below[::-1])
 
+    def things(self) -> list[Placed]:
+        """All visible content but lights."""
+        return [p for p in self.placed() if not isinstance(p.content, Light)]
+
+    def framed(self) -> Scene:
+        """The scene with a camera: its own, or one that looks as its pose does and sees everything."""
+        if self.camera is not None:
+            return self
+        centre, radius = bounding_sphere(self.things())
+        pose = np.array(self.pose)
+        pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))
+        return replace(self, camera=Camera.from_fov(FOV, 640, 480), pose=pose)
+
     @property
     def points_known(self) -> int:
         """How many points the visible frames have."""
@@ -186,7 +179,7 @@ class Scene:
     @property
     def pivot(self) -> NDArray[np.float64]:
         """(3,) the middle of all that is visible, world."""
-        from .placement import bounding_sphere
+        from .scene import bounding_sphere
 
         return bounding_sphere([p for p in self.placed() if not isinstance(p.content, Light)])[0]
 
@@ -239,12 +232,6 @@ class Scene:
         return replace(self, nodes=changed(self.nodes, path))
 
 
-def _array(value: Any, name: str, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
-    array = np.ascontiguousarray(value, dtype=dtype)
-    if array.ndim != len(shape) or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=False)):
-        wanted = ", ".join("n" if want is None else str(want) for want in shape)
-        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} must be finite")
-    array.flags.writeable = False
-    return array
+def bounding_sphere(placed: Iterable[Placed]) -> tuple[NDArray[np.float64], float]:
+    """Centre (3,) and radius of a sphere round everything, world; radius 1 round the origin without anything."""
+    return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.corners for p in placed)]))

@@ -9,26 +9,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .camera import Camera, check_pose
+from .culling import coarser, coarser_step, is_in_view
 from .frame import Frame
 from .gpu.light import Shadows
 from .gpu.meshes import MeshPass
 from .gpu.shadows import ShadowPass
 from .gpu.textures import FrameTextures, Target, empty
-from .placement import (
-    Matrix,
-    ShadowView,
-    bounding_sphere,
-    coarser,
-    coarser_step,
-    corners,
-    framed,
-    is_in_view,
-    rigid_part,
-    shadow_views,
-    world_of,
-)
-from .scene import Mesh, Placed, PointObject, Scene
-from .shading import Light, Material, at_upper_left, check_sizes, count_views, scene_light_rows
+from .light import Light, at_upper_left, count_views, light_rows
+from .look import Material, check_sizes
+from .mesh import Mesh
+from .scene import Placed, PointObject, Scene, bounding_sphere
+from .shadow_views import Matrix, ShadowView, shadow_views
 
 if TYPE_CHECKING:
     import moderngl
@@ -63,7 +54,7 @@ class SceneRenderer:
     def draw(self, scene: Scene, lights: Sequence[Light] | None, camera: Camera | None, pose: Matrix | None) -> Target:
         """The picture in the renderer's target. Lights, camera and pose in place of the scene's own."""
         run, stamp = self._renderer.steps.run, self._renderer.steps.stamp
-        scene = framed(scene)
+        scene = scene.framed()
         camera, pose = camera or scene.camera, check_pose(scene.pose if pose is None else pose)
         assert camera is not None
         placed = list(scene.placed())
@@ -72,7 +63,7 @@ class SceneRenderer:
         lights = [at_upper_left(light, pose) for light in lights]
         centre, radius = bounding_sphere(things)
         near = NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
-        shown = [p for p in things if is_in_view(corners(p.content), world_of(p), camera, pose, near)]
+        shown = [p for p in things if is_in_view(p.corners, np.eye(4), camera, pose, near)]
         casting = [light for light in lights if light.shadow]
         cast = [p for p in things if p.node.shadow and casting]
         self._renderer.steps.counts["culled"] += len(things) - len(shown)
@@ -91,7 +82,7 @@ class SceneRenderer:
         first_of = [int(firsts[casting.index(light)]) if light.shadow else None for light in lights]
 
         for p in shown:
-            if p in points and p.content.shading in ("flat", "gouraud"):
+            if p in points and look_of(p).shading in ("flat", "gouraud"):
                 run(
                     "lit points",
                     None,
@@ -104,15 +95,15 @@ class SceneRenderer:
                     views,
                     of=points[p].textures,
                 )
-        materials = list(dict.fromkeys(p.content.material for p in shown)) or [Material()]
+        materials = list(dict.fromkeys(look_of(p).material for p in shown)) or [Material()]
 
         def light_of(p: Placed) -> int:
             return stamp("lit points", points[p].textures) if p in points else 0
 
-        looks = tuple((*self._shape(p, points), p.content.material, p.content.shading, light_of(p)) for p in shown)
-        rows, shadows = scene_light_rows(lights, pose, pose, first_of), self._look_ups(views, pose)
+        looks = tuple((*self._shape(p, points), look_of(p).material, look_of(p).shading, light_of(p)) for p in shown)
+        rows, shadows = light_rows(lights, pose, first_of), self._look_ups(views, pose)
         lit = self._renderer.light.scene_inputs(rows, scene.ambient, shadows)
-        if any(isinstance(p.content, Mesh) and p.content.shading in ("flat", "gouraud") for p in shown):
+        if any(isinstance(p.content, Mesh) and look_of(p).shading in ("flat", "gouraud") for p in shown):
             looks += (rows, stamp("shadows"), tuple(scene.ambient))  # these are lit as they are drawn
         surfaces = shown, points, target, camera, pose, near, materials, lit
         run("surfaces", (camera, pose, near, looks), self._draw_surfaces, *surfaces)
@@ -128,15 +119,17 @@ class SceneRenderer:
         found = {}
         for p, frame, textures in zip(objects, frames, self._renderer.upload(frames), strict=True):
             content: PointObject = p.content
-            self._renderer.find_normals(textures, frame, content.normals, content.max_depth_step, content.noise)
-            found[p] = Points(p, frame, textures, *rigid_part(world_of(p), p.node.name))
+            self._renderer.find_normals(
+                textures, frame, content.look.normals, content.look.max_depth_step, content.look.noise
+            )
+            found[p] = Points(p, frame, textures, *p.rigid_axes())
         return found
 
     def _as_fine_as_seen(self, p: Placed, camera: Camera, pose: Matrix) -> Frame:
         """The object's frame, or a coarser one; options that are arrays need all of it."""
         content: PointObject = p.content
-        step = coarser_step(content.frame, world_of(p), camera, pose)
-        if step == 1 or not all(isinstance(x, str | int | float | None) for x in content.options):
+        step = coarser_step(content.frame, p.axes, camera, pose)
+        if step == 1 or not content.look.is_uniform:
             return content.frame
         key = content.frame, step
         if key not in self._coarse:
@@ -148,8 +141,8 @@ class SceneRenderer:
         if p not in points:
             return p.world, p.content
         content, one = p.content, points[p]
-        sizes = check_sizes(content.size, one.frame.depth.shape)
-        return p.world, one.textures, self._renderer.steps.stamp("surface", one.textures), sizes, content.splat
+        sizes = check_sizes(content.look.size, one.frame.depth.shape)
+        return p.world, one.textures, self._renderer.steps.stamp("surface", one.textures), sizes, content.look.splat
 
     def _draw_splats(
         self, one: Points, target: Target, camera: Camera, pose: Matrix, near: float
@@ -158,10 +151,10 @@ class SceneRenderer:
         content: PointObject = one.placed.content
         view = np.linalg.inv(pose) @ one.pose
         view[:3, 3] /= one.scale
-        sizes = check_sizes(content.size, one.frame.depth.shape)
-        splats = self._renderer.rasterizer(sizes, content.splat)
+        sizes = check_sizes(content.look.size, one.frame.depth.shape)
+        splats = self._renderer.rasterizer(sizes, content.look.splat)
         way = one.textures, one.frame.camera, target, camera, view
-        splats.draw(*way, near / one.scale, sizes, content.splat)
+        splats.draw(*way, near / one.scale, sizes, content.look.splat)
         self._renderer.steps.counts["splats"] += 1
         return view, splats.look_up
 
@@ -171,12 +164,12 @@ class SceneRenderer:
     ) -> None:  # fmt: skip
         empty(target.shared_surfaces)
         for p in shown:
-            number = (materials.index(p.content.material) + 1) / 65535
+            number = (materials.index(look_of(p).material) + 1) / 65535
             if p in points:
                 one = points[p]
                 view, look_up = self._draw_splats(one, target, camera, pose, near)
                 way = one.textures, one.frame.camera, target, camera, view
-                self._renderer.resolve.draw_object(*way, p.content.shading, look_up, near, one.scale, number)
+                self._renderer.resolve.draw_object(*way, look_of(p).shading, look_up, near, one.scale, number)
             else:
                 view = np.linalg.inv(pose) @ p.world
                 self._meshes.draw_surface(target.shared_surfaces, p.content, camera, view, near, number, lights)
@@ -211,10 +204,10 @@ class SceneRenderer:
         """Light of the points themselves, for shading models that show it between them; in the object's turned axes."""
         content: PointObject = one.placed.content
         eye = (np.linalg.inv(one.pose) @ pose)[:3, 3]
-        rows = scene_light_rows(lights, pose, one.pose, first_of)
+        rows = light_rows(lights, one.pose, first_of)
         shadows = self._look_ups(views, one.pose)
         self._renderer.light.draw_scene_points(
-            one.textures, one.frame.camera, eye, rows, content.material, one.scale, ambient, shadows
+            one.textures, one.frame.camera, eye, rows, content.look.material, one.scale, ambient, shadows
         )
 
     def _look_ups(self, views: list[list[ShadowView]], axes: Matrix) -> Shadows:
@@ -226,3 +219,7 @@ class SceneRenderer:
     def release(self) -> None:
         for item in (self._nothing, self._shadows, self._meshes):
             item.release()
+
+
+def look_of(p: Placed) -> Any:
+    return p.content.look if isinstance(p.content, PointObject) else p.content

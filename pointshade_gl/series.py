@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from .film import Film, is_numbered, numbered
+from .checks import check_choice
+from .files.film import Film, is_numbered, numbered
+from .files.pictures import save_image
 from .frame import Frame
-from .images import save_image
 from .renderer import Renderer
 from .scene import Scene
-from .shading import check_choice
 from .sources import prefetched
 from .view import View
 

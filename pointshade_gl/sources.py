@@ -2,52 +2,21 @@
 
 from __future__ import annotations
 
-import re
-import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from itertools import islice, repeat
-from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
-from .folders import Pair, builtin_folder, check_folder, find_pairs
+from .files.builtin import builtin_folder
+from .files.content import FilePath
+from .files.folders import check_folder, find_pairs
+from .files.frames import load_frame
+from .files.notes import once, print_note
+from .files.poses import find_poses
+from .files.sequences import FolderSequence, first_readable
 from .frame import Frame
-from .images import FilePath
-from .intrinsics import Note
-from .readers import load_frame, print_note
-from .trajectories import Poses, find_poses
-
-
-class FolderSequence(Sequence[Frame]):
-    """The frames of a folder, each read when it is asked for; slices are sequences too.
-
-    [k] raises ValueError or OSError, in one sentence, for a frame that cannot be read.
-    """
-
-    def __init__(self, folder: Path, pairs: Sequence[Pair], poses: Poses, options: dict[str, Any]):
-        self.folder = folder
-        self._pairs, self._poses, self._options = pairs, poses, options
-
-    def __len__(self) -> int:
-        return len(self._pairs)
-
-    @overload
-    def __getitem__(self, index: int) -> Frame: ...
-    @overload
-    def __getitem__(self, index: slice) -> FolderSequence: ...
-    def __getitem__(self, index: int | slice) -> Frame | FolderSequence:
-        if isinstance(index, slice):
-            return FolderSequence(self.folder, self._pairs[index], self._poses[index], self._options)
-        depth, color, _ = self._pairs[index]
-        pose = self._poses[index]
-        try:
-            return load_frame(self.folder, **{"depth": depth, "color": color, "pose": pose} | self._options)
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"frame {index}: {_naming(depth, error)}") from None
-        except OSError as error:
-            raise OSError(f"frame {index}: {_naming(depth, error)}") from None
 
 
 def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:
@@ -65,12 +34,12 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
     folder = check_folder(builtin_folder(path))
-    note = options["notes"] = _once(options.get("notes", print_note))
+    note = options["notes"] = once(options.get("notes", print_note))
     pairs = find_pairs(folder, note)
     if not pairs:
         return load_frame(folder, **options)
     sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note), options)
-    first = _first_readable(sequence)
+    first = first_readable(sequence)
     return first if len(pairs) == 1 else sequence
 
 
@@ -106,33 +75,3 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
             yield frame
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _first_readable(sequence: FolderSequence) -> Frame:
-    """One frame as a proof that camera and options are right; raises the first one's error if there is none."""
-    for index in (0, len(sequence) // 2, len(sequence) - 1):
-        try:
-            return sequence[index]
-        except (ValueError, OSError):
-            continue
-    return sequence[0]
-
-
-def _naming(depth: Path, error: Exception) -> str:
-    """The error's sentence, with the file if it does not name one."""
-    return str(error) if depth.name in str(error) else f"{depth}: {error}"
-
-
-def _once(note: Note) -> Note:
-    """Tells each kind of note once: those that differ only in numbers are of one kind."""
-    told: set[str] = set()
-    lock = threading.Lock()
-
-    def tell(text: str) -> None:
-        kind = re.sub(r"\d+", "#", text)
-        with lock:
-            if kind not in told:
-                told.add(kind)
-                note(text)
-
-    return tell

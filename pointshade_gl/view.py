@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import orbit_pose
 from .frame import Frame
-from .placement import framed
+from .light import Light
 from .scene import Scene
-from .shading import Light
 
 # a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
 _FRONT = (0.0, -0.45, -0.75)
@@ -40,7 +39,7 @@ class View:
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
-        frame = framed(frame) if isinstance(frame, Scene) else frame
+        frame = frame.framed() if isinstance(frame, Scene) else frame
         pivot = frame.pivot if pivot is None else pivot
         turns = self.yaw, self.pitch, self.dolly, _upright(frame)
         pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
@@ -50,7 +49,7 @@ class View:
 
     def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
         """The lights gone round the pivot: from the front to the right, behind, and back from the left."""
-        frame = framed(frame) if isinstance(frame, Scene) else frame
+        frame = frame.framed() if isinstance(frame, Scene) else frame
         pose, pivot = np.asarray(frame.pose), frame.pivot
         turn = orbit_pose(pose, pivot, degrees, upright=_upright(frame)) @ np.linalg.inv(pose)
         lights = self.lights or (frame.lights if isinstance(frame, Scene) else [])

@@ -18,7 +18,7 @@ from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_came
 from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
 from pointshade_gl.camera import Camera
 from pointshade_gl.cli import app
-from pointshade_gl.normals import METHODS
+from pointshade_gl.estimators import METHODS
 
 SMALL = standard_camera(96, 72)
 FINE = Camera(8 * SMALL.fx, 8 * SMALL.fy, SMALL.cx, SMALL.cy, SMALL.width, SMALL.height)  # an eighth of the view

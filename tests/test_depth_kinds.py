@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.depth_kinds import KINDS, choose_scale, to_metres
+from pointshade_gl.files.depth_kinds import KINDS, choose_scale, to_metres
 
 CAMERA = ps.Camera(50, -60, 18.0, 11.5, 40, 30)
 Z = np.random.default_rng(4).uniform(1.5, 3, (30, 40))

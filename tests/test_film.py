@@ -10,7 +10,7 @@ import pytest
 from PIL import Image, ImageSequence
 from pytest import approx
 
-from pointshade_gl.film import BACKGROUND, Film, check_film
+from pointshade_gl.files.film import BACKGROUND, Film, check_film
 
 
 def picture(k=0, width=64, height=48):

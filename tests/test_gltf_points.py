@@ -43,7 +43,12 @@ def test_a_folder_becomes_a_point_object_however_it_is_said(folder, said):
     np.testing.assert_array_equal(points.frame.color, COLOR)
     np.testing.assert_allclose(points.frame.depth, DEPTH / 1000, rtol=1e-6)
     assert points.frame.camera == ps.Camera(9, 9, 3.5, 2.5, 8, 6)
-    assert (points.normals, points.shading, points.size, points.material) == ("auto", "phong", None, ps.Material())
+    assert (points.look.normals, points.look.shading, points.look.size, points.look.material) == (
+        "auto",
+        "phong",
+        None,
+        ps.Material(),
+    )
 
 
 def test_the_node_stands_where_the_camera_stood_as_gltf_cameras_do(folder):
@@ -66,9 +71,13 @@ def test_options_of_frames_and_of_objects_are_taken(folder):
         "size": "sizes.npy", "splat": "round", "max_depth_step": "3%", "noise": "kinect", "material": {"specular": 0},
     } | {"intrinsics": "my_frame/intrinsics.json"})  # fmt: skip
     np.testing.assert_allclose(points.frame.depth, DEPTH / 500, rtol=1e-6)
-    assert (points.normals, points.shading, points.splat) == ("star", "flat", "round")
-    assert (points.max_depth_step, points.noise, points.material) == ("3%", "kinect", ps.Material(specular=0))
-    np.testing.assert_array_equal(points.size, np.full((6, 8), 2))
+    assert (points.look.normals, points.look.shading, points.look.splat) == ("star", "flat", "round")
+    assert (points.look.max_depth_step, points.look.noise, points.look.material) == (
+        "3%",
+        "kinect",
+        ps.Material(specular=0),
+    )
+    np.testing.assert_array_equal(points.look.size, np.full((6, 8), 2))
 
 
 def test_single_files_become_a_frame(folder):

@@ -74,7 +74,14 @@ def everything():
     lamp = {"position": (0, 0, 0), "attenuation": (0, 0, 1)}
     spot = ps.Light(**lamp, direction=(0, 0, -1), cone=(10, 30), color=(1, 0.5, 0), intensity=3, shadow=True)
     points = ps.PointObject(
-        step(), ps.Material(specular=0.1), "star", "flat", 2.0, "round", max_depth_step="2%", noise="kinect"
+        step(),
+        ps.Material(specular=0.1),
+        normals="star",
+        shading="flat",
+        size=2.0,
+        splat="round",
+        max_depth_step="2%",
+        noise="kinect",
     )
     meshes = ps.Node((FLAT, SMOOTH, spot), "meshes", transform(0.3, 2.5, (1, 2, 3)))
     below = (
@@ -139,7 +146,9 @@ def test_arrays_of_a_point_object_are_kept(tmp_path):
     ps.save_scene(tmp_path / "out.gltf", ps.Scene((ps.Node(points, "wall"),)))
     (back,) = ps.load_scene(tmp_path / "out.gltf", notes=refuse).placed()
     for name in ("normals", "size", "noise"):
-        np.testing.assert_array_equal(getattr(back.content, name), np.asarray(getattr(points, name), np.float32))
+        np.testing.assert_array_equal(
+            getattr(back.content.look, name), np.asarray(getattr(points.look, name), np.float32)
+        )
 
 
 def test_frames_are_named_where_they_are_if_the_file_can_name_them(tmp_path):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.intrinsics import place_camera, read_intrinsics
+from pointshade_gl.files.intrinsics import place_camera, read_intrinsics
 
 K = [[500, 0, 320.5], [0, 510, 240.25], [0, 0, 1]]
 NUMBERS = (500, 510, 320.5, 240.25)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.culling import MERGE
 from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.reference.surface_pass import surface_by_noise
 from pointshade_gl.renderer import NEAR
-from pointshade_gl.shading import MERGE
 
 from . import frames
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.realsense import RealSenseSource
+from pointshade_gl.files.realsense import RealSenseSource
 from pointshade_gl.sources import prefetched
 
 COLOR = np.random.default_rng(1).integers(0, 256, (3, 4, 3), np.uint8)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.placement import bounding_sphere
 from pointshade_gl.reference.render_scene import render_scene
+from pointshade_gl.scene import bounding_sphere
 from pointshade_gl.scene_renderer import NEAR, SHADOW_SIDE
 
 from . import frames
@@ -45,7 +45,7 @@ def test_a_scene_of_one_frame_is_the_frame(renderer):
     for shading in ("none", "flat", "gouraud", "phong"):
         content = ps.PointObject(frame, shading=shading, material=ps.Material(specular=0.6))
         scene = ps.Scene((ps.Node(content),), camera=frames.CAMERA, pose=ps.orbit_pose(None, (0, 0, 1), 9))
-        alone = renderer.render(frame, material=content.material, shading=shading, pose=scene.pose)
+        alone = renderer.render(frame, material=content.look.material, shading=shading, pose=scene.pose)
         assert np.abs(renderer.render(scene).astype(int) - alone).max() <= 1
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.placement import bounding_sphere, coarser, coarser_step, corners, framed, is_in_view
+from pointshade_gl.culling import coarser, coarser_step, is_in_view
+from pointshade_gl.scene import bounding_sphere
 
 from . import frames
 
@@ -79,10 +80,10 @@ def test_what_moves_decides_what_runs(fresh):
 
 
 def test_boxes_are_culled_only_when_nothing_of_them_can_show():
-    box = corners(TILE)
+    box = TILE.corners
     for x, y, z, shows in ((0, 0, 2, True), (0, 0, -2, False), (9, 0, 2, False), (0, 9, 2, False), (0.9, 0, 2, True)):
         assert is_in_view(box, np.asarray(at(x, y, z).transform), frames.CAMERA, np.eye(4), 0.01) == shows
-    around = 20 * corners(TILE) + (0, 0, 0.5)
+    around = 20 * TILE.corners + (0, 0, 0.5)
     assert is_in_view(np.concatenate([around, -around]), np.eye(4), frames.CAMERA, np.eye(4), 0.01)
 
 
@@ -100,7 +101,7 @@ def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
 
 
 def test_a_scene_without_a_camera_is_seen_whole(fresh):
-    scene = framed(ps.Scene((at(5, 1, -3), at(-2, 0, 4))))
+    scene = ps.Scene((at(5, 1, -3), at(-2, 0, 4))).framed()
     centre, radius = bounding_sphere(list(scene.placed()))
     ahead = np.linalg.inv(scene.pose) @ [*centre, 1]
     assert ahead[:2] == pytest.approx(0, abs=1e-6) and ahead[2] > radius

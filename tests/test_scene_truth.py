@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.pictures import co_visible, near_edge
+from pointshade_gl.bench.picture_scores import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere_and_wall, trace
 
 CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)

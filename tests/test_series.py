@@ -8,7 +8,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 import pointshade_gl as ps
-from pointshade_gl.film import check_series, is_series, numbered
+from pointshade_gl.files.film import check_series, is_series, numbered
 from pointshade_gl.series import sequence_shots, shots_of, write_series
 from pointshade_gl.view import View
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.normals import check_method, check_normals, parse_max_depth_step
-from pointshade_gl.shading import check_sizes
+from pointshade_gl.estimators import check_method, check_normals, parse_max_depth_step
+from pointshade_gl.look import check_sizes
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, plane, trace
-from pointshade_gl.normals import METHODS, PLANE_FITS, TRIANGLES, parse_max_depth_step
+from pointshade_gl.estimators import METHODS, PLANE_FITS, TRIANGLES, parse_max_depth_step
 from pointshade_gl.reference.inverse_depth import pixel_grid
 from pointshade_gl.reference.normals_borrow import borrow
 from pointshade_gl.reference.normals_differences import estimate_central, estimate_one_sided

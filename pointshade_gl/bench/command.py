@@ -6,14 +6,14 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ..normals import METHODS
+from ..estimators import METHODS
+from ..files.whole import written_whole
 from ..renderer import Renderer
 from .charts import check_matplotlib, error_chart, stability_chart
 from .lit_pictures import count_pictures, measure_pictures
@@ -48,8 +48,8 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     if images:
         pictures["images.png"] = picture_chart(results)
     for name, content in pictures.items():
-        write_whole(output / name, content)
-    write_whole(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+        write_bytes(output / name, content)
+    write_bytes(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
     show(results)
     where = results["gl"]["renderer"]
     return f"{output}: {', '.join([*pictures, 'results.json'])}: {len(methods)} methods on {where}"
@@ -68,8 +68,8 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
         task = progress.add_task("measuring", total=steps_of(sizes))
         results = measure_speed(device, 3 if quick else 9, sizes, lambda: progress.advance(task))
     output.mkdir(parents=True, exist_ok=True)
-    write_whole(output / "speed.png", speed_chart(results))
-    write_whole(output / "speed.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    write_bytes(output / "speed.png", speed_chart(results))
+    write_bytes(output / "speed.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
     show_speed(results, wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
 
@@ -170,11 +170,7 @@ def shortened(value: Any) -> Any:
     return float(f"{value:.5g}") if isinstance(value, float) else value
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_bytes(path: Path, content: bytes) -> None:
     """Writes a file completely or not at all."""
-    temporary = path.with_name(f".{uuid4().hex}.part")
-    try:
+    with written_whole(path) as temporary:
         temporary.write_bytes(content)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)

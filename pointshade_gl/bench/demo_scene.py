@@ -15,8 +15,10 @@ from ..camera import Camera, orbit_pose
 from ..gltf import save_scene
 from ..gltf.points import read_points
 from ..gltf.views import FLIP, light_place
-from ..scene import Mesh, Node, Scene
-from ..shading import Light, Material
+from ..light import Light
+from ..look import Material
+from ..mesh import Mesh
+from ..scene import Node, Scene
 from .vase import POSE, UPRIGHT
 
 FOLDER = Path(__file__).parents[2] / "assets" / "scene"

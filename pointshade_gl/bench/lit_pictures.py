@@ -12,9 +12,10 @@ import numpy as np
 
 from ..camera import orbit_pose
 from ..frame import Frame
+from ..light import Light
+from ..look import SHADINGS, SPLATS, Material
 from ..renderer import Renderer
-from ..shading import SHADINGS, SPLATS, Light, Material
-from .pictures import co_visible, score_picture
+from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera
 from .stress import CONDITIONS, generator
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace

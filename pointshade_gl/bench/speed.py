@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera, orbit_pose
+from ..culling import MERGE
 from ..errors import ContextError
+from ..files.frames import load_frame
+from ..files.pictures import save_image
 from ..frame import Frame
-from ..images import save_image
-from ..readers import load_frame
+from ..light import Light
+from ..look import Material
 from ..reference.rasterizers import merged_splats
 from ..renderer import Renderer
-from ..shading import MERGE, Light, Material
-from .pictures import co_visible, score_picture
+from .picture_scores import co_visible, score_picture
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
 SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320))  # 80 thousand to 33 million points

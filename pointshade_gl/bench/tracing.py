@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import Camera, check_pose
 from ..frame import Frame
-from ..shading import Light, Material
+from ..light import Light
+from ..look import Material
 
 FAR, CONTACT = 1e4, 1e-3  # where a directional light stands to be traced; what is nearer to a point does not shade it
 Array = NDArray[np.float64]

@@ -25,8 +25,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..images import FilePath
-    from ..intrinsics import Note
+    from ..files.content import FilePath
+    from ..files.notes import Note
     from ..scene import Scene
 
 

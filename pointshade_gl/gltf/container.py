@@ -8,7 +8,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from ..images import read_head
+from ..files.content import read_head
 
 if TYPE_CHECKING:
     from pygltflib import GLTF2

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Mesh
+from ..mesh import Mesh
 from .checks import label, numbers, pick, telling
 from .container import UNLIT
 from .extras import options

@@ -11,9 +11,9 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ..images import decode_image
-from ..intrinsics import Note
-from ..readers import to_color
+from ..files.frames import to_color
+from ..files.notes import Note
+from ..files.pictures import decode_image
 from .checks import label, pick, telling
 
 if TYPE_CHECKING:

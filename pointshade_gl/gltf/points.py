@@ -11,13 +11,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..folders import BUILT_IN
+from ..files.builtin import FRAMES
+from ..files.frames import load_frame
+from ..files.notes import Note
+from ..files.pictures import save_image
 from ..frame import Frame
-from ..images import save_image
-from ..intrinsics import Note
-from ..readers import load_frame
+from ..look import Look, Material
 from ..scene import PointObject
-from ..shading import Material
 from .checks import numbers
 from .parts import inside
 from .views import FLIP
@@ -47,7 +47,7 @@ def read_points(said: dict[str, Any], folder: Path, frames: dict[str, Frame], no
     if key not in frames:
         frames[key] = _load(frame_said, folder, note)
     object_said = {key: _array(said[key], folder) for key in OBJECT_KEYS if key in said}
-    return PointObject(frames[key], material=read_material(said.get("material", {})), **object_said)
+    return PointObject(frames[key], read_material(said.get("material", {})), **object_said)
 
 
 def read_material(said: Any) -> Material:
@@ -68,7 +68,7 @@ def _load(said: dict[str, Any], folder: Path, note: Note) -> Frame:
         if key in options:
             options[key] = numbers(options[key], (), key).item()
     place = options.pop("frame", None)
-    if place not in (*BUILT_IN, None):
+    if place not in (*FRAMES, None):
         place = inside(folder, place)
         if place.is_dir():
             _check_links(place, folder)
@@ -112,13 +112,13 @@ def write_points(
         written[frame] = _refer(frame, folder) or _write_frame(frame, name, stage)
     said = dict(written[frame])
     for key in OBJECT_KEYS:
-        value = getattr(points, key)
+        value = getattr(points.look, key)
         if np.ndim(value):
             save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
             said[key] = f"{name}/{key}.npy"
-        elif value != PointObject.__dataclass_fields__[key].default:
+        elif value != getattr(Look(), key):
             said[key] = value
-    material = write_material(points.material)
+    material = write_material(points.look.material)
     return said | ({"material": material} if material else {})
 
 

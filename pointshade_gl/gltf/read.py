@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..folders import asset_folder
+from ..files.builtin import builtin_scene
+from ..files.content import FilePath
+from ..files.notes import Note, print_note
 from ..frame import Frame
-from ..images import FilePath
-from ..intrinsics import Note
-from ..readers import print_note
+from ..light import Light
 from ..scene import Node, Scene
-from ..shading import Light
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .extras import options, switch
@@ -26,13 +24,12 @@ from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, re
 if TYPE_CHECKING:
     from pygltflib import Node as GltfNode
 
-BUILT_IN = {"demo": "scene"}
 _NODE_KEYS = (*KEYS, "visible", "shadow")
 
 
 def load_scene(path: FilePath, *, notes: Note | None = None) -> Scene:
     """See the package, which imports this module when it is first asked."""
-    file = asset_folder(BUILT_IN[path]) / "scene.gltf" if isinstance(path, str) and path in BUILT_IN else Path(path)
+    file = builtin_scene(path)
     note = notes or print_note
     with telling(str(file)):
         gltf, blob = read_container(file)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..shading import Light
+from ..light import Light
 from .checks import numbers
 from .extras import options, switch
 

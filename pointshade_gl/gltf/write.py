@@ -12,13 +12,15 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.content import FilePath
+from ..files.whole import FileSet
 from ..frame import Frame
-from ..images import FilePath
-from ..scene import Mesh, Node, PointObject, Scene
-from ..shading import Light, Material
+from ..light import Light
+from ..look import Material
+from ..mesh import Mesh
+from ..scene import Node, PointObject, Scene
 from .checks import telling
 from .container import LIGHTS, UNLIT, library, pack
-from .files import Files
 from .layout import layout
 from .points import write_material, write_points
 from .transforms import transform_of
@@ -34,7 +36,7 @@ def save_scene(path: FilePath, scene: Scene) -> None:
         raise ValueError(f"cannot write {path}: its suffix must be .gltf or .glb")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
-    with Files(path.parent) as files:
+    with FileSet(path.parent) as files:
         writer = _Writer(path, files)
         writer.scene(scene)
         writer.finish()
@@ -42,7 +44,7 @@ def save_scene(path: FilePath, scene: Scene) -> None:
 
 
 class _Writer:
-    def __init__(self, path: Path, files: Files) -> None:
+    def __init__(self, path: Path, files: FileSet) -> None:
         self.lib = library()
         self.gltf = self.lib.GLTF2()
         self.gltf.asset = self.lib.Asset(generator="pointshade_gl")

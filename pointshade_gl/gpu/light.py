@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..shading import Material
+from ..look import Material
 from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures, Target, empty
 

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..scene import Mesh
+from ..mesh import Mesh
 from .passes import bind_textures
 from .programs import build_program, set_uniforms
 

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..shading import SHADINGS
+from ..look import SHADINGS
 from .passes import FullscreenPass
 from .programs import source_and_target
 from .textures import FrameTextures, Target, confine, empty

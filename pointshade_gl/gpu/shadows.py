@@ -9,7 +9,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..placement import ShadowView
+from ..shadow_views import ShadowView
 from .passes import FullscreenPass, data_texture
 from .textures import Target, check_size, confine, empty
 

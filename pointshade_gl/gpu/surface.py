@@ -6,8 +6,8 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice
-from ..normals import PLANE_FITS, TRIANGLES, Step
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures, empty

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..camera import Camera, view_matrix
+from ..culling import MERGE
 from ..frame import Frame
-from ..shading import MERGE, Light, Material, light_rows
+from ..light import Light, at_upper_left, light_rows
+from ..look import Material
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
@@ -54,10 +56,13 @@ def render(
         return image
     if shading == "phong":
         surface, albedo = surfaces(seen, depth, normals, picture, source, view)
-        rows, pixel = light_rows(lights, pose, pose), seen.target_pixel.astype(F)
+        rows, pixel = light_rows([at_upper_left(x, pose) for x in lights], pose), seen.target_pixel.astype(F)
         lit = light(pixel, surface, albedo, camera, np.zeros(3, F), rows, material)
     else:
-        rows, eye = light_rows(lights, pose, frame.pose), np.linalg.inv(view_matrix(frame.pose, pose))[:3, 3]
+        rows, eye = (
+            light_rows([at_upper_left(x, pose) for x in lights], frame.pose),
+            np.linalg.inv(view_matrix(frame.pose, pose))[:3, 3],
+        )
         points = light_points(depth, normals, picture, source, eye.astype(F), rows, material)
         lit = texel(points, seen.texel) if shading == "flat" else interpolate(seen, depth, normals, points, source)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)

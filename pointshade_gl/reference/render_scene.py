@@ -8,10 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..camera import Camera, view_matrix
+from ..culling import MERGE
 from ..frame import Frame
-from ..placement import ShadowView, bounding_sphere, shadow_views
-from ..scene import Node, Placed, PointObject
-from ..shading import MERGE, Light, Material, scene_light_rows
+from ..light import Light, at_upper_left, light_rows
+from ..look import Material
+from ..scene import Node, Placed, PointObject, bounding_sphere
+from ..shadow_views import ShadowView, shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb
 from .rasterizers import DEPTH_STEPS, covered_pairs, merged_splats, nearest
@@ -49,7 +51,7 @@ def render_scene(
     first_of = [int(firsts[casting.index(light)]) if light.shadow else None for light in lights]
     views = [one for group in several for one in group]
     shadow_map = draw_views(frame, normals, views, side)
-    rows, table = scene_light_rows(lights, pose, pose, first_of), view_rows(views, pose, side)
+    rows, table = light_rows([at_upper_left(x, pose) for x in lights], pose, first_of), view_rows(views, pose, side)
     strengths, pixel = np.array(material.strengths, F), seen.target_pixel.astype(F)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
     lit = scene_light(

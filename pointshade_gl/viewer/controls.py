@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..camera import Camera
-from ..normals import METHODS
-from ..shading import SHADINGS
+from ..estimators import METHODS
+from ..look import SHADINGS
 from .events import Event
 from .state import Pair, Stage, State, rims_from
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ..estimators import METHODS
 from ..gpu.steps import Lap
-from ..normals import METHODS
+from ..look import SHADINGS, SPLATS, Material
 from ..scene import Scene
-from ..shading import SHADINGS, SPLATS, Material
 from .events import Event
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ class Recorder:
     """
 
     def __init__(self, path: Path, fps: float = RATE):
-        from ..film import Film
+        from ..files.film import Film
 
         self._film, self._fps = Film(path, fps), fps
         self._began: float | None = None  # with the first picture

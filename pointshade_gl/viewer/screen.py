@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from ..camera import Camera
 from ..gpu.present import Marker, PresentPass
 from ..gpu.steps import Lap
+from ..mesh import Mesh
 from ..renderer import Renderer
-from ..scene import Mesh, PointObject, Scene
+from ..scene import PointObject, Scene
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
@@ -143,6 +144,11 @@ def styled(scene: Scene, shading: str | None) -> Scene:
         return scene
     for path, node in scene.every_node():
         parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        changed = (replace(p, shading=shading) if isinstance(p, Mesh | PointObject) else p for p in parts)
-        scene = scene.with_node(path, content=tuple(part for part in changed if part is not None))
+        scene = scene.with_node(path, content=tuple(_shaded(part, shading) for part in parts if part is not None))
     return scene
+
+
+def _shaded(part: Any, shading: str) -> Any:
+    if isinstance(part, PointObject):
+        return replace(part, look=replace(part.look, shading=shading))
+    return replace(part, shading=shading) if isinstance(part, Mesh) else part

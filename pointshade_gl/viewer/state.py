@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, orbit_pose
+from ..checks import check_choice
+from ..estimators import check_method, parse_max_depth_step
 from ..frame import PROBE, Frame
-from ..normals import check_method, parse_max_depth_step
-from ..placement import bounding_sphere
-from ..scene import Scene
-from ..shading import SHADINGS, SPLATS, Light, Material, check_choice
+from ..light import Light
+from ..look import SHADINGS, SPLATS, Material
+from ..scene import Scene, bounding_sphere
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet

@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..files.pictures import save_image
 from ..frame import Frame
-from ..images import save_image
-from ..placement import framed
+from ..light import Light
 from ..renderer import Renderer
 from ..scene import Scene
-from ..shading import Light
 from .controls import Mouse, press_key
 from .events import Event
 from .panel import MISSING
@@ -85,7 +84,7 @@ class Viewer:
             if isinstance(source, Frame):
                 self.frame = source
             elif isinstance(source, Scene):
-                self.frame = framed(source)
+                self.frame = source.framed()
                 self.state = replace(self.state, shadows=True)
                 lights = lights or source.lights or [Light()]
                 self.held = lights[0]

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-import subprocess
-import tempfile
 from contextlib import suppress
 from pathlib import Path
-from uuid import uuid4
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from PIL import Image, ImageOps
 
-from .images import FilePath, check_picture, check_place, check_writable
+from .content import FilePath
+from .pictures import check_picture, check_writable
+from .whole import check_place, hidden_beside
+
+if TYPE_CHECKING:
+    from PIL import Image  # imported where it is used: most programs write no film
 
 BACKGROUND = (28, 28, 32)  # films know no alpha: what was not drawn is a dark grey
 FILM_SUFFIXES = (".mp4", ".gif")
@@ -77,7 +79,7 @@ class Film:
         if not 0 < fps <= 1000:
             raise ValueError(f"fps must be pictures a second, above 0 and up to 1000, got {fps}")
         self.fps = fps
-        self._temporary = self.path.with_name(f".{uuid4().hex}.part")
+        self._temporary = hidden_beside(self.path)
         self._writer: _Mp4 | _Gif | None = None
 
     def add(self, image: ArrayLike) -> None:
@@ -87,6 +89,8 @@ class Film:
             kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
             self._writer = kind(self._temporary, picture.size, self.fps)
         if picture.size != self._writer.shown:
+            from PIL import ImageOps
+
             picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
         self._writer.add(picture)
 
@@ -131,6 +135,9 @@ class _Mp4:
     """H.264 by ffmpeg, which reads raw pictures from a pipe; even sizes and yuv420p, as every player wants them."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        import subprocess
+        import tempfile
+
         self.shown = size
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - a pipe would stop ffmpeg when nobody reads it
         source = [*_DECODED, "-s", f"{size[0]}x{size[1]}", "-r", str(fps), "-i", "-"]
@@ -183,6 +190,8 @@ class _Gif:
         self._pictures.append(picture)
 
     def finish(self) -> None:
+        from PIL import Image
+
         palette = _palette(self._pictures)
         first, *others = (item.quantize(palette=palette, dither=Image.Dither.NONE) for item in self._pictures)
         # a GIF counts hundredths of a second, and browsers slow down what is quicker than two of them
@@ -196,6 +205,8 @@ class _Gif:
 
 def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Image:
     """The 256 colours nearest to all that the film shows, as a palette picture; every picture is looked at."""
+    from PIL import Image
+
     side = max(8, math.isqrt(looked_at // len(pictures)))
     samples = [
         item.resize((min(side, item.width), min(side, item.height)), Image.Resampling.NEAREST) for item in pictures
@@ -207,6 +218,8 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
 
 
 def _flattened(image: ArrayLike) -> Image.Image:
+    from PIL import Image
+
     array = np.asarray(image)
     check_picture(array, "film")
     picture = Image.fromarray(np.ascontiguousarray(array))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
-from .intrinsics import Note
+from ..camera import Camera
+from .notes import Note
 
 KINDS = ("z", "ray", "plane", "inverse", "disparity")
 FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half

@@ -1,22 +1,55 @@
-"""Files on their way: written in a hidden folder, moved into place together."""
+"""Writing files whole: beside their target, under a hidden name, then renamed. So no half-written file is ever left."""
 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from uuid import uuid4
 
+from .content import FilePath
 
-class Files:
+
+def check_place(path: Path) -> Path:
+    """The path, if a file can lie there. Raises OSError when it has no folder, or is one."""
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
+    if path.is_dir():
+        raise IsADirectoryError(f"cannot write {path}: it is a folder")
+    return path
+
+
+@contextmanager
+def written_whole(path: FilePath) -> Iterator[Path]:
+    """A path beside the target to write to; on leaving it becomes the target, or after an error it is removed.
+
+    A link stays a link: the file that it names is replaced.
+    """
+    target = Path(path).resolve()
+    temporary = hidden_beside(target)
+    try:
+        yield temporary
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def hidden_beside(target: Path) -> Path:
+    """A new hidden name in the target's folder."""
+    return target.with_name(f".{uuid4().hex}.part")
+
+
+class FileSet:
     """Files of a folder, which appear there on `commit`, or never."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self._hidden = folder / f".{uuid4().hex}.part"
+        self._hidden = hidden_beside(folder / "any")
         self._names: list[str] = []
 
-    def __enter__(self) -> Files:
+    def __enter__(self) -> FileSet:
         self._hidden.mkdir()
         return self
 

@@ -8,7 +8,8 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.readers import builtin_folder, load_pose, read_color
+from pointshade_gl.files.frames import builtin_folder, read_color
+from pointshade_gl.files.poses import load_pose
 
 V, U = np.mgrid[0:30, 0:40]
 DEEP = (900 + 3 * U + 5 * V).astype(np.uint16)

@@ -6,18 +6,17 @@ import struct
 import warnings
 import zlib
 from io import BytesIO
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
-from uuid import uuid4
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .content import FilePath, read_head
+from .whole import check_place, written_whole
+
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: a PNG is written without it
-
-FilePath = str | PathLike[str]
 
 _FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP", ".tif": "TIFF", ".tiff": "TIFF"}
 _OPTIONS: dict[str, dict[str, Any]] = {
@@ -40,15 +39,6 @@ def check_writable(path: FilePath) -> Path:
     return check_place(path)
 
 
-def check_place(path: Path) -> Path:
-    """The path, if a file can lie there. Raises OSError when it has no folder, or is one."""
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
-    if path.is_dir():
-        raise IsADirectoryError(f"cannot write {path}: it is a folder")
-    return path
-
-
 def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
     """Writes a picture in the format of the path's suffix, completely or not at all.
 
@@ -59,20 +49,15 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
     Raises ValueError for an unknown suffix or shape, TypeError for values that are not uint8,
     FileNotFoundError when the folder does not exist.
     """
-    path = check_writable(path).resolve()  # a link stays a link, its target is replaced
+    path = check_writable(path)
     array = np.asarray(image)
     if path.suffix.lower() == ".npy":
         if array.dtype.hasobject:
             raise TypeError(f"image must be an array of numbers, got {array.dtype}")
     else:
         check_picture(array, _FORMATS[path.suffix.lower()])
-    temporary = path.with_name(f".{uuid4().hex}.part")
-    try:
-        with temporary.open("xb") as file:
-            _encode(file, array, path.suffix.lower(), small)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with written_whole(path) as temporary, temporary.open("xb") as file:
+        _encode(file, array, path.suffix.lower(), small)
 
 
 def check_picture(array: NDArray[Any], kind: str) -> None:
@@ -163,26 +148,6 @@ def _open_image(data: bytes, path: str) -> Image.Image:
         raise ValueError(f"{path} is too large: pictures may have up to {limit} pixels") from None
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
         raise ValueError(f"{path} is a broken or truncated picture: {error}") from None
-
-
-def read_head(path: FilePath, size: int = 64) -> bytes:
-    """The first bytes of a file, by which its format is known.
-
-    Raises OSError for what is no file, ValueError for an empty one and for a git-LFS pointer.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise IsADirectoryError(f"{path} is a folder, expected a file")
-    try:
-        with path.open("rb") as file:
-            head = file.read(size)
-    except FileNotFoundError:
-        raise FileNotFoundError(f"{path} does not exist") from None
-    if not head:
-        raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
-    if head.startswith(b"version https://git-lfs"):
-        raise ValueError(f"{path} is a git-LFS pointer, not the file itself: run `git lfs pull` in its repository")
-    return head
 
 
 def normals_to_rgb(normals: ArrayLike) -> NDArray[np.uint8]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeGuard
@@ -11,23 +10,18 @@ from typing import Any, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import Camera, check_pose
-from .depth_files import one_channel, read_depth
+from ..camera import Camera
+from ..checks import check_choice
+from ..frame import Frame
+from .builtin import builtin_folder
+from .content import FilePath
+from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
-from .folders import (
-    COLOR_NAMES,
-    COLOR_SUFFIXES,
-    DEPTH_NAMES,
-    DEPTH_SUFFIXES,
-    builtin_folder,
-    check_folder,
-    find_pairs,
-    find_picture,
-)
-from .frame import Frame
-from .images import FilePath, read_image
-from .intrinsics import Intrinsics, Note, place_camera, read_intrinsics, read_numbers
-from .shading import check_choice
+from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
+from .intrinsics import Intrinsics, place_camera, read_intrinsics
+from .notes import Note, print_note
+from .pictures import read_image
+from .poses import load_pose
 
 
 def load_frame(
@@ -80,17 +74,6 @@ def load_frame(
     return frame
 
 
-def load_pose(path: FilePath) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
-
-    Raises OSError for what is no file, ValueError for what is no pose.
-    """
-    numbers = read_numbers(path)
-    if numbers.size != 16:
-        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
-    return check_pose(numbers.reshape(4, 4), str(path))
-
-
 def read_color(path: FilePath) -> NDArray[np.uint8]:
     """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
     return to_color(read_image(path), str(path))
@@ -103,10 +86,6 @@ def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
     if image.dtype != np.uint8:
         image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
-
-
-def print_note(text: str) -> None:
-    sys.stderr.write(f"note: {text}\n")
 
 
 def _is_path(value: Any) -> TypeGuard[FilePath]:

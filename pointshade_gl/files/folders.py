@@ -8,19 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .images import FilePath
-from .intrinsics import Note, read_text
+from .content import FilePath, read_text
+from .notes import Note
 
 # The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
 COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
 DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
 COLOR_NAMES, DEPTH_NAMES = ("color", "rgb"), ("depth",)
-BUILT_IN = ("vase",)
 
 _WORD = r"(?:^|[\W_])(?:{})(?=[\W_]|\d*$)"  # in a file's name: depth_0001, depth0001, 0001.depth; not depth16_raw
 
 
-class Picture(NamedTuple):
+class PictureFile(NamedTuple):
     """One picture of a sequence: its file, its name without the word depth or color, its time stamp if it has one."""
 
     path: Path
@@ -34,18 +33,6 @@ class Pair(NamedTuple):
     depth: Path
     color: Path | None
     time: float | None
-
-
-def builtin_folder(source: FilePath) -> Path:
-    """The folder of a built-in frame for its name; any other text is a path already."""
-    return asset_folder(source) if isinstance(source, str) and source in BUILT_IN else Path(source)
-
-
-def asset_folder(name: str) -> Path:
-    """A folder of files that come with the package."""
-    package = Path(__file__).resolve().parent
-    places = [parent / "assets" / name for parent in (package, package.parent)]  # installed, checked out
-    return next((place for place in places if place.is_dir()), places[0])
 
 
 def check_folder(folder: FilePath) -> Path:
@@ -98,7 +85,9 @@ def find_pairs(folder: Path, note: Note) -> list[Pair]:
     return [Pair(item.path, mate.path, item.time) for item, mate in zip(depths, partners, strict=True) if mate]
 
 
-def _partners(folder: Path, depths: list[Picture], colors: list[Picture], note: Note) -> list[Picture | None]:
+def _partners(
+    folder: Path, depths: list[PictureFile], colors: list[PictureFile], note: Note
+) -> list[PictureFile | None]:
     """For each depth picture its colour picture, None where there is none."""
     named = {item.key: item for item in colors}
     partners = [named.get(item.key) for item in depths]
@@ -131,7 +120,7 @@ def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     return order[np.where(is_left, left, right)]
 
 
-def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> list[Picture]:
+def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> list[PictureFile]:
     for name in names:
         if (folder / f"{name}.txt").is_file():
             listed = _read_list(folder, folder / f"{name}.txt", suffixes)
@@ -145,16 +134,16 @@ def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ..
             found = [path for path in found if re.search(r"\d", _key(path))]
         if found:
             best = {_key(path): path for path in sorted(found, key=lambda path: -suffixes.index(path.suffix.lower()))}
-            return [Picture(path, _key(path), _number(_key(path))) for path in sorted(best.values(), key=_natural)]
+            return [PictureFile(path, _key(path), _number(_key(path))) for path in sorted(best.values(), key=_natural)]
     return []
 
 
-def _read_list(folder: Path, path: Path, suffixes: tuple[str, ...]) -> list[Picture]:
+def _read_list(folder: Path, path: Path, suffixes: tuple[str, ...]) -> list[PictureFile]:
     """The pictures of a text file with a time stamp and a file name a line; none if it holds anything else."""
     lines = (line.split("#")[0].split(maxsplit=1) for line in read_text(path).splitlines())
     entries = [(_number(words[0]), folder / words[1].strip()) for words in lines if len(words) == 2]
     return [
-        Picture(file, _key(file), time)
+        PictureFile(file, _key(file), time)
         for time, file in entries
         if time is not None and file.suffix.lower() in suffixes
     ]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.depth_files import one_channel, read_depth
+from pointshade_gl.files.depth import one_channel, read_depth
 
 V, U = np.mgrid[0:30, 0:40]
 DEEP = (900 + 3 * U + 5 * V).astype(np.uint16)  # a smooth slope

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -13,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
-from .images import FilePath, read_head
+from ..camera import Camera
+from .content import parse_json, read_numbers, read_text, split_numbers
+from .notes import Note
 
-Note = Callable[[str], None]
 Size = tuple[int, int]  # width, height
 
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
@@ -43,7 +41,7 @@ def read_intrinsics(source: Any, note: Note) -> Intrinsics:
     if isinstance(source, Camera):
         return Intrinsics("the camera", source.intrinsics, (source.width, source.height))
     if isinstance(source, str):
-        numbers = _split(source)
+        numbers = split_numbers(source)
         if numbers is not None:
             return _from_numbers(numbers, "intrinsics", note)
     if isinstance(source, str | PathLike):
@@ -93,46 +91,6 @@ def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: N
 
 def _text(size: Size) -> str:
     return f"{size[0]}x{size[1]}"
-
-
-def _split(text: str) -> list[float] | None:
-    """The numbers of a text that holds nothing but numbers, else None."""
-    try:
-        return [float(part) for part in re.split(r"[\s,;]+", text.strip(" \t\r\n,;[]()"))]
-    except ValueError:
-        return None
-
-
-def read_numbers(path: FilePath) -> NDArray[np.float64]:
-    """(n,) all numbers of a text, .json or .npy file, row after row. Raises ValueError for any other content."""
-    if read_head(path).startswith(b"\x93NUMPY"):
-        try:
-            return np.asarray(np.load(path, allow_pickle=False), np.float64).ravel()
-        except Exception as error:  # a broken header raises of everything
-            raise ValueError(f"{path} is a broken NumPy file: {error}") from None
-    text = read_text(path)
-    lines = "\n".join(line.split("#")[0] for line in text.splitlines()).replace("[", " ").replace("]", " ")
-    numbers = _split(lines)
-    if numbers is None:
-        raise ValueError(f"{path} must hold numbers only, got {text[:40]!r}")
-    return np.array(numbers)
-
-
-def read_text(path: FilePath) -> str:
-    """The text of a file. Raises OSError for what is no file, ValueError for what is no text."""
-    read_head(path)
-    try:
-        return Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is not a text file") from None
-
-
-def parse_json(text: str, path: FilePath) -> Any:
-    """What the JSON of a file holds. Raises ValueError, naming the file, when it is none."""
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"{path} is not valid JSON: {error}") from None
 
 
 def _read_file(path: Path, note: Note) -> Intrinsics:

@@ -9,12 +9,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..camera import check_pose
+from .content import FilePath, parse_json, read_numbers, read_text
 from .folders import Pair, nearest
-from .intrinsics import Note, parse_json, read_numbers, read_text
+from .notes import Note
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back
 Poses = list[NDArray[np.float64] | None]
+
+
+def load_pose(path: FilePath) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
+
+    Raises OSError for what is no file, ValueError for what is no pose.
+    """
+    numbers = read_numbers(path)
+    if numbers.size != 16:
+        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
+    return check_pose(numbers.reshape(4, 4), str(path))
 
 
 def find_poses(folder: Path, pairs: Sequence[Pair], note: Note) -> Poses:

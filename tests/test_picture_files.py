@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.images import check_writable, normals_to_rgb, read_image, save_image
+from pointshade_gl.files.pictures import check_writable, normals_to_rgb, read_image, save_image
 
 RNG = np.random.default_rng(3)
 RGBA = RNG.integers(0, 256, (5, 7, 4), dtype=np.uint8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .images import encode_png
+from .files.pictures import encode_png
 
 
 class Picture(np.ndarray):

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.picture import Picture
+from pointshade_gl.notebook import Picture
 
 from . import frames
 

@@ -1,0 +1,21 @@
+"""Boxes and spheres round things: what culling, shadows and cameras are fitted to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def box_corners(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
+    """(8, 3) corners of the box between two corners (3,)."""
+    return np.array([[(low, high)[k >> axis & 1][axis] for axis in range(3)] for k in range(8)], np.float64)
+
+
+def sphere_round(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Centre (3,) and radius of a sphere round points (n, 3); radius 1 round the origin without any."""
+    if not len(points):
+        return np.zeros(3), 1.0
+    centre = (points.min(0) + points.max(0)) / 2
+    return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-6)

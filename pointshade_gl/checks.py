@@ -1,0 +1,28 @@
+"""Checks that several values share. Each raises an error that names what was wrong."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+
+def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
+    """Raises ValueError, listing the known names, if the value is not one of them."""
+    if value not in known:
+        raise ValueError(f"unknown {name} {value!r}: known are {', '.join(known)}")
+
+
+def check_number(value: float, name: str, low: float, high: float) -> None:
+    """Raises ValueError unless the value is finite and lies between low and high."""
+    if not (low <= value <= high and math.isfinite(value)):  # NaN fails the first test
+        raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value}")
+
+
+def check_point(value: Any, name: str) -> tuple[float, float, float]:
+    """Three finite numbers. Raises ValueError, naming them, for anything else."""
+    point = np.asarray(value, dtype=np.float64)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
+    return float(point[0]), float(point[1]), float(point[2])

@@ -1,0 +1,117 @@
+"""How a point object looks: its material, and how its normals, splats and shading are made. Plain frozen values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .checks import check_choice, check_number
+from .estimators import check_method, check_normals, parse_max_depth_step
+from .noise import check_sensor, parse_noise
+
+SHADINGS = ("none", "flat", "gouraud", "phong")
+SPLATS = ("footprint", "round")
+
+
+@dataclass(frozen=True)
+class Material:
+    """How the surface answers light (Phong 1975): strengths of the three terms and the highlight's exponent."""
+
+    ambient: float = 0.1
+    diffuse: float = 0.9
+    specular: float = 0.3
+    shininess: float = 32.0
+
+    def __post_init__(self) -> None:
+        for name in ("ambient", "diffuse", "specular"):
+            check_number(getattr(self, name), f"material {name}", 0, math.inf)
+        check_number(self.shininess, "material shininess", 0.001, 10_000)
+
+    @property
+    def strengths(self) -> tuple[float, float, float, float]:
+        """(ambient, diffuse, specular, shininess), as the shaders take them."""
+        return self.ambient, self.diffuse, self.specular, self.shininess
+
+
+@dataclass(frozen=True)
+class Look:
+    """All choices about how one point object is drawn, besides its place and the light.
+
+    material  how its surface answers light
+    normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
+    shading   "none", "flat", "gouraud" or "phong"
+    size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
+    splat     "footprint" carries the pixel's square into the view, "round" the circle round it
+    max_depth_step, noise  as for `Renderer.estimate_normals`
+
+    Raises ValueError for unknown names and for numbers that make no sense. Arrays are checked by `for_frame`, which
+    knows their shape.
+    """
+
+    material: Material = Material()
+    normals: str | ArrayLike = "auto"
+    shading: str = "phong"
+    size: float | ArrayLike | None = None
+    splat: str = "footprint"
+    max_depth_step: float | str | None = None
+    noise: float | ArrayLike | str | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.material, Material):
+            raise TypeError(f"material must be a Material, got {type(self.material).__name__}")
+        check_choice("shading", self.shading, SHADINGS)
+        check_choice("splat", self.splat, SPLATS)
+        if isinstance(self.normals, str):
+            check_method(self.normals)
+        if isinstance(self.noise, str):
+            check_sensor(self.noise)
+        parse_max_depth_step(self.max_depth_step)
+
+    def for_frame(self, depth: NDArray[np.float32]) -> Look:
+        """The look with its arrays checked against a depth picture (h, w) and copied, read-only.
+
+        Raises ValueError for arrays of another shape, and for sizes or noise that make no sense.
+        """
+        changes: dict[str, Any] = {}
+        if not isinstance(self.normals, str):
+            changes["normals"] = _frozen(check_normals(self.normals, depth.shape))
+        sizes = check_sizes(self.size, depth.shape)
+        if sizes.size > 1:
+            changes["size"] = _frozen(sizes.reshape(depth.shape))
+        if self.noise is not None and not isinstance(self.noise, str):
+            noise = parse_noise(self.noise, depth)
+            if np.ndim(self.noise):
+                changes["noise"] = _frozen(noise)
+        return replace(self, **changes) if changes else self
+
+    @property
+    def is_uniform(self) -> bool:
+        """No option is an array: each holds for every pixel."""
+        return all(isinstance(value, str | int | float | None) for value in (self.normals, self.size, self.noise))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """By name, as arguments of `Renderer.render`."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+
+def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Splat sizes in source pixels as (1,) or (h*w,) float32; None is 1. Raises ValueError for an impossible size."""
+    sizes = np.atleast_1d(np.asarray(1.0 if size is None else size, dtype=np.float32))
+    if sizes.shape not in ((1,), shape):
+        raise ValueError(
+            f"size is the splats' size in source pixels, one number or an array of {shape}, got {sizes.shape}"
+        )
+    if not (np.isfinite(sizes).all() and (sizes >= 0).all()):
+        raise ValueError("size must be finite and not negative everywhere")
+    return sizes.ravel()
+
+
+def _frozen(array: Any) -> NDArray[Any]:
+    copy = np.array(array)
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,63 @@
+"""The pictures that a light takes of a scene for its shadows: their cameras. No GL here."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Camera
+from .light import Light, count_views
+
+Matrix = NDArray[np.float64]
+FAR_AWAY = 1000.0  # radii of the scene from it to a directional light's camera: its rays are parallel to 0.001
+CONTACT = 0.003  # of the scene's radius: a nearer occluder touches the surface and casts no shadow on it
+SHADOW_SIDE = 1024  # pixels of a shadow view
+SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
+FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
+
+
+class ShadowView(NamedTuple):
+    """One picture that a light takes of the scene."""
+
+    camera: Camera
+    pose: Matrix  # (4, 4) camera-to-world
+    near: float
+    contact: float  # world units by which an occluder must be nearer to the light than what it shades
+
+
+def view_side(count: int) -> int:
+    """Pixels of a side when there are so many shadow views."""
+    return min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(count)), 1))
+
+
+def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side: int) -> list[ShadowView]:
+    """The pictures that a light takes of what lies within a sphere: one, or six of a point light. side in pixels."""
+    if light.position is None:
+        direction = np.array(light.direction, np.float64) / np.linalg.norm(np.array(light.direction))
+        distance = FAR_AWAY * radius
+        focal = (side / 2 - 2) * (distance - radius) / radius
+        position, directions, near = centre - distance * direction, [direction], distance - 1.1 * radius
+    else:
+        position = np.array(light.position)
+        away = float(np.linalg.norm(position - centre))
+        near = max(away - 1.1 * radius, 0.002 * radius)
+        if count_views(light) == 1:
+            assert light.direction is not None
+            directions, focal = [np.array(light.direction)], (side / 2 - 2) / math.tan(math.radians(light.cone[1]))
+        else:
+            directions, focal = list(FACES), side / 2 - 2.0
+    camera = Camera(focal, focal, (side - 1) / 2, (side - 1) / 2, side, side)
+    return [ShadowView(camera, _looking(position, direction), near, CONTACT * radius) for direction in directions]
+
+
+def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
+    """The pose of a camera at a position that looks along a direction, turned round it much the same for its like."""
+    z = direction / np.linalg.norm(direction)
+    x = np.cross(z, np.eye(3)[int(abs(z[0]) > 0.7)])
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.stack([x, np.cross(z, x), z], -1), position
+    return pose

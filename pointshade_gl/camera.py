@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -72,6 +73,14 @@ class Camera:
         cx = (self.cx - (self.width - 1) / 2) * scale + (width - 1) / 2
         cy = (self.cy - (self.height - 1) / 2) * scale + (height - 1) / 2
         return Camera(self.fx * scale, self.fy * scale, cx, cy, width, height)
+
+
+class Eye(NamedTuple):
+    """Who looks: a camera, where it stands, and how near something may come to it."""
+
+    camera: Camera
+    pose: NDArray[np.float64]  # (4, 4) camera-to-world
+    near: float  # z along the axis, world units: what comes closer is cut away
 
 
 def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64]:

@@ -1,15 +1,59 @@
-"""What of a scene is drawn, and how finely: what is in view, which points are enough, what may be merged."""
+"""What of a scene is drawn, and how finely: what is in view, how near it may come, which points are enough."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
+from .camera import Camera, Eye
 from .frame import Frame
+from .light import Light, at_upper_left
+from .scene import Placed, PointObject, Scene, bounding_sphere
 
 Matrix = NDArray[np.float64]
+NEAR = 0.001  # share of the distance to what is shown: what comes closer to the viewer is cut away
 MERGE = 1e-5  # of 1/z: nothing to see (`bench --speed` charts it), and all the speed on planes
+
+
+class Shot(NamedTuple):
+    """What one picture of a scene shows."""
+
+    eye: Eye
+    lights: list[Light]  # each with a position or a direction, world axes
+    ambient: tuple[float, float, float]
+    things: list[Placed]
+    shown: list[Placed]  # in view
+    casting: list[Placed]  # may cast shadows; none when no light asks for them
+
+
+def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Shot:
+    """What a camera at a pose (4, 4) sees of a scene under these lights."""
+    things = scene.things()
+    eye = Eye(camera, pose, near_plane(things, pose))
+    shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
+    casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
+    lights = [at_upper_left(light, pose) for light in lights]
+    return Shot(eye, lights, (*scene.ambient,), things, shown, casting)
+
+
+def is_alone(things: list[Placed]) -> bool:
+    """A single frame: it is drawn wherever the viewer is, from all of its points, at any size of the picture."""
+    return len(things) == 1 and isinstance(things[0].content, PointObject)
+
+
+def near_plane(things: list[Placed], pose: Matrix) -> float:
+    """How near to a viewer at this pose things may come, world units along its axis.
+
+    A thousandth of the distance: of one frame alone that from which it was taken, wherever the viewer is; of several
+    things that to their middle, or their radius where it is more.
+    """
+    if is_alone(things):
+        return NEAR * things[0].content.frame.scale * things[0].rigid_axes()[1]
+    centre, radius = bounding_sphere(things)
+    return NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 
 
 def check_merge(merge: float) -> float:
@@ -19,30 +63,29 @@ def check_merge(merge: float) -> float:
     return float(merge)
 
 
-def is_in_view(box: NDArray[np.float64], world: Matrix, camera: Camera, pose: Matrix, near: float) -> bool:
-    """Whether a box may show in the picture: False only when it lies wholly outside one side of the view."""
-    if not len(box):
+def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
+    """Whether a box (8, 3), world, may show in the picture: False only when it lies wholly outside one side of it."""
+    if not len(corners):
         return False
-    view = np.linalg.inv(pose) @ world
-    x, y, z = (box @ view[:3, :3].T + view[:3, 3]).T
+    view, camera = np.linalg.inv(eye.pose), eye.camera
+    x, y, z = (corners @ view[:3, :3].T + view[:3, 3]).T
     u, v = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
-    outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < near)
+    outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < eye.near)
     return not any(side.all() for side in outside)
 
 
-def coarser_step(frame: Frame, world: Matrix, camera: Camera, pose: Matrix) -> int:
+def coarser_step(placed: Placed, eye: Eye) -> int:
     """1, 2, 4 .. : every how many-th pixel of a frame is enough for a view in which several fall into one pixel.
 
     Judged at the nearest corner of the object's box, so that no part of it is drawn too coarsely.
     """
-    view = np.linalg.inv(pose) @ world
-    depth = (frame.corners @ view[:3, :3].T + view[:3, 3])[:, 2]
+    view, corners, frame = np.linalg.inv(eye.pose), placed.corners, placed.content.frame
+    depth = (corners @ view[:3, :3].T + view[:3, 3])[:, 2]
     nearest = float(depth.min()) if len(depth) else 0.0
     if nearest <= 0:
         return 1
-    scale = float(np.cbrt(abs(np.linalg.det(world[:3, :3]))))
-    spread = frame.depth.max() / frame.camera.fx * scale  # between neighbours, world units, at most
-    pixels = spread * camera.fx / nearest
+    spread = frame.depth_range[1] / frame.camera.fx * placed.rigid_axes()[1]  # between neighbours, at most
+    pixels = spread * eye.camera.fx / nearest
     return int(2 ** np.clip(np.floor(np.log2(1 / pixels)), 0, 5))
 
 

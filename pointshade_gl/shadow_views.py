@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import Camera
+from .camera import Camera, Eye
 from .light import Light, count_views
 
 Matrix = NDArray[np.float64]
@@ -22,15 +23,23 @@ FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0
 class ShadowView(NamedTuple):
     """One picture that a light takes of the scene."""
 
-    camera: Camera
-    pose: Matrix  # (4, 4) camera-to-world
-    near: float
+    eye: Eye
     contact: float  # world units by which an occluder must be nearer to the light than what it shades
 
 
-def view_side(count: int) -> int:
-    """Pixels of a side when there are so many shadow views."""
-    return min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(count)), 1))
+def all_shadow_views(
+    lights: Sequence[Light], centre: NDArray[np.float64], radius: float
+) -> tuple[list[ShadowView], list[int | None]]:
+    """The views of all lights of what lies within a sphere, all of one size, and the number of each light's first.
+
+    A light that casts no shadow has none.
+    """
+    count = sum(count_views(light) for light in lights if light.shadow)
+    side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(count)), 1))
+    views = [shadow_views(light, centre, radius, side) if light.shadow else [] for light in lights]
+    firsts = np.cumsum([0, *map(len, views)]).tolist()
+    firsts = [first if group else None for first, group in zip(firsts, views, strict=False)]
+    return [view for group in views for view in group], firsts
 
 
 def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side: int) -> list[ShadowView]:
@@ -50,7 +59,8 @@ def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side:
         else:
             directions, focal = list(FACES), side / 2 - 2.0
     camera = Camera(focal, focal, (side - 1) / 2, (side - 1) / 2, side, side)
-    return [ShadowView(camera, _looking(position, direction), near, CONTACT * radius) for direction in directions]
+    eyes = [Eye(camera, _looking(position, direction), near) for direction in directions]
+    return [ShadowView(eye, CONTACT * radius) for eye in eyes]
 
 
 def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:

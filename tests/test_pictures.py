@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.culling import MERGE
+from pointshade_gl.camera import Eye
+from pointshade_gl.culling import MERGE, NEAR
+from pointshade_gl.look import Look
 from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.reference.surface_pass import surface_by_noise
-from pointshade_gl.renderer import NEAR
 
 from . import frames
 
@@ -36,18 +37,9 @@ def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tr
     actual = rasterizer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, normals, max_depth_step=step))
     by_points = "size" in options or "splat" in options
+    look = Look(**options)
     mirror = mirror_render(
-        frame,
-        found,
-        lights,
-        ps.Material(),
-        camera,
-        pose,
-        NEAR * frame.scale,
-        options.get("shading", "phong"),
-        options.get("size", 1.0),
-        options.get("splat") == "round",
-        "points" if by_points else rasterizer.name,
+        frame, found, lights, look, Eye(camera, pose, NEAR * frame.scale), "points" if by_points else rasterizer.name
     )
     return actual, mirror, rasterizer.name == "points"  # the stored pictures are theirs
 
@@ -103,8 +95,8 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     surface = surface_by_noise(frame.depth, np.array(frame.camera.intrinsics, np.float32))
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
-    options = (LIGHT,), ps.Material(), frame.camera, pose, NEAR * frame.scale
-    mirror = mirror_render(calm, surface[..., :3], *options, rasterizer=rasterizer.name)
+    eye = Eye(frame.camera, pose, NEAR * frame.scale)
+    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Look(), eye, rasterizer.name)
     golden("noisy", actual, mirror, rasterizer.name == "points")
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.reference.render_scene import render_scene
-from pointshade_gl.scene import bounding_sphere
-from pointshade_gl.scene_renderer import NEAR, SHADOW_SIDE
+from pointshade_gl.camera import Eye
+from pointshade_gl.culling import near_plane
+from pointshade_gl.reference.render import render as mirror_render
 
 from . import frames
 from .compare import compare_images
@@ -31,9 +31,8 @@ def test_a_light_and_its_shadow(renderer, golden, name):
     scene = ps.Scene((ps.Node(content),), camera=frames.CAMERA, pose=pose)
     actual = renderer.render(scene, LIGHTS[name])
     normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8", max_depth_step="5%"))
-    centre, radius = bounding_sphere(list(scene.placed()))
-    near = NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
-    mirror = render_scene(frame, normals, LIGHTS[name], ps.Material(), frames.CAMERA, pose, near, SHADOW_SIDE)
+    eye = Eye(frames.CAMERA, pose, near_plane(scene.things(), pose))
+    mirror = mirror_render(frame, normals, LIGHTS[name], ps.Look(), eye, "compute")
     golden(f"shadow_{name}", actual, mirror)
     unshaded = renderer.render(scene, [ps.Light(**{**vars(light), "shadow": False}) for light in LIGHTS[name]])
     assert compare_images(actual, unshaded)

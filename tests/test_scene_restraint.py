@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.camera import Eye
 from pointshade_gl.culling import coarser, coarser_step, is_in_view
 from pointshade_gl.scene import bounding_sphere
 
@@ -82,22 +83,31 @@ def test_what_moves_decides_what_runs(fresh):
 def test_boxes_are_culled_only_when_nothing_of_them_can_show():
     box = TILE.corners
     for x, y, z, shows in ((0, 0, 2, True), (0, 0, -2, False), (9, 0, 2, False), (0, 9, 2, False), (0.9, 0, 2, True)):
-        assert is_in_view(box, np.asarray(at(x, y, z).transform), frames.CAMERA, np.eye(4), 0.01) == shows
+        assert is_in_view(box + np.array([x, y, z]), Eye(frames.CAMERA, np.eye(4), 0.01)) == shows
     around = 20 * TILE.corners + (0, 0, 0.5)
-    assert is_in_view(np.concatenate([around, -around]), np.eye(4), frames.CAMERA, np.eye(4), 0.01)
+    assert is_in_view(np.concatenate([around, -around]), Eye(frames.CAMERA, np.eye(4), 0.01))
 
 
 def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
     far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
-    step = coarser_step(FRAME, np.eye(4), frames.CAMERA, far)
-    assert step in (4, 8) and coarser_step(FRAME, np.eye(4), frames.CAMERA, np.eye(4)) == 1
+    scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0, -90)), camera=frames.CAMERA)
+    placed = scene.things()[0]
+    step = coarser_step(placed, Eye(frames.CAMERA, far, 0.01))
+    assert step in (4, 8) and coarser_step(placed, Eye(frames.CAMERA, np.eye(4), 0.01)) == 1
     few = coarser(FRAME, step)
     assert few.points_known < FRAME.points_known / step
     exact = fresh.render(FRAME, pose=far)
-    image = fresh.render(ps.Scene((ps.Node(ps.PointObject(FRAME)),), camera=frames.CAMERA), pose=far)
+    image = fresh.render(scene, pose=far)
+    assert (image != exact).any()
     both = (exact[..., 3] > 0) & (image[..., 3] > 0)
     assert ((exact[..., 3] > 0) != (image[..., 3] > 0)).sum() < 0.2 * both.sum()
     assert np.abs(exact.astype(int) - image)[both].mean() < 4
+
+
+def test_a_frame_alone_is_drawn_from_all_its_points_at_any_distance(fresh):
+    far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
+    alone = ps.Scene((ps.Node(ps.PointObject(FRAME)),), camera=frames.CAMERA)
+    assert (fresh.render(alone, pose=far) == fresh.render(FRAME, pose=far)).all()
 
 
 def test_a_scene_without_a_camera_is_seen_whole(fresh):

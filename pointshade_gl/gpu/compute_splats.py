@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from .programs import build_compute, set_uniforms, source_and_target
-from .textures import Box, FrameTextures, Target
+from .textures import Box, PointSurface, SplatImage
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
 
@@ -30,35 +30,36 @@ class ComputeSplatPass:
 
     def draw(
         self,
-        frame: FrameTextures,
+        points: PointSurface,
         source: Camera,
-        target: Target,
+        image: SplatImage,
         camera: Camera,
         view: np.ndarray,
         near: float,
         *_: object,
     ) -> None:
-        """view (4, 4) takes source axes to target axes."""
-        left, top, width, height = frame.window
+        """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
+        left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
         set_uniforms(
             self._program,
             surface_map=0,
             corner=corner,
-            target_size=target.size,
+            target_size=image.size,
             near=near,
             tolerance=self._tolerance,
             **source_and_target(source, camera, view),
         )
-        frame.surface.use(0)
+        points.texture.use(0)
         self._wait_for_readers()
-        target.nearest.clear()
-        target.nearest.bind_to_storage_buffer(0)
+        image.nearest.clear()
+        image.nearest.bind_to_storage_buffer(0)
         self._window.clear()
         self._window.bind_to_storage_buffer(1)
         self._program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        target.window = self._read_window(*target.size) if self._is_software else (0, 0, *target.size)
+        image.window = self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        image.raise_version()
 
     def _read_window(self, width: int, height: int) -> Box:
         """The part of the view that has splats: the passes after this one, which take every pixel, leave out the rest.
@@ -69,7 +70,7 @@ class ComputeSplatPass:
         return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def _wait_for_readers(self) -> None:
-        """Who still reads the target's `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
+        """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
         if self._is_software:
             self._context.finish()
         else:

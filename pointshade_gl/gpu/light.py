@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..look import Material
+from .lamps import Lighting
 from .passes import FullscreenPass, data_texture
-from .textures import FrameTextures, Target, empty
-
-
-class Shadows(NamedTuple):
-    """What the lights' shadows are looked up in."""
-
-    maps: dict[str, moderngl.Texture]  # shadow_map and views
-    to_world: np.ndarray  # (3, 3) from the lit surfaces' axes
 
 
 class LightPass:
@@ -25,82 +17,65 @@ class LightPass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[str, FullscreenPass] = {}
-        self._lights = data_texture(context, 3, 1, 4)
+        self._passes: dict[tuple[bool, bool, bool], FullscreenPass] = {}
+        self._tables: dict[str, moderngl.Texture] = {}
 
-    def draw_pixels(self, target: Target, camera: Camera, lights: np.ndarray, material: Material) -> None:
-        """target.surface and albedo -> target.picture. lights (n, 3, 4) float32 in target axes."""
-        empty(target.picture, target.window)
-        maps = {"surface_map": target.surface, "albedo_map": target.albedo}
-        inputs = self.inputs(lights, material)
-        self._pass("pixels").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
-
-    def draw_points(
-        self, frame: FrameTextures, camera: Camera, eye: np.ndarray, lights: np.ndarray, material: Material
-    ) -> None:
-        """frame.surface and color -> frame.lit. lights and the eye (3,) in source axes."""
-        empty(frame.lit_target, frame.window)  # nothing undefined beside the points: it is weighted by 0, not left out
-        maps = {"surface_map": frame.surface, "albedo_map": frame.color}
-        inputs = self.inputs(lights, material)
-        self._pass("points").draw(
-            frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs
-        )
-
-    def draw_scene(
-        self, target: Target, camera: Camera, lights: np.ndarray, materials: np.ndarray, ambient: Any, shadows: Shadows
-    ) -> None:
-        """As draw_pixels with lights (n, 5, 4), a material (4,) for each number in the albedo's alpha."""
-        empty(target.picture)
-        table = data_texture(self._context, 1, len(materials), 4)
-        table.write(materials.astype("f4"))
-        maps = {"surface_map": target.surface, "albedo_map": target.albedo, "materials": table}
-        inputs = self.scene_inputs(lights, ambient, shadows)
-        self._pass("scene").draw(target.picture, maps, intrinsics=camera.intrinsics, eye=(0.0, 0.0, 0.0), **inputs)
-        table.release()
-
-    def draw_scene_points(
+    def draw(
         self,
-        frame: FrameTextures,
+        image: moderngl.Framebuffer,
+        surface: moderngl.Texture,
+        albedo: moderngl.Texture,
         camera: Camera,
-        eye: np.ndarray,
-        lights: np.ndarray,
-        material: Material,
-        scale: float,
-        ambient: Any,
-        shadows: Shadows,
+        lighting: Lighting,
+        materials: np.ndarray,
+        points: tuple[np.ndarray, float] | None = None,
     ) -> None:
-        """As draw_points with lights (n, 5, 4); scale is the object's, lights and eye are in its turned axes."""
-        empty(frame.lit_target, frame.window)
-        maps = {"surface_map": frame.surface, "albedo_map": frame.color}
-        inputs = self.scene_inputs(lights, ambient, shadows) | {"material": material.strengths, "scale": scale}
-        light_pass = self._pass("scene points")
-        light_pass.draw(frame.lit_target, maps, intrinsics=camera.intrinsics, eye=tuple(eye.tolist()), **inputs)
+        """surface (unit normal, depth) and albedo, both seen by the camera -> the image, within its scissor.
 
-    def scene_inputs(self, lights: np.ndarray, ambient: Any, shadows: Shadows) -> dict[str, Any]:
-        """What shaders/common/scene_light.glsl reads, by the names of the uniforms. lights (n, 5, 4) float32."""
-        inputs = {"lights": self._write(lights), "light_count": len(lights), "ambient": tuple(ambient)}
-        return inputs | shadows.maps | {"to_world": shadows.to_world.T.astype("f4").tobytes()}
+        materials  (m, 4) float32, see `Material.strengths`: of all, or for each number in the albedo's alpha
+        points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
+                   whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
+        """
+        eye, scale = (np.zeros(3), 1.0) if points is None else points
+        inputs = self.inputs(lighting)
+        inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
+        if len(materials) > 1:
+            inputs["materials"] = self._table("materials", materials[:, None])
+        else:
+            inputs["material"] = tuple(materials[0].tolist())
+        if points is not None:
+            inputs["scale"] = scale
+        kind = points is not None, lighting.shadows is not None, len(materials) > 1
+        self._pass(*kind).draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
 
-    def inputs(self, lights: np.ndarray, material: Material) -> dict[str, Any]:
-        """What shaders/common/lights.glsl reads, by the names of the uniforms. lights (n, 3, 4) float32."""
-        uniforms = {"material": material.strengths, "ambient": (1.0, 1.0, 1.0), "light_count": len(lights)}
-        return {"lights": self._write(lights), **uniforms}
+    def inputs(self, lighting: Lighting) -> dict[str, Any]:
+        """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms."""
+        rows, ambient, shadows = lighting
+        inputs: dict[str, Any] = {"lights": self._table("lights", rows), "light_count": len(rows), "ambient": ambient}
+        if shadows is not None:
+            inputs |= {"shadow_map": shadows.shadow_map.texture, "views": self._table("views", shadows.views)}
+            inputs["to_world"] = shadows.to_world.T.astype("f4").tobytes()
+        return inputs
 
-    def _write(self, lights: np.ndarray) -> moderngl.Texture:
-        size = lights.shape[1], max(len(lights), 1)  # a texture has at least one row; light_count says how many count
-        if self._lights.size != size:
-            self._lights.release()
-            self._lights = data_texture(self._context, *size, 4)
-        if len(lights):
-            self._lights.write(np.ascontiguousarray(lights))
-        return self._lights
+    def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
+        """A texture of rows (n, m, 4), read texel by texel: one row at least, others say how many of them count."""
+        table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
+        if table is None or table.size != size:
+            if table is not None:
+                del self._tables[name]
+                table.release()
+            table = self._tables[name] = data_texture(self._context, *size, 4)
+        if len(rows):
+            table.write(np.ascontiguousarray(rows, np.float32))
+        return table
 
-    def _pass(self, name: str) -> FullscreenPass:
-        if name not in self._passes:
-            constants = {"POINTS": int("points" in name), "SCENE": int("scene" in name)}
-            self._passes[name] = FullscreenPass(self._context, "light.frag", **constants)
-        return self._passes[name]
+    def _pass(self, of_points: bool, shadows: bool, several: bool) -> FullscreenPass:
+        key = of_points, shadows, several
+        if key not in self._passes:
+            constants = {"POINTS": int(of_points), "SHADOWS": int(shadows), "MATERIALS": int(several)}
+            self._passes[key] = FullscreenPass(self._context, "light.frag", **constants)
+        return self._passes[key]
 
     def release(self) -> None:
-        for item in (self._lights, *self._passes.values()):
+        for item in (*self._tables.values(), *self._passes.values()):
             item.release()

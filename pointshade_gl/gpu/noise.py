@@ -60,11 +60,11 @@ class NoisePass:
         return levels, counts
 
     def _fit(self, frame: FrameTextures) -> Images:
-        if self._images is None or self._images.size != frame.depth_size:
+        if self._images is None or self._images.size != frame.size:
             if self._images is not None:
                 self._images.release()
             self._images = None
-            self._images = Images(self._context, *frame.depth_size)
+            self._images = Images(self._context, *frame.size)
         return self._images
 
     def release(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -11,7 +11,23 @@ from ..camera import Camera
 from ..look import SHADINGS
 from .passes import FullscreenPass
 from .programs import source_and_target
-from .textures import FrameTextures, Target, confine, empty
+from .textures import SplatImage, confine, empty
+
+
+class Looking(NamedTuple):
+    """Where each pixel of a view looks: the frame, what its splats left, and the way between."""
+
+    surface: moderngl.Texture  # of the frame's points
+    colors: moderngl.Texture  # the picture, or for flat and gouraud the light of the points
+    source: Camera  # that took the frame
+    splats: SplatImage
+    camera: Camera  # who looks
+    view: np.ndarray  # (4, 4) source axes to target axes
+    look_up: bool  # the splats left the nearest 1/z (compute), not source ids (points)
+
+    def way(self) -> dict[str, Any]:
+        """The uniforms of the warp."""
+        return source_and_target(self.source, self.camera, self.view)
 
 
 class ResolvePass:
@@ -21,74 +37,58 @@ class ResolvePass:
         self._context = context
         self._passes: dict[tuple[str, bool, str], FullscreenPass] = {}
 
-    def draw(
-        self,
-        frame: FrameTextures,
-        source: Camera,
-        target: Target,
-        camera: Camera,
-        view: np.ndarray,
-        shading: str,
-        look_up: bool,
-        lights: dict[str, Any] | None = None,
-    ) -> None:
-        """look_up: the splats left the nearest 1/z (compute), not source ids (points).
+    def draw_picture(self, image: moderngl.Framebuffer, looking: Looking, shading: str) -> None:
+        """For none, flat and gouraud: sRGB."""
+        needs_way = looking.look_up or shading == "gouraud"  # else the source id says it all
+        uniforms = looking.way() if needs_way else {}
+        empty(image, looking.splats.window)
+        self._draw(image, looking, shading, "", uniforms)
 
-        lights: for phong, to light at once; without, target.surfaces is written, else target.picture.
-        """
-        uniforms: dict[str, Any] = dict(lights or {})
-        if look_up or shading in ("gouraud", "phong"):  # else the source id says it all
-            uniforms |= source_and_target(source, camera, view)
-        image = target.surfaces if shading == "phong" and lights is None else target.picture
-        empty(image, target.window)
-        self._draw(image, frame, target, shading, look_up, "" if lights is None else "LIT", uniforms)
+    def draw_lit(self, image: moderngl.Framebuffer, looking: Looking, lights: dict[str, Any]) -> None:
+        """For phong: sRGB, lit at once. lights: the inputs of light_surface."""
+        empty(image, looking.splats.window)
+        self._draw(image, looking, "phong", "LIT", lights | looking.way())
 
-    def draw_object(
-        self,
-        frame: FrameTextures,
-        source: Camera,
-        target: Target,
-        camera: Camera,
-        view: np.ndarray,
-        shading: str,
-        look_up: bool,
-        near: float,
-        scale: float,
-        material_number: float,
-    ) -> None:
-        """One of several objects: target.shared_surfaces keeps what is nearest. view is without the object's scale."""
-        uniforms = source_and_target(source, camera, view)
-        uniforms |= {"near": near, "scale": scale, "material_number": material_number}
-        confine(target.shared_surfaces, target.window)
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        self._draw(target.shared_surfaces, frame, target, shading, look_up, "SCENE", uniforms)
-        self._context.enable_only(moderngl.NOTHING)
-        confine(target.shared_surfaces, None)
-
-    def _draw(
+    def draw_surfaces(
         self,
         image: moderngl.Framebuffer,
-        frame: FrameTextures,
-        target: Target,
+        looking: Looking,
         shading: str,
-        look_up: bool,
-        variant: str,
-        uniforms: dict[str, Any],
+        number: int,
+        depth: tuple[float, float] | None = None,
+    ) -> None:
+        """Unit normal and depth; albedo, and the number of its material. A normal of 0 says lit already.
+
+        depth  (near, scale) of one of several objects, of which the nearest stays; None for an object alone
+        """
+        if depth is None:
+            empty(image, looking.splats.window)
+            self._draw(image, looking, shading, "", looking.way())
+            return
+        uniforms = looking.way() | {"near": depth[0], "scale": depth[1], "material_number": number / 65535}
+        confine(image, looking.splats.window)
+        self._context.enable_only(moderngl.DEPTH_TEST)
+        self._draw(image, looking, shading, "SCENE", uniforms)
+        self._context.enable_only(moderngl.NOTHING)
+        confine(image, None)
+
+    def _draw(
+        self, image: moderngl.Framebuffer, looking: Looking, shading: str, variant: str, uniforms: dict[str, Any]
     ) -> None:
         """variant: a constant of resolve.frag that is set, or ''."""
-        key = shading, look_up, variant
+        key = shading, looking.look_up, variant
         if key not in self._passes:
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up)} | (
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)} | (
                 {variant: 1} if variant else {}
             )
-            self._passes[key] = FullscreenPass(self._context, "resolve.frag", 430 if look_up else 330, **constants)
-        colors = frame.lit if shading in ("flat", "gouraud") else frame.color
-        textures = {"surface_map": frame.surface, "color_map": colors}
-        if look_up:
-            target.nearest.bind_to_storage_buffer(0)
-            uniforms["target_size"] = target.size
+            version = 430 if looking.look_up else 330
+            self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
+        textures = {"surface_map": looking.surface, "color_map": looking.colors}
+        if looking.look_up:
+            looking.splats.nearest.bind_to_storage_buffer(0)
+            uniforms["target_size"] = looking.splats.size
         else:
-            textures["source_ids"] = target.source_ids
+            textures["source_ids"] = looking.splats.source_ids
             uniforms["first_id"] = 1
         self._passes[key].draw(image, textures, **uniforms)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from .programs import build_program, set_uniforms, source_and_target
-from .textures import FrameTextures, Target
+from .textures import PointSurface, SplatImage
 
 
 class SplatPass:
@@ -26,16 +26,16 @@ class SplatPass:
 
     def draw(
         self,
-        frame: FrameTextures,
+        points: PointSurface,
         source: Camera,
-        target: Target,
+        image: SplatImage,
         camera: Camera,
         view: np.ndarray,
         near: float,
         sizes: np.ndarray,
         splat: str,
     ) -> None:
-        """sizes (1,) or (h*w,) float32, source pixels. view (4, 4) takes source axes to target axes."""
+        """view (4, 4) takes source axes to target axes; near in source units; sizes (1,) or (h*w,) float32."""
         if not np.array_equal(sizes, self._sizes):
             self._release_vertices()
             self._sizes = sizes.copy()  # the caller may write into hers
@@ -43,19 +43,20 @@ class SplatPass:
         set_uniforms(
             self._program,
             surface_map=0,
-            target_size=target.size,
+            target_size=image.size,
             near=near,
             **source_and_target(source, camera, view),
             is_round=splat == "round",
             first_id=1,
         )
-        frame.surface.use(0)
-        target.window = 0, 0, *target.size
-        target.visible.use()
-        target.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
+        points.texture.use(0)
+        image.window = 0, 0, *image.size
+        image.visible.use()
+        image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
         self._array.render(moderngl.POINTS, vertices=source.width * source.height)
         self._context.enable_only(moderngl.NOTHING)
+        image.raise_version()
 
     def _make_vertices(self) -> None:
         self._buffer = self._context.buffer(self._sizes.tobytes())

@@ -13,6 +13,15 @@ import numpy as np
 _Result = TypeVar("_Result")
 
 
+class Versioned:
+    """Something on the GPU that one step writes and others read. Whoever writes it raises its `version`."""
+
+    version = 0
+
+    def raise_version(self) -> None:
+        self.version += 1
+
+
 class Lap(NamedTuple):
     """Milliseconds of one run: until the GPU had finished, and by its own timer (None where there is none)."""
 
@@ -21,14 +30,13 @@ class Lap(NamedTuple):
 
 
 class Steps:
-    """Remembers for each step what it last ran with.
+    """Runs the steps, and remembers the arguments of each one's last run.
 
-    The rule: a step runs when its inputs are not those of its last run, or when it has none to compare. What another
-    step made is an input by its `stamp`. Frames and meshes are compared by identity (they never change), values and
-    arrays by value. `of` tells apart what the step is run on, when a scene has several.
+    A step runs again when its arguments have changed. Values and arrays are compared by value, frames and meshes by
+    identity (they never change), images on the GPU by identity and version.
 
     counts  how often each step has run
-    timed   set it to True to have `laps` filled; the GPU then waits for each step, so the whole is slower
+    timed   True fills `laps`; the GPU then waits for each step, so the whole is slower
     laps    the last run of each step
     """
 
@@ -36,36 +44,33 @@ class Steps:
         self._context = context
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
-        self._done: dict[tuple[str, int], tuple[tuple[Any, ...] | None, Any]] = {}
-        self._stamps: Counter[tuple[str, int]] = Counter()
+        self._done: dict[tuple[str, Any], tuple[Any, Any]] = {}
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Lap] = {}
         self.timed = False
 
-    def run(
-        self, name: str, inputs: tuple[Any, ...] | None, work: Callable[..., _Result], *arguments: Any, of: Any = None
-    ) -> _Result:
-        """The result of work(*arguments), or that of its last run if nothing has changed since."""
-        key = name, id(of)
-        if key in self._done:
-            before, result = self._done.pop(key)  # gone if the work fails
-            if before is not None and inputs is not None and _same(before, inputs):
-                self._done[key] = before, result
-                return result
+    def run(self, name: str, work: Callable[..., _Result], *arguments: Any, of: Any = None) -> _Result:
+        """The result of work(*arguments), or that of its last run if no argument has changed since.
+
+        of  what the step is run on, when there are several: each has its own last run
+        """
+        before = self._done.pop((name, of), None)  # gone if the work fails
+        if before is None or not _same(before[0], _state(arguments)):
+            result = self.always(name, work, *arguments)
+            before = _kept(_state(arguments)), result  # afterwards: what the step itself wrote has not changed
+        self._done[name, of] = before
+        return before[1]
+
+    def always(self, name: str, work: Callable[..., _Result], *arguments: Any) -> _Result:
+        """The result of work(*arguments), counted and timed, for a step that has nothing to compare."""
         result = self._time(name, work, arguments) if self.timed else work(*arguments)
         self.counts[name] += 1
-        self._stamps[key] += 1
-        self._done[key] = _kept(inputs), result
         return result
-
-    def stamp(self, name: str, of: Any = None) -> int:
-        """Another number each time that the step has run."""
-        return self._stamps[name, id(of)]
 
     def forget(self, name: str | None = None, of: Any = None) -> None:
         """The step of that name, or every step on `of`, or every step, will run again."""
         for key in list(self._done):
-            if (name is None or key[0] == name) and (of is None or key[1] == id(of)):
+            if name in (None, key[0]) and (of is None or key[1] is of):
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
@@ -80,6 +85,13 @@ class Steps:
         return result
 
 
+def _state(value: Any) -> Any:
+    """A value as it is compared: tuples and lists part by part, images with their version."""
+    if isinstance(value, tuple | list):
+        return tuple(map(_state, value))
+    return (value, value.version) if isinstance(value, Versioned) else value
+
+
 def _same(before: Any, now: Any) -> bool:
     if isinstance(before, tuple) and isinstance(now, tuple):
         return len(before) == len(now) and all(map(_same, before, now))
@@ -88,8 +100,8 @@ def _same(before: Any, now: Any) -> bool:
     return before is now or bool(before == now)
 
 
-def _kept(inputs: Any) -> Any:
-    """Inputs as they are now: the caller may write into her arrays afterwards."""
-    if isinstance(inputs, tuple):
-        return tuple(map(_kept, inputs))
-    return inputs.copy() if isinstance(inputs, np.ndarray) else inputs
+def _kept(state: Any) -> Any:
+    """The state with copies of its arrays: the caller may write into them afterwards."""
+    if isinstance(state, tuple):
+        return tuple(map(_kept, state))
+    return state.copy() if isinstance(state, np.ndarray) else state

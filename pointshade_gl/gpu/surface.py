@@ -32,25 +32,25 @@ class SurfacePass:
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
-        source = {"depth_map": frame.depth}
-        intrinsics = camera.intrinsics
+        frame.surface.raise_version()
         if method in ("auto", "adaptive"):
             return self._run_by_noise(frame, camera, method, noise)
+        source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
         if method in TRIANGLES:
             count = TRIANGLES[method]
             triangles = self._pass("surface_triangles.frag")
-            triangles.draw(frame.surface_target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
+            triangles.draw(frame.surface.target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
         elif method in PLANE_FITS:
             fit = self._pass("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
-            fit.draw(frame.surface_target, source, intrinsics=intrinsics)
+            fit.draw(frame.surface.target, source, intrinsics=intrinsics)
         elif method == "star-borrow":
             scratch = self._fit(frame)
             self._pass("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
             textures = source | {"normal_map": scratch.image}
-            self._pass("surface_borrow.frag").draw(frame.surface_target, textures, intrinsics=intrinsics)
+            self._pass("surface_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
         else:
             name = f"surface_{method.replace('-', '_')}.frag"
-            self._pass(name).draw(frame.surface_target, source, intrinsics=intrinsics)
+            self._pass(name).draw(frame.surface.target, source, intrinsics=intrinsics)
         return Choice(method)
 
     def _run_by_noise(self, frame: FrameTextures, camera: Camera, method: str, told: np.ndarray | None) -> Choice:
@@ -59,14 +59,14 @@ class SurfacePass:
         noise = self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
         if method == "auto" and told is None and noise.is_clean:
             source = {"depth_map": frame.depth}
-            self._pass("surface_star.frag").draw(frame.surface_target, source, intrinsics=camera.intrinsics)
+            self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
         textures = {"picture": self._noise.calm_depth(frame, noise, told)}
-        empty(frame.staged_target, frame.window)
+        empty(frame.surface.staged_target, frame.surface.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
         for stage in range(4):
             adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
-            adaptive.draw(frame.staged_target, textures, intrinsics=camera.intrinsics)
+            adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         self._context.enable_only(moderngl.NOTHING)
         return Choice("adaptive", noise, told is not None)
 
@@ -77,11 +77,11 @@ class SurfacePass:
         return self._passes[key]
 
     def _fit(self, frame: FrameTextures) -> Scratch:
-        if self._scratch is None or self._scratch.size != frame.depth_size:
+        if self._scratch is None or self._scratch.size != frame.size:
             if self._scratch is not None:
                 self._scratch.release()
             self._scratch = None
-            self._scratch = Scratch(self._context, *frame.depth_size)
+            self._scratch = Scratch(self._context, *frame.size)
         return self._scratch
 
     def release(self) -> None:

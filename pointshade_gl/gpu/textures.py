@@ -9,155 +9,205 @@ import moderngl
 import numpy as np
 
 from ..frame import Frame
+from .steps import Versioned
 
 _Item = TypeVar("_Item")
 Box = tuple[int, int, int, int]  # left, top, width, height
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 
-class FrameTextures:
-    """Depth (R32F), colour (RGB8 or RGBA8) and surface (RGBA32F: unit normal, depth) of one frame.
-
-    For flat and gouraud shading also the light of its points (RGBA16, linear).
+class Images(Versioned):
+    """Textures and framebuffers of one size, each made when it is first used, all released together.
 
     Raises ValueError when the driver cannot hold a picture of that size.
     """
 
-    def __init__(self, context: moderngl.Context, frame: Frame):
-        color = NEUTRAL if frame.color is None else frame.color
-        self.depth_size = frame.depth.shape[1], frame.depth.shape[0]
-        self.color_size = color.shape[1], color.shape[0], color.shape[2]
-        for width, height in (self.depth_size, self.color_size[:2]):
-            check_size(context, width, height)
-        self.depth = context.texture(self.depth_size, 1, dtype="f4")
-        self.color = context.texture(self.color_size[:2], self.color_size[2], alignment=1)
-        self.surface = context.texture(self.depth_size, 4, dtype="f4")
-        for texture in (self.depth, self.color, self.surface):
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.surface_target = context.framebuffer([self.surface])
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        check_size(context, *size)
         self._context = context
-        self.frame: Frame | None = None  # whose textures these are
-        self.window: Box = 0, 0, 0, 0  # the part with points: the only one that its passes write
-        empty(self.surface_target, self.window)
-        try:
-            check_memory(context)
-        except MemoryError:
-            self.release()
-            raise
+        self._made: list[Any] = []
+        self.size = size
+        self.window: Box = 0, 0, *size  # the part in which something can be seen: no other is looked at
 
-    @cached_property
-    def open_pixels(self) -> moderngl.Renderbuffer:
-        return self._context.depth_renderbuffer(self.depth_size)
+    def release(self) -> None:
+        while self._made:
+            self._made.pop().release()
 
-    @cached_property
-    def staged_target(self) -> moderngl.Framebuffer:
-        """The surface with a depth buffer, for estimators that answer in several draws."""
-        return self._context.framebuffer([self.surface], self.open_pixels)
-
-    @cached_property
-    def lit(self) -> moderngl.Texture:
-        texture = self._context.texture(self.depth_size, 4, dtype="nu2")
+    def _texture(self, components: int, dtype: str = "f1", size: tuple[int, int] | None = None) -> moderngl.Texture:
+        texture = self._keep(self._context.texture(size or self.size, components, dtype=dtype, alignment=1))
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
-    @cached_property
-    def lit_target(self) -> moderngl.Framebuffer:
-        return self._context.framebuffer([self.lit])
+    def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
+        return self._keep(self._context.framebuffer(textures, depth))
+
+    def _keep(self, item: _Item) -> _Item:
+        self._made.append(item)
+        check_memory(self._context)
+        return item
+
+
+class FrameTextures(Images):
+    """Depth (R32F) and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
+
+    surface  the points' normals and depth
+    lit      the points' light, for flat and gouraud shading
+    """
+
+    def __init__(self, context: moderngl.Context, frame: Frame):
+        super().__init__(context, _size(frame.depth))
+        color = NEUTRAL if frame.color is None else frame.color
+        check_size(context, *_size(color))
+        self._shape = frame.depth.shape, color.shape
+        try:
+            self.depth = self._texture(1, "f4")
+            self.color = self._texture(color.shape[2], size=_size(color))
+            self.surface = PointSurface(context, self.size)
+        except MemoryError:
+            self.release()
+            raise
+        self.lit = PointLight(context, self.size)
+        self.frame: Frame | None = None  # whose textures these are
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color
-        return (*self.depth_size, *self.color_size) == (*frame.depth.shape[::-1], *_size(color))
+        return self._shape == (frame.depth.shape, color.shape)
 
     def upload(self, frame: Frame) -> None:
         self.frame = None
         left, top, right, bottom = frame.box
-        if self.window != (window := (left, top, right - left, bottom - top)):
-            self.window = window
-            empty(self.surface_target, window)
+        self.surface.confine((left, top, right - left, bottom - top))
         self.depth.write(frame.depth)
         self.color.write(NEUTRAL if frame.color is None else frame.color)
         self.frame = frame
+        self.raise_version()
 
-    def write_normals(self, normals: np.ndarray, depth: np.ndarray) -> None:
+    def release(self) -> None:
+        if "lit" in self.__dict__:
+            self.lit.release()
+        if "surface" in self.__dict__:
+            self.surface.release()
+        super().release()
+
+
+class PointSurface(Images):
+    """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
+
+    window  the part with points: the passes write no other
+    """
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        try:
+            self.texture = self._texture(4, "f4")
+            self.target = self._framebuffer(self.texture)
+        except MemoryError:
+            self.release()
+            raise
+        self.confine((0, 0, 0, 0))
+
+    @cached_property
+    def staged_target(self) -> moderngl.Framebuffer:
+        """With a depth buffer, for estimators that answer in several draws."""
+        return self._framebuffer(self.texture, depth=self._keep(self._context.depth_renderbuffer(self.size)))
+
+    def confine(self, window: Box) -> None:
+        """From now on only this part has points."""
+        if self.window != window:
+            self.window = window
+            empty(self.target, window)
+
+    def write(self, normals: np.ndarray, depth: np.ndarray) -> None:
         """normals (h, w, 3), (0, 0, 0) where missing, and depth (h, w), both float32."""
         known = np.where(normals.any(-1), depth, np.float32(0))
-        self.surface.write(np.concatenate([normals, known[..., None]], -1))
+        self.texture.write(np.concatenate([normals, known[..., None]], -1))
+        self.raise_version()
 
     def read_normals(self) -> np.ndarray:
         """(h, w, 3) float32"""
-        width, height = self.depth_size
-        return np.frombuffer(self.surface.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
-
-    def release(self) -> None:
-        for name in ("lit_target", "lit", "staged_target", "open_pixels"):  # if they were ever used
-            if name in self.__dict__:
-                self.__dict__[name].release()
-        for item in (self.surface_target, self.surface, self.color, self.depth):
-            item.release()
+        width, height = self.size
+        return np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
 
 
-class Target:
-    """The images of one view: the lit picture (RGBA8), and what it is made from, each made when it is first used."""
-
-    def __init__(self, context: moderngl.Context, width: int, height: int):
-        check_size(context, width, height)
-        self._context = context
-        self.size = width, height
-        self.window: Box = 0, 0, width, height  # the part in which something can be seen: no other is looked at
-        self._made: list[Any] = []
+class PointLight(Images):
+    """The light of the points of a frame (RGBA16, linear)."""
 
     @cached_property
-    def color(self) -> moderngl.Texture:
-        """RGBA8, the picture. Written by `picture`."""
-        return self._keep(self._context.texture(self.size, 4))
+    def texture(self) -> moderngl.Texture:
+        return self._texture(4, "nu2")
 
     @cached_property
-    def picture(self) -> moderngl.Framebuffer:
-        return self._keep(self._context.framebuffer([self.color]))
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+
+class SplatImage(Images):
+    """What the splats leave of a view: how far the nearest is at each pixel, or which source pixel it shows."""
+
+    @cached_property
+    def nearest(self) -> moderngl.Buffer:
+        """By the compute rasteriser: one uint a pixel, rows from the top, the bits of the nearest 1/z; 0 is none."""
+        return self._keep(self._context.buffer(reserve=4 * self.size[0] * self.size[1]))
 
     @cached_property
     def source_ids(self) -> moderngl.Texture:
-        """R32I: the source pixel seen, counted from 1; 0 is none. Written by `visible`."""
-        return self._nearest(self._context.texture(self.size, 1, dtype="i4"))
-
-    @cached_property
-    def visible(self) -> moderngl.Framebuffer:
-        """Source ids, with a depth buffer."""
-        return self._keep(self._context.framebuffer([self.source_ids], self.depth))
+        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none."""
+        return self._texture(1, "i4")
 
     @cached_property
     def depth(self) -> moderngl.Texture:
-        """1 - near/z of what `visible` shows."""
+        """By the points rasteriser: 1 - near/z."""
         texture = self._keep(self._context.depth_texture(self.size))
         texture.compare_func = ""  # read as numbers
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
     @cached_property
-    def nearest(self) -> moderngl.Buffer:
-        """One uint a pixel, rows from the top: the bits of the nearest 1/z; 0 is none."""
-        return self._keep(self._context.buffer(reserve=4 * self.size[0] * self.size[1]))
+    def visible(self) -> moderngl.Framebuffer:
+        """Source ids and depth."""
+        return self._framebuffer(self.source_ids, depth=self.depth)
+
+
+class SurfaceImage(Images):
+    """The surfaces that a view shows, for the light pass."""
 
     @cached_property
     def surface(self) -> moderngl.Texture:
-        """RGBA32F: unit normal and depth of the surface seen, target axes; depth 0 is none. Written by `surfaces`."""
-        return self._nearest(self._context.texture(self.size, 4, dtype="f4"))
+        """RGBA32F: unit normal and depth, target axes; depth 0 is nothing, a normal of 0 is lit already."""
+        return self._texture(4, "f4")
 
     @cached_property
     def albedo(self) -> moderngl.Texture:
-        """RGBA16, linear. Written by `surfaces`."""
-        return self._nearest(self._context.texture(self.size, 4, dtype="nu2"))
+        """RGBA16: linear albedo, and in alpha the number of the material over 65535, counted from 1."""
+        return self._texture(4, "nu2")
 
     @cached_property
-    def surfaces(self) -> moderngl.Framebuffer:
-        """What the light pass of `phong` reads."""
-        return self._keep(self._context.framebuffer([self.surface, self.albedo]))
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.surface, self.albedo)
 
     @cached_property
-    def shared_surfaces(self) -> moderngl.Framebuffer:
-        """The same with a depth buffer, for the several objects of a scene."""
+    def shared_target(self) -> moderngl.Framebuffer:
+        """The same with a depth buffer, for several objects."""
         depth = self._keep(self._context.depth_renderbuffer(self.size))
-        return self._keep(self._context.framebuffer([self.surface, self.albedo], depth))
+        return self._framebuffer(self.surface, self.albedo, depth=depth)
+
+
+class Target(Images):
+    """The images of one view: the picture, and what it is made from."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        self.splats = SplatImage(context, size)
+        self.surfaces = SurfaceImage(context, size)
+
+    @cached_property
+    def color(self) -> moderngl.Texture:
+        """RGBA8, the picture."""
+        return self._keep(self._context.texture(self.size, 4))
+
+    @cached_property
+    def picture(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.color)
 
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""
@@ -167,30 +217,22 @@ class Target:
         return picture
 
     def release(self) -> None:
-        while self._made:
-            self._made.pop().release()
-
-    def _keep(self, item: _Item) -> _Item:
-        self._made.append(item)
-        check_memory(self._context)
-        return item
-
-    def _nearest(self, texture: moderngl.Texture) -> moderngl.Texture:
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return self._keep(texture)
+        super().release()
+        self.surfaces.release()
+        self.splats.release()
 
 
 def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
     """Nothing anywhere, all depths far; from now on only a window of the target is drawn to, or all of it."""
     confine(target, None)
-    target.use()  # its scissor counts from here on; clear() alone would heed that of who was in use before
+    target.use()  # its scissor counts from here on; clear() alone would heed that of the target used before
     target.clear(depth=1.0)
     confine(target, window)
 
 
 def confine(target: moderngl.Framebuffer, window: Box | None) -> None:
     """From now on only a window of the target is drawn to, or all of it."""
-    target.scissor = window  # type: ignore[assignment]  # None is taken, which its annotation forgets
+    target.scissor = window  # type: ignore[assignment]  # None is allowed, its annotation forgets it
 
 
 def check_size(context: moderngl.Context, width: int, height: int) -> None:
@@ -208,5 +250,5 @@ def check_memory(context: moderngl.Context) -> None:
         raise MemoryError("the GPU has no memory left for these pictures: scale them down, or free memory on it")
 
 
-def _size(color: np.ndarray) -> tuple[int, int, int]:
-    return color.shape[1], color.shape[0], color.shape[2]
+def _size(picture: np.ndarray) -> tuple[int, int]:
+    return picture.shape[1], picture.shape[0]

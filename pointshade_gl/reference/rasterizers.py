@@ -120,3 +120,15 @@ def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
     place = pairs.q[:, 1], pairs.q[:, 0]
     np.maximum.at(result, place, footprint_inverse_depth(pairs.splat, pairs.to_source, offset))
     return result
+
+
+def point_depths(pairs: Pairs, near: float, target: Camera, inverse_depth: np.ndarray | None) -> np.ndarray:
+    """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it: of the splats' planes if 1/z (h, w) is given,
+    else of the splats' centres, as GL points have it."""
+    if inverse_depth is not None:
+        window = (F(1) - F(near) * inverse_depth).astype(float)
+    else:
+        z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
+        window = np.ones((target.height, target.width))
+        np.minimum.at(window, (pairs.q[:, 1], pairs.q[:, 0]), (z_clip * F(0.5) + F(0.5)).astype(float))
+    return (np.round(window * DEPTH_STEPS) / DEPTH_STEPS).astype(F)

@@ -1,72 +1,126 @@
-"""Whole pictures on the CPU: the passes of renderer.py in their order, and what light.frag does."""
+"""Whole pictures of one point object on the CPU: the passes of pipeline.py in their order, and what light.frag does."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from ..camera import Camera, view_matrix
+from ..camera import Camera, Eye, view_matrix
 from ..culling import MERGE
 from ..frame import Frame
 from ..light import Light, at_upper_left, light_rows
-from ..look import Material
+from ..look import Look
+from ..scene import Node, Placed, PointObject, bounding_sphere
+from ..shadow_views import ShadowView, all_shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import covered_pairs, merged_splats, nearest, single_splats, source_ids
+from .rasterizers import Splats, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
 from .resolve import interpolate, look_up, seen_points, stored, surfaces
+from .scene_light import scene_light
 from .vectors import texel
 
 F = np.float32
+
+
+class Lamps(NamedTuple):
+    """The lights with their shadow map; no views where the lights are plain."""
+
+    lights: Sequence[Light]  # each with a position or a direction
+    firsts: Sequence[int | None]  # number of each one's first view
+    views: Sequence[ShadowView]
+    shadow_map: np.ndarray | None
 
 
 def render(
     frame: Frame,
     normals: np.ndarray,
     lights: Sequence[Light],
-    material: Material,
-    camera: Camera,
-    pose: np.ndarray,
-    near: float,
-    shading: str = "phong",
-    size: np.ndarray | float = 1.0,
-    is_round: bool = False,
+    look: Look,
+    eye: Eye,
     rasterizer: str = "points",
     merge: float = MERGE,
 ) -> np.ndarray:
     """What Renderer.render gives, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
-    view, source, depth = view_matrix(frame.pose, pose).astype(F), frame.camera, frame.depth
+    source, depth, camera = frame.camera, frame.depth, eye.camera
+    view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    splats, is_round = carried_splats(frame, normals, look, rasterizer, merge), look.splat == "round"
+    pairs = covered_pairs(splats, source, camera, view, eye.near, is_round)
     if rasterizer == "points":
-        splats = single_splats(depth, normals, np.asarray(size, F).ravel())
-        ids = source_ids(covered_pairs(splats, source, camera, view, near, is_round), near, camera)
-        seen = seen_points(ids, depth, normals, source, camera, view)
+        seen = seen_points(source_ids(pairs, eye.near, camera), depth, normals, source, camera, view)
     else:
-        splats = merged_splats(depth, normals, source, merge)
-        inverse_depth = nearest(covered_pairs(splats, source, camera, view, near, False), camera)
-        seen = look_up(inverse_depth, depth, source, camera, view)
+        seen = look_up(nearest(pairs, camera), depth, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
     u, v = seen.target_pixel.T
     image[v, u, 3] = 255
-    if shading == "none":
+    if look.shading == "none":
         colors = picture_at(picture, seen.texel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = np.round(colors * 255)
         return image
-    if shading == "phong":
+    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], frame, splats, is_round, rasterizer)
+    if look.shading == "phong":
         surface, albedo = surfaces(seen, depth, normals, picture, source, view)
-        rows, pixel = light_rows([at_upper_left(x, pose) for x in lights], pose), seen.target_pixel.astype(F)
-        lit = light(pixel, surface, albedo, camera, np.zeros(3, F), rows, material)
+        pixel = seen.target_pixel.astype(F)
+        lit = light(pixel, surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
-        rows, eye = (
-            light_rows([at_upper_left(x, pose) for x in lights], frame.pose),
-            np.linalg.inv(view_matrix(frame.pose, pose))[:3, 3],
-        )
-        points = light_points(depth, normals, picture, source, eye.astype(F), rows, material)
-        lit = texel(points, seen.texel) if shading == "flat" else interpolate(seen, depth, normals, points, source)
+        viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
+        points = light_points(frame, normals, picture, viewer, lamps, look)
+        flat = look.shading == "flat"
+        lit = texel(points, seen.texel) if flat else interpolate(seen, depth, normals, points, source)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image
+
+
+def carried_splats(frame: Frame, normals: np.ndarray, look: Look, rasterizer: str, merge: float) -> Splats:
+    """Every pixel by itself for the points, pixels on one plane as one for the compute rasteriser."""
+    if rasterizer == "points":
+        return single_splats(frame.depth, normals, np.asarray(1.0 if look.size is None else look.size, F).ravel())
+    return merged_splats(frame.depth, normals, frame.camera, merge)
+
+
+def hung_up(lights: Sequence[Light], frame: Frame, splats: Splats, is_round: bool, rasterizer: str) -> Lamps:
+    """The lights with what those that cast shadows see of the frame, which is all of the scene."""
+    if not any(one.shadow or one.is_spot for one in lights):
+        return Lamps(lights, [None] * len(lights), [], None)
+    ball = bounding_sphere([Placed(PointObject(frame), np.eye(4), Node(), ())])
+    views, firsts = all_shadow_views(lights, *ball)
+    return Lamps(lights, firsts, views, draw_views(frame, splats, is_round, rasterizer, views))
+
+
+def draw_views(
+    frame: Frame, splats: Splats, is_round: bool, rasterizer: str, views: Sequence[ShadowView]
+) -> np.ndarray:
+    """The shadow map: 1 - near/z, the views as tiles."""
+    columns, side = tiling(views)
+    result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
+    for k, ((camera, pose, near), _) in enumerate(views):
+        matrix = view_matrix(frame.pose, pose).astype(F)
+        pairs = covered_pairs(splats, frame.camera, camera, matrix, near, is_round)
+        depths = point_depths(pairs, near, camera, nearest(pairs, camera) if rasterizer == "compute" else None)
+        left, top = k % columns * side, k // columns * side
+        result[top : top + side, left : left + side] = depths
+    return result
+
+
+def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
+    """(n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
+    columns, side = tiling(views)
+    rows = np.zeros((max(len(views), 1), 5, 4))
+    for k, ((camera, pose, near), contact) in enumerate(views):
+        rows[k, :3] = (np.linalg.inv(pose) @ axes)[:3]
+        rows[k, 3] = camera.fx, camera.cx, k % columns * side, k // columns * side
+        rows[k, 4, :3] = near, side, contact
+    return rows.astype(F)
+
+
+def tiling(views: Sequence[ShadowView]) -> tuple[int, int]:
+    """Columns of tiles in the shadow map, and pixels of a tile's side."""
+    return math.ceil(math.sqrt(max(len(views), 1))), views[0].eye.camera.width if views else 1
 
 
 def light(
@@ -74,30 +128,32 @@ def light(
     surface: np.ndarray,
     albedo: np.ndarray,
     camera: Camera,
-    eye: np.ndarray,
-    lights: np.ndarray,
-    material: Material,
+    viewer: np.ndarray,
+    lamps: Lamps,
+    axes: np.ndarray,
+    look: Look,
 ) -> np.ndarray:
-    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, that these pixels (n, 2) of the camera show."""
-    strengths = np.array([material.ambient, material.diffuse, material.specular, material.shininess], F)
+    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, that these pixels (n, 2) of the camera show.
+
+    viewer (3,) in the axes of the camera, whose pose `axes` is.
+    """
+    strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.firsts)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
-    return light_surface(point, eye, surface[:, :3], albedo, strengths, np.ones(3, F), lights, len(lights))
+    common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
+    if lamps.shadow_map is None:
+        return light_surface(*common)
+    return scene_light(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
 
 
 def light_points(
-    depth: np.ndarray,
-    normals: np.ndarray,
-    picture: np.ndarray,
-    camera: Camera,
-    eye: np.ndarray,
-    lights: np.ndarray,
-    material: Material,
+    frame: Frame, normals: np.ndarray, picture: np.ndarray, viewer: np.ndarray, lamps: Lamps, look: Look
 ) -> np.ndarray:
     """Linear light (h, w, 3) of every point of a frame."""
+    depth = frame.depth
     v, u = np.nonzero(depth)
     pixel = np.stack([u, v], -1).astype(F)
     surface = np.concatenate([normals[v, u], depth[v, u, None]], -1)
     albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
     result = np.zeros((*depth.shape, 3), F)
-    result[v, u] = stored(light(pixel, surface, albedo, camera, eye, lights, material))
+    result[v, u] = stored(light(pixel, surface, albedo, frame.camera, viewer, lamps, frame.pose, look))
     return result

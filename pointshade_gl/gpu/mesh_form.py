@@ -1,67 +1,71 @@
-"""Mesh pass: triangles -> surfaces of the view, or depth in a light's view."""
+"""Meshes on the GPU: triangles drawn as surfaces of a view, or as depth in a light's view."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
-from ..camera import Camera
+from ..camera import Eye
 from ..mesh import Mesh
 from .passes import bind_textures
 from .programs import build_program, set_uniforms
+from .shadows import Tile
+from .textures import SurfaceImage
 
 
-class MeshPass:
-    """Keeps the meshes of the last scenes on the GPU; both sides of a triangle are drawn."""
+class PlacedMesh(NamedTuple):
+    """A mesh and where it is."""
+
+    mesh: Mesh
+    world: np.ndarray  # (4, 4) node-to-world
+
+
+class MeshForm:
+    """Draws meshes into views and into shadow maps, both sides of each triangle. Keeps those of the last scenes."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._surface = build_program(context, "mesh.vert", "mesh.frag")
-        self._lit = build_program(context, "mesh_lit.vert", "mesh_lit.frag")
-        self._shadow = build_program(context, "mesh.vert", "mesh_shadow.frag")
-        self._kept: dict[int, MeshBuffers] = {}
+        self._programs = MeshPrograms(
+            build_program(context, "mesh.vert", "mesh.frag"),
+            build_program(context, "mesh_lit.vert", "mesh_lit.frag"),
+            build_program(context, "mesh.vert", "mesh_shadow.frag"),
+        )
+        self._kept: dict[Mesh, MeshBuffers] = {}
 
-    def draw_surface(
-        self,
-        target: moderngl.Framebuffer,
-        mesh: Mesh,
-        camera: Camera,
-        view: np.ndarray,
-        near: float,
-        material_number: float,
-        lights: dict[str, Any],
+    def add_surface(
+        self, surfaces: SurfaceImage, placed: PlacedMesh, eye: Eye, number: int, lights: dict[str, Any]
     ) -> None:
-        """view (4, 4) takes node axes to target axes. The target has a depth buffer.
+        """The mesh among the surfaces of others. number: of its material, counted from 1.
 
-        lights are the inputs of shaders/common/scene_light.glsl, for meshes that are lit at their corners.
+        lights: inputs of shaders/common/scene_light.glsl, for meshes that are lit at their corners.
         """
+        mesh, view = placed.mesh, np.linalg.inv(eye.pose) @ placed.world
         buffers = self._buffers(mesh)
-        inputs = _camera(camera, view, near) | {"base_color": mesh.color, "material_number": material_number}
+        inputs = _camera(eye, view) | {"base_color": mesh.color, "material_number": number / 65535}
         inputs |= {"picture": buffers.picture, "normal_view": np.linalg.inv(view[:3, :3]).astype("f4").tobytes()}
         if mesh.shading in ("flat", "gouraud"):
-            program, array = self._lit, buffers.lit
+            program, array = self._programs.lit, buffers.lit
             inputs |= lights | {"material": mesh.material.strengths}
         else:
-            program, array = self._surface, buffers.surface
+            program, array = self._programs.surface, buffers.surface
             inputs["is_lit"] = mesh.shading != "none"
         bind_textures(inputs)
         set_uniforms(program, **inputs)
-        self._draw(target, array)
+        self._draw(surfaces.shared_target, array)
 
-    def draw_shadow(
-        self, target: moderngl.Framebuffer, mesh: Mesh, camera: Camera, view: np.ndarray, near: float
-    ) -> None:
-        """Into the target's viewport, which has the camera's size."""
-        set_uniforms(self._shadow, **_camera(camera, view, near))
-        self._draw(target, self._buffers(mesh).shadow)
+    def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:
+        """The mesh's depth in a light's view. The eye is the light's."""
+        set_uniforms(self._programs.shadow, **_camera(eye, np.linalg.inv(eye.pose) @ placed.world))
+        self._draw(tile.target, self._buffers(placed.mesh).shadow)
 
-    def keep_only(self, meshes: list[Mesh]) -> None:
+    def keep_only(self, meshes: Iterable[Mesh]) -> None:
         """Frees the meshes that are not among these."""
-        wanted = {id(mesh) for mesh in meshes}
-        for key in [key for key in self._kept if key not in wanted]:
-            self._kept.pop(key).release()
+        wanted = set(meshes)
+        for mesh in [mesh for mesh in self._kept if mesh not in wanted]:
+            self._kept.pop(mesh).release()
 
     def _draw(self, target: moderngl.Framebuffer, array: moderngl.VertexArray) -> None:
         target.use()
@@ -70,28 +74,28 @@ class MeshPass:
         self._context.enable_only(moderngl.NOTHING)
 
     def _buffers(self, mesh: Mesh) -> MeshBuffers:
-        if id(mesh) not in self._kept:
-            self._kept[id(mesh)] = MeshBuffers(self._context, mesh, self._surface, self._lit, self._shadow)
-        return self._kept[id(mesh)]
+        if mesh not in self._kept:
+            self._kept[mesh] = MeshBuffers(self._context, mesh, self._programs)
+        return self._kept[mesh]
 
     def release(self) -> None:
         self.keep_only([])
-        for program in (self._shadow, self._lit, self._surface):
+        for program in reversed(self._programs):
             program.release()
+
+
+class MeshPrograms(NamedTuple):
+    """How a mesh is drawn: lit later, lit at its corners, or its depth only."""
+
+    surface: moderngl.Program
+    lit: moderngl.Program
+    shadow: moderngl.Program
 
 
 class MeshBuffers:
     """One mesh on the GPU."""
 
-    def __init__(
-        self,
-        context: moderngl.Context,
-        mesh: Mesh,
-        surface: moderngl.Program,
-        lit: moderngl.Program,
-        shadow: moderngl.Program,
-    ):
-        self.mesh = mesh  # kept alive: its identity is its name
+    def __init__(self, context: moderngl.Context, mesh: Mesh, programs: MeshPrograms):
         faces, positions, uv = mesh.faces, mesh.positions, mesh.uv
         uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
         if mesh.normals is None or mesh.shading == "flat":
@@ -114,9 +118,9 @@ class MeshBuffers:
         def array(program: moderngl.Program, layout: str, *names: str) -> moderngl.VertexArray:
             return context.vertex_array(program, [(self._vertices, layout, *names)], self._faces)
 
-        self.surface = array(surface, "3f 3f 2f 12x", "position", "normal", "uv")
-        self.lit = array(lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
-        self.shadow = array(shadow, "3f 32x", "position")
+        self.surface = array(programs.surface, "3f 3f 2f 12x", "position", "normal", "uv")
+        self.lit = array(programs.lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
+        self.shadow = array(programs.shadow, "3f 32x", "position")
         texture = np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture
         self.picture = context.texture(
             (texture.shape[1], texture.shape[0]), texture.shape[2], texture.tobytes(), alignment=1
@@ -129,10 +133,10 @@ class MeshBuffers:
             item.release()
 
 
-def _camera(camera: Camera, view: np.ndarray, near: float) -> dict[str, Any]:
+def _camera(eye: Eye, view: np.ndarray) -> dict[str, Any]:
     return {
-        "target": camera.intrinsics,
-        "target_size": (camera.width, camera.height),
+        "target": eye.camera.intrinsics,
+        "target_size": (eye.camera.width, eye.camera.height),
         "view": view.T.astype("f4").tobytes(),
-        "near": near,
+        "near": eye.near,
     }

@@ -1,0 +1,230 @@
+"""The pipeline: a scene in, a lit picture on the GPU out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import Camera, Eye
+from .culling import Shot, coarser, coarser_step, compose, is_alone
+from .frame import Frame
+from .gpu.context import Context
+from .gpu.frame_store import FrameStore
+from .gpu.lamps import Lamps, Lighting
+from .gpu.light import LightPass
+from .gpu.mesh_form import MeshForm, PlacedMesh
+from .gpu.point_form import PointForm, Points, ShownPoints
+from .gpu.shadows import ShadowMap
+from .gpu.steps import Steps
+from .gpu.textures import SplatImage, SurfaceImage, Target, empty
+from .light import Light
+from .look import Material, check_sizes
+from .mesh import Mesh
+from .scene import Matrix, Placed, PointObject, Scene, bounding_sphere
+from .shadow_views import ShadowView, all_shadow_views
+
+LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and show their light between them
+Thing = ShownPoints | PlacedMesh
+
+
+class Pipeline:
+    """Draws scenes, and keeps what the next picture can use again.
+
+    A single point object under plain lights is lit while its pixels are looked up. Otherwise all things write the
+    surfaces that are seen, and these are lit once a pixel. `gpu/point_form.py` and `gpu/mesh_form.py` draw things.
+    """
+
+    def __init__(self, context: Context, can_compute: bool, merge: float):
+        self._gl = context.gl
+        self.steps = Steps(context.gl, context.is_software)
+        self.frames = FrameStore(context.gl, self.steps)
+        self._points = PointForm(context.gl, context.is_software, can_compute, merge)
+        self._light = LightPass(context.gl)
+        self._meshes: MeshForm | None = None  # these two are made for the first scene that needs them
+        self._shadow_map: ShadowMap | None = None
+        self._coarse: dict[tuple[Frame, int], Frame] = {}
+        self._target: Target | None = None
+
+    def draw(self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Target:
+        """The scene under these lights, as a camera at a pose (4, 4) sees it."""
+        shot = compose(scene, lights, camera, pose)
+        things = self._prepare(shot)
+        lamps = self._draw_shadows(shot, things)
+        shown = tuple(things[p] for p in shot.shown)
+        self._light_points(shown, shot, lamps)
+        target = self._fit_target(camera)
+        if _is_single(shown, lamps):
+            self._draw_single(target, shown[0], shot, lamps)
+        else:
+            self._draw_surfaces(target, shown, shot, lamps)
+            self._light_pixels(target, shot, lamps)
+        return target
+
+    def read(self) -> NDArray[np.uint8]:
+        """The last picture as (h, w, 4), top row first."""
+        assert self._target is not None, "nothing was drawn"
+        return self._target.read()
+
+    def _prepare(self, shot: Shot) -> dict[Placed, Thing]:
+        """What is shown or casts a shadow, on the GPU: points with their normals, as fine as the view shows them."""
+        self.steps.counts["culled"] += len(shot.things) - len(shot.shown)
+        used = [p for p in shot.things if p in shot.shown or p in shot.casting]
+        meshes = [p for p in used if isinstance(p.content, Mesh)]
+        if self._meshes:
+            self._meshes.keep_only(p.content for p in meshes)
+        things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
+        objects = [p for p in used if isinstance(p.content, PointObject)]
+        frames = [self._as_fine_as_seen(p, shot) for p in objects]
+        self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
+        for p, frame, textures in zip(objects, frames, self.frames.upload(frames), strict=True):
+            look = p.content.look
+            self.frames.find_normals(textures, frame, look)
+            sizes = check_sizes(look.size, frame.depth.shape)
+            points = Points(textures.surface, frame.camera, *p.rigid_axes(), sizes, look.splat)
+            things[p] = ShownPoints(points, textures, textures.lit if look.shading in LIT_EARLY else None, look.shading)
+        return things
+
+    def _as_fine_as_seen(self, p: Placed, shot: Shot) -> Frame:
+        """The object's frame, or a coarser one: never of a frame alone, and not where an option is an array."""
+        content: PointObject = p.content
+        step = coarser_step(p, shot.eye) if content.look.is_uniform and not is_alone(shot.things) else 1
+        if step == 1:
+            return content.frame
+        key = content.frame, step
+        if key not in self._coarse:
+            self._coarse[key] = coarser(content.frame, step)
+        return self._coarse[key]
+
+    def _fit_target(self, camera: Camera) -> Target:
+        size = camera.width, camera.height
+        if self._target is None or self._target.size != size:
+            if self._target is not None:
+                self._target.release()
+            self._target = None  # stays so when the new one does not fit the GPU
+            self._target = Target(self._gl, size)
+        return self._target
+
+    def _draw_shadows(self, shot: Shot, things: dict[Placed, Thing]) -> Lamps:
+        """The lights; what those that cast shadows see of the scene is in the shadow map."""
+        lights = shot.lights
+        early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in shot.shown)
+        if not (early or any(light.shadow or light.is_spot for light in lights)):
+            return Lamps(lights, shot.ambient)
+        shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
+        views, firsts = all_shadow_views(lights, *bounding_sphere(shot.things))
+        if views:
+            drawn = (things[p] for p in shot.casting)
+            shapes = tuple(thing.points if isinstance(thing, ShownPoints) else thing for thing in drawn)
+            self.steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
+        return Lamps(lights, shot.ambient, views, firsts, shadow_map)
+
+    def _fill_shadow_map(
+        self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PlacedMesh, ...]
+    ) -> None:
+        shadow_map.fit(views)
+        for k, (eye, _) in enumerate(views):
+            tile = shadow_map.tile(k)
+            for thing in things:
+                if isinstance(thing, PlacedMesh):
+                    self._mesh_form().add_shadow(tile, thing, eye)
+                else:
+                    self._points.add_shadow(tile, thing, eye)
+                self._count(thing)
+
+    def _light_points(self, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
+        """Light of the points themselves, for shading models that show it between them; in their object's axes."""
+        for p, thing in zip(shot.shown, shown, strict=True):
+            if isinstance(thing, ShownPoints) and thing.light:
+                self.steps.always("light", self._light_some, thing, p.content.look.material, shot.eye, lamps)
+
+    def _light_some(self, thing: ShownPoints, material: Material, eye: Eye, lamps: Lamps) -> None:
+        points, light = thing.points, thing.light
+        assert light is not None
+        viewer = (np.linalg.inv(points.pose) @ eye.pose)[:3, 3]
+        empty(light.target, points.surface.window)  # nothing undefined beside the points: it is weighted by 0
+        self._light.draw(
+            light.target, points.surface.texture, thing.textures.color, points.source, lamps.seen_from(points.pose),
+            np.array([material.strengths]), (viewer, points.scale),
+        )  # fmt: skip
+        light.raise_version()
+
+    def _draw_single(self, target: Target, thing: Thing, shot: Shot, lamps: Lamps) -> None:
+        """The picture of one point object; a new view is lit at once, for most see one light only."""
+        assert isinstance(thing, ShownPoints)
+        run, always, form, eye = self.steps.run, self.steps.always, self._points, shot.eye
+        before = target.splats.version
+        run("splats", form.draw_splats, target.splats, thing.points, eye)
+        looking = target.splats, thing, eye
+        if thing.shading != "phong":
+            always("resolve", form.draw_picture, target.picture, *looking)
+        elif target.splats.version > before:
+            material = shot.shown[0].content.look.material
+            lights = self._light.inputs(lamps.seen_from(eye.pose)) | {"material": material.strengths}
+            always("resolve", form.draw_lit, target.picture, *looking, lights)
+        else:
+            run("resolve", form.draw_surface, target.surfaces, *looking)
+            self._light_pixels(target, shot, lamps)
+
+    def _draw_surfaces(self, target: Target, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
+        """The surfaces that are seen, of all things, with the numbers of their materials."""
+        materials = _materials(shot)
+        numbers = tuple(1 + materials.index(_material(p)) for p in shot.shown)
+        early = any(isinstance(thing, PlacedMesh) and thing.mesh.shading in LIT_EARLY for thing in shown)
+        lighting = lamps.seen_from(shot.eye.pose) if early else None
+        images = target.surfaces, target.splats
+        self.steps.run("surfaces", self._fill_surfaces, *images, shown, numbers, shot.eye, lighting)
+
+    def _fill_surfaces(
+        self, surfaces: SurfaceImage, splats: SplatImage, shown: tuple[Thing, ...], numbers: tuple[int, ...], eye: Eye,
+        lighting: Lighting | None,
+    ) -> None:  # fmt: skip
+        """lighting: for meshes that are lit at their corners"""
+        empty(surfaces.shared_target)
+        surfaces.window = 0, 0, *surfaces.size
+        lights = self._light.inputs(lighting) if lighting else {}
+        for thing, number in zip(shown, numbers, strict=True):
+            if isinstance(thing, PlacedMesh):
+                self._mesh_form().add_surface(surfaces, thing, eye, number, lights)
+            else:
+                self._points.add_surface(surfaces, splats, thing, eye, number)
+            self._count(thing)
+        surfaces.raise_version()
+
+    def _light_pixels(self, target: Target, shot: Shot, lamps: Lamps) -> None:
+        """Surfaces -> the picture."""
+        materials = np.array([material.strengths for material in _materials(shot)])
+        lighting, surfaces = lamps.seen_from(shot.eye.pose), target.surfaces
+        empty(target.picture, surfaces.window)
+        maps = surfaces.surface, surfaces.albedo
+        self.steps.always("light", self._light.draw, target.picture, *maps, shot.eye.camera, lighting, materials)
+
+    def _mesh_form(self) -> MeshForm:
+        self._meshes = self._meshes or MeshForm(self._gl)
+        return self._meshes
+
+    def _count(self, thing: Points | Thing) -> None:
+        self.steps.counts["mesh" if isinstance(thing, PlacedMesh) else "splats"] += 1
+
+    def release(self) -> None:
+        """Frees everything on the GPU, in reverse order."""
+        self.steps.forget()
+        for item in (self._target, self._shadow_map, self._meshes, self._light, self._points, self.frames):
+            if item is not None:
+                item.release()
+
+
+def _is_single(shown: tuple[Thing, ...], lamps: Lamps) -> bool:
+    """One point object at its own scale, without spots and shadows."""
+    one = shown[0] if len(shown) == 1 else None
+    return lamps.shadow_map is None and isinstance(one, ShownPoints) and one.points.scale == 1
+
+
+def _material(p: Placed) -> Material:
+    return p.content.look.material if isinstance(p.content, PointObject) else p.content.material
+
+
+def _materials(shot: Shot) -> list[Material]:
+    """Of all that is shown, each once; never empty."""
+    return list(dict.fromkeys(map(_material, shot.shown))) or [Material()]

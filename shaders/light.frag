@@ -14,7 +14,7 @@
 #include "common/color.glsl"
 #include "common/lights.glsl"
 #include "common/picture.glsl"
-#include "common/scene_light.glsl"
+#include "common/shadowed_lights.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth (0 is nothing); a normal of 0 is lit already
 uniform sampler2D albedo_map;   // of pixels linear, of points a picture: sRGB, of any size
@@ -47,7 +47,7 @@ void main() {
 
     vec3 lit;
     if (SHADOWS == 1) {
-        lit = scene_light(
+        lit = light_surface_shadowed(
             point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count, shadow_map, views, to_world
         );
     } else {

@@ -1,6 +1,6 @@
 #version 330 core
 // A mesh that is lit at its corners (gouraud) or once a triangle (flat: every corner is lit at the middle).
-#include "common/scene_light.glsl"
+#include "common/shadowed_lights.glsl"
 
 uniform mat4 view;          // node axes to target axes
 uniform mat3 normal_view;   // its inverse transposed
@@ -32,10 +32,10 @@ void main() {
     if (dot(n, lit_point) > 0.0) n = -n;
     vec4 matt = vec4(material.xy, 0.0, material.w);
     vec4 shiny = vec4(0.0, 0.0, material.zw);
-    diffuse = scene_light(
+    diffuse = light_surface_shadowed(
         lit_point, vec3(0.0), n, vec3(1.0), matt, ambient, lights, light_count, shadow_map, views, to_world
     );
-    specular = scene_light(
+    specular = light_surface_shadowed(
         lit_point, vec3(0.0), n, vec3(0.0), shiny, ambient, lights, light_count, shadow_map, views, to_world
     );
     texture_uv = uv;

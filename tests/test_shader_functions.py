@@ -12,8 +12,8 @@ from pointshade_gl.reference import (
     lights,
     phong,
     picture,
-    scene_light,
     shadow,
+    shadowed_lights,
     splat,
     surface,
 )
@@ -220,16 +220,16 @@ def test_cube_face(gpu, draw):
 def test_spot_cone(gpu, draw):
     direction, l = draw.directions(), draw.directions()  # noqa: E741
     cosines = np.array([0.8, 0.1], F)
-    answer = gpu("scene_light.glsl", "spot_cone(d, l, c)", d=direction, l=l, c=cosines[None])
-    expected = scene_light.spot_cone(direction, l, cosines)
+    answer = gpu("shadowed_lights.glsl", "spot_cone(d, l, c)", d=direction, l=l, c=cosines[None])
+    expected = shadowed_lights.spot_cone(direction, l, cosines)
     agree(answer, expected)
     assert (expected[(direction * -l).sum(-1) > 0.81] == 1).all()
     assert (expected[(direction * -l).sum(-1) < 0.09] == 0).all()
-    sharp = scene_light.spot_cone(direction, l, np.array([0.5, 0.5], F))
-    agree(gpu("scene_light.glsl", "spot_cone(d, l, vec2(0.5))", d=direction, l=l), sharp, atol=1e-3)
+    sharp = shadowed_lights.spot_cone(direction, l, np.array([0.5, 0.5], F))
+    agree(gpu("shadowed_lights.glsl", "spot_cone(d, l, vec2(0.5))", d=direction, l=l), sharp, atol=1e-3)
 
 
-def test_scene_light_with_each_kind_of_light(gpu, draw):
+def test_shadowed_lights_of_each_kind_of_light(gpu, draw):
     """Directional, point, spot, and a light inside the surface; the first three with shadows, then without."""
     points = camera.pixel_ray(draw.numbers(0, 400, 2), TARGET) * draw.numbers(0.5, 3)
     points[0] = (0.25, 0.5, 1)
@@ -251,12 +251,16 @@ def test_scene_light_with_each_kind_of_light(gpu, draw):
     m, ambient = np.array([0.1, 0.9, 0.3, 32], F), np.array([0.5, 0.7, 0.9], F)
     eye = np.array([[0.1, -0.2, 0.3]], F)
     turn = "mat3(" + ", ".join(f"{x:.9g}" for x in to_world.T.ravel()) + ")"
-    call = f"scene_light(p, e, n, c, m, a, rows_map, 4, shadow_map, views_map, {turn}), 0"
+    call = f"light_surface_shadowed(p, e, n, c, m, a, rows_map, 4, shadow_map, views_map, {turn}), 0"
     found = []
     for _ in range(2):
         inputs = {"m": m[None], "a": ambient[None], "rows_map": rows, "shadow_map": depth, "views_map": views}
-        answer = gpu("scene_light.glsl", call, p=points, e=eye, n=n, c=albedo, **inputs)
-        found.append(scene_light.scene_light(points, eye[0], n, albedo, m, ambient, rows, 4, depth, views, to_world))
+        answer = gpu("shadowed_lights.glsl", call, p=points, e=eye, n=n, c=albedo, **inputs)
+        found.append(
+            shadowed_lights.light_surface_shadowed(
+                points, eye[0], n, albedo, m, ambient, rows, 4, depth, views, to_world
+            )
+        )
         agree(answer, found[-1], atol=3e-5)
         rows[:, 3, 3] = -1
     assert (found[0] <= found[1]).all() and (found[0] < found[1]).any(-1).mean() > 0.2

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.gpu.steps import Steps, Versioned
 
 from . import frames
 
@@ -108,3 +109,66 @@ def test_scenes_and_single_frames_follow_each_other(renderer, frame):
         assert (renderer.render(frame, pose=SIDE) == alone).all()
     renderer.render(scene, light=ps.Light(position=(1, 0, 0)))
     assert (renderer.render(frame, pose=SIDE) == alone).all()
+
+
+class TestWhenAStepRuns:
+    """By its own arguments, without a GPU."""
+
+    @pytest.fixture
+    def steps(self):
+        return Steps(None, True)
+
+    def test_equal_values_are_unchanged_and_the_result_is_kept(self, steps):
+        for _ in range(2):
+            assert steps.run("add", lambda a, b: a + b.sum(), 1, np.ones(3)) == 4
+        assert steps.counts == {"add": 1}
+        assert steps.run("add", lambda a, b: a + b.sum(), 2, np.ones(3)) == 5
+
+    def test_an_array_that_was_written_into_has_changed(self, steps):
+        array = np.ones(3)
+        steps.run("sum", np.sum, array)
+        array[0] = 7
+        assert steps.run("sum", np.sum, array) == 9
+
+    def test_what_another_step_wrote_has_changed_and_what_the_step_wrote_itself_has_not(self, steps):
+        image = Versioned()
+
+        def write(into, _):
+            into.raise_version()
+
+        for _ in range(2):
+            steps.run("write", write, image, 1)
+        assert steps.counts == {"write": 1}
+        image.raise_version()
+        steps.run("write", write, image, 1)
+        assert steps.counts == {"write": 2}
+
+    def test_another_image_of_the_same_version_is_another_argument(self, steps):
+        for image in (Versioned(), Versioned()):
+            steps.run("read", id, image)
+        assert steps.counts == {"read": 2}
+
+    def test_images_are_seen_inside_of_tuples(self, steps):
+        image = Versioned()
+        steps.run("read", id, (1, (image, "a")))
+        image.raise_version()
+        steps.run("read", id, (1, (image, "a")))
+        assert steps.counts == {"read": 2}
+
+    def test_each_thing_that_a_step_runs_on_has_its_own_last_run(self, steps):
+        one, two = Versioned(), Versioned()
+        for of in (one, two, one, two):
+            steps.run("step", str, 1, of=of)
+        assert steps.counts == {"step": 2}
+        steps.forget(of=one)
+        for of in (one, two):
+            steps.run("step", str, 1, of=of)
+        assert steps.counts == {"step": 3}
+
+    def test_a_step_that_failed_is_not_taken_for_done(self, steps):
+        steps.run("divide", lambda a: 1 / a, 1)
+        with pytest.raises(ZeroDivisionError):
+            steps.run("divide", lambda a: 1 / a, 0)
+        with pytest.raises(ZeroDivisionError):
+            steps.run("divide", lambda a: 1 / a, 0)
+        assert steps.run("divide", lambda a: 1 / a, 1) == 1

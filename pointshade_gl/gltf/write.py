@@ -121,7 +121,7 @@ class _Writer:
         return {LIGHTS: {"light": len(self.lights) - 1}}
 
     def mesh(self, meshes: tuple[Mesh, ...]) -> int:
-        key = tuple(map(id, meshes))
+        key = meshes
         if key not in self.known:
             primitives = [self.primitive(mesh) for mesh in meshes]
             self.gltf.meshes.append(self.lib.Mesh(primitives=primitives))

@@ -40,7 +40,7 @@ class MeshForm:
     ) -> None:
         """The mesh among the surfaces of others. number: of its material, counted from 1.
 
-        lights: inputs of shaders/common/scene_light.glsl, for meshes that are lit at their corners.
+        lights: inputs of shaders/common/shadowed_lights.glsl, for meshes that are lit at their corners.
         """
         mesh, view = placed.mesh, np.linalg.inv(eye.pose) @ placed.world
         buffers = self._buffers(mesh)

@@ -21,7 +21,7 @@ from .lights import light_surface
 from .picture import picture_at
 from .rasterizers import Splats, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
 from .resolve import interpolate, look_up, seen_points, stored, surfaces
-from .scene_light import scene_light
+from .shadowed_lights import light_surface_shadowed
 from .vectors import texel
 
 F = np.float32
@@ -142,7 +142,7 @@ def light(
     common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
     if lamps.shadow_map is None:
         return light_surface(*common)
-    return scene_light(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
+    return light_surface_shadowed(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
 
 
 def light_points(

@@ -155,7 +155,7 @@ class _From(Sequence[Frame]):
 
     def __init__(self, source: Sequence[Frame], start: int):
         self._source, self._start = source, start
-        self._index: dict[int, int] = {}
+        self._index: dict[Frame, int] = {}
 
     def __len__(self) -> int:
         return max(len(self._source) - self._start, 0)
@@ -164,8 +164,8 @@ class _From(Sequence[Frame]):
         if not 0 <= index < len(self):
             raise IndexError(index)
         frame = self._source[self._start + index]
-        self._index[id(frame)] = self._start + index
+        self._index[frame] = self._start + index
         return frame
 
     def index_of(self, frame: Frame) -> int:
-        return self._index.pop(id(frame), -1)
+        return self._index.pop(frame, -1)

@@ -1,9 +1,12 @@
 #include "common/phong.glsl"
 
-// All lights of a scene on one surface point, seen by an eye; all in the same axes. One row of `lights` a light:
+// All lights on one surface point, seen by an eye; all in the same axes. One row of `lights` a light:
 // texel 0 position, or direction of travel; w is 1 for a position, 0 for a direction
 // texel 1 colour times intensity, linear
 // texel 2 attenuation (constant, linear, quadratic)
+// texel 3 direction of a spot, 0 for other lights; w is the number of its first shadow view, -1 without
+// texel 4 cosines of a spot's inner and outer cone; how many shadow views it has, 1 or 6
+// The last two are for shadowed_lights.glsl: here no light is a spot or casts a shadow.
 
 vec3 light_surface(
     vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count

@@ -1,4 +1,4 @@
-"""Mirror of shaders/common/scene_light.glsl."""
+"""Mirror of shaders/common/shadowed_lights.glsl."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def spot_cone(direction: np.ndarray, l: np.ndarray, cosines: np.ndarray) -> np.n
     return inside * inside * (F(3) - F(2) * inside)
 
 
-def scene_light(
+def light_surface_shadowed(
     point: np.ndarray,
     eye: np.ndarray,
     n: np.ndarray,

@@ -1,9 +1,7 @@
 #include "common/phong.glsl"
 #include "common/shadow.glsl"
 
-// As light_surface, with spots and shadows; what a scene pays that has them. A row of `lights` has two texels more:
-// texel 3 direction of travel of a spot, 0 for others; w is the number of its first shadow view, -1 without
-// texel 4 cosines of a spot's inner and outer cone; how many shadow views there are, 1 or 6
+// As light_surface in lights.glsl, which tells how a row of `lights` is laid out, with spots and shadows.
 // to_world turns into the axes in which the six views of a point light stand.
 
 // Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
@@ -13,7 +11,7 @@ float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
     return inside * inside * (3.0 - 2.0 * inside);
 }
 
-vec3 scene_light(
+vec3 light_surface_shadowed(
     vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count,
     sampler2D shadow_map, sampler2D views, mat3 to_world
 ) {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .camera import Camera, Eye
 from .frame import Frame
 from .light import Light, at_upper_left
-from .scene import Placed, PointObject, Scene, bounding_sphere
+from .scene import Placed, PointObject, Scene
 
 Matrix = NDArray[np.float64]
 NEAR = 0.001  # share of the distance to what is shown: what comes closer to the viewer is cut away
@@ -23,36 +23,36 @@ class Shot(NamedTuple):
 
     eye: Eye
     lights: list[Light]  # each with a position or a direction, world axes
-    ambient: tuple[float, float, float]
-    things: list[Placed]
-    shown: list[Placed]  # in view
-    casting: list[Placed]  # may cast shadows; none when no light asks for them
+    scene: Scene
+    shown: Sequence[Placed]  # in view
+    casting: Sequence[Placed]  # may cast shadows; none when no light asks for them
 
 
 def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Shot:
     """What a camera at a pose (4, 4) sees of a scene under these lights."""
-    things = scene.things()
-    eye = Eye(camera, pose, near_plane(things, pose))
+    things = scene.things
+    eye = Eye(camera, pose, near_plane(scene, pose))
     shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
     casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
-    return Shot(eye, lights, (*scene.ambient,), things, shown, casting)
+    return Shot(eye, lights, scene, shown, casting)
 
 
-def is_alone(things: list[Placed]) -> bool:
+def is_alone(things: Sequence[Placed]) -> bool:
     """A single frame: it is drawn wherever the viewer is, from all of its points, at any size of the picture."""
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
-def near_plane(things: list[Placed], pose: Matrix) -> float:
+def near_plane(scene: Scene, pose: Matrix) -> float:
     """How near to a viewer at this pose things may come, world units along its axis.
 
     A thousandth of the distance: of one frame alone that from which it was taken, wherever the viewer is; of several
     things that to their middle, or their radius where it is more.
     """
-    if is_alone(things):
-        return NEAR * things[0].content.frame.scale * things[0].rigid_axes()[1]
-    centre, radius = bounding_sphere(things)
+    if is_alone(scene.things):
+        alone = scene.things[0]
+        return NEAR * alone.content.frame.scale * alone.rigid_axes[1]
+    centre, radius = scene.bounds
     return NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 
 
@@ -84,7 +84,7 @@ def coarser_step(placed: Placed, eye: Eye) -> int:
     nearest = float(depth.min()) if len(depth) else 0.0
     if nearest <= 0:
         return 1
-    spread = frame.depth_range[1] / frame.camera.fx * placed.rigid_axes()[1]  # between neighbours, at most
+    spread = frame.depth_range[1] / frame.camera.fx * placed.rigid_axes[1]  # between neighbours, at most
     pixels = spread * eye.camera.fx / nearest
     return int(2 ** np.clip(np.floor(np.log2(1 / pixels)), 0, 5))
 

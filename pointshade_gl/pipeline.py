@@ -22,7 +22,7 @@ from .gpu.textures import SplatImage, SurfaceImage, Target, empty
 from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
-from .scene import Matrix, Placed, PointObject, Scene, bounding_sphere
+from .scene import Matrix, Placed, PointObject, Scene
 from .shadow_views import ShadowView, all_shadow_views
 
 LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and show their light between them
@@ -69,8 +69,8 @@ class Pipeline:
 
     def _prepare(self, shot: Shot) -> dict[Placed, Thing]:
         """What is shown or casts a shadow, on the GPU: points with their normals, as fine as the view shows them."""
-        self.steps.counts["culled"] += len(shot.things) - len(shot.shown)
-        used = [p for p in shot.things if p in shot.shown or p in shot.casting]
+        self.steps.counts["culled"] += len(shot.scene.things) - len(shot.shown)
+        used = [p for p in shot.scene.things if p in shot.shown or p in shot.casting]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
         if self._meshes:
             self._meshes.keep_only(p.content for p in meshes)
@@ -82,14 +82,14 @@ class Pipeline:
             look = p.content.look
             self.frames.find_normals(textures, frame, look)
             sizes = check_sizes(look.size, frame.depth.shape)
-            points = Points(textures.surface, frame.camera, *p.rigid_axes(), sizes, look.splat)
+            points = Points(textures.surface, frame.camera, *p.rigid_axes, sizes, look.splat)
             things[p] = ShownPoints(points, textures, textures.lit if look.shading in LIT_EARLY else None, look.shading)
         return things
 
     def _as_fine_as_seen(self, p: Placed, shot: Shot) -> Frame:
         """The object's frame, or a coarser one: never of a frame alone, and not where an option is an array."""
         content: PointObject = p.content
-        step = coarser_step(p, shot.eye) if content.look.is_uniform and not is_alone(shot.things) else 1
+        step = coarser_step(p, shot.eye) if content.look.is_uniform and not is_alone(shot.scene.things) else 1
         if step == 1:
             return content.frame
         key = content.frame, step
@@ -111,14 +111,14 @@ class Pipeline:
         lights = shot.lights
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in shot.shown)
         if not (early or any(light.shadow or light.is_spot for light in lights)):
-            return Lamps(lights, shot.ambient)
+            return Lamps(lights, shot.scene.ambient)
         shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
-        views, firsts = all_shadow_views(lights, *bounding_sphere(shot.things))
+        views, firsts = all_shadow_views(lights, *shot.scene.bounds)
         if views:
             drawn = (things[p] for p in shot.casting)
             shapes = tuple(thing.points if isinstance(thing, ShownPoints) else thing for thing in drawn)
             self.steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
-        return Lamps(lights, shot.ambient, views, firsts, shadow_map)
+        return Lamps(lights, shot.scene.ambient, views, firsts, shadow_map)
 
     def _fill_shadow_map(
         self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PlacedMesh, ...]

@@ -60,6 +60,7 @@ class Renderer:
         if rasterizer == "compute" and not can_compute:
             name = self.context.renderer
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
+        self._last: tuple[Frame, Look, Scene] | None = None
         with self.context.gl:
             self._pipeline = Pipeline(self.context, can_compute, merge)
 
@@ -132,16 +133,24 @@ class Renderer:
         """
         if isinstance(frame, Frame):
             look = Look(material or Material(), normals, shading, size, splat, max_depth_step, noise)
-            scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
+            scene = self._scene_of(frame, look)
         elif isinstance(frame, Scene):
             scene = frame.framed()
         else:
             raise TypeError(f"frame must be a Frame or a Scene, got {type(frame).__name__}: load_frame reads one")
         lights = check_lights(light if light is not None else scene.lights or None)
-        camera, pose = camera or scene.camera, check_pose(scene.pose if pose is None else pose)
+        camera, pose = camera or scene.camera, np.asarray(scene.pose) if pose is None else check_pose(pose)
         assert camera is not None  # the scene was framed
         with self._in_use():
             return self._pipeline.draw(scene, lights, camera, pose).color
+
+    def _scene_of(self, frame: Frame, look: Look) -> Scene:
+        """The scene of one frame; the last one again if nothing has changed."""
+        if self._last is None or self._last[0] is not frame or not look.is_uniform or self._last[1] != look:
+            scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
+            self._last = (frame, look, scene) if look.is_uniform else None
+            return scene
+        return self._last[2]
 
     def estimate_normals(
         self,

@@ -6,8 +6,9 @@ World axes are what the nodes' transforms make them; cameras look along z with y
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -92,18 +93,19 @@ class Placed:
     node: Node
     path: tuple[int, ...]  # which child of which child
 
-    @property
+    @cached_property
     def axes(self) -> Matrix:
         """(4, 4) from the axes of the content's own points to the world: of a point object its frame's camera."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
-    @property
+    @cached_property
     def corners(self) -> NDArray[np.float64]:
         """(8, 3) corners of a box round the content, world; (0, 3) when it has no points."""
         content: PointObject | Mesh = self.content
         corners, axes = (content.frame if isinstance(content, PointObject) else content).corners, self.axes
         return corners @ axes[:3, :3].T + axes[:3, 3]
 
+    @cached_property
     def rigid_axes(self) -> tuple[Matrix, float]:
         """`axes` as rotation and translation, (4, 4), and the one scale that the node gives a point object.
 
@@ -119,6 +121,7 @@ class Placed:
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
         rigid = self.axes.copy()
         rigid[:3, :3] /= scale
+        rigid.flags.writeable = False
         return rigid, scale
 
 
@@ -139,11 +142,16 @@ class Scene:
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", tuple(self.nodes))
         object.__setattr__(self, "pose", check_pose(self.pose))
-        for _ in self.placed():
-            pass  # names the node that lies below itself
+        self._placed  # noqa: B018 - names the node that lies below itself
 
     def placed(self) -> Iterator[Placed]:
-        """All visible content in the order of the nodes. Raises ValueError for a node that is below itself."""
+        """All visible content in the order of the nodes."""
+        return iter(self._placed)
+
+    @cached_property
+    def _placed(self) -> tuple[Placed, ...]:
+        """Raises ValueError for a node that is below itself."""
+        found: list[Placed] = []
         stack: list[tuple[Node, Matrix, tuple[int, ...], tuple[Node, ...]]] = []
         stack.extend((node, np.eye(4), (k,), ()) for k, node in reversed(list(enumerate(self.nodes))))
         while stack:
@@ -154,19 +162,26 @@ class Scene:
                 continue
             world = parent @ np.asarray(node.transform)
             contents = node.content if isinstance(node.content, tuple) else (node.content,)
-            yield from (Placed(content, world, node, path) for content in contents if content is not None)
+            found.extend(Placed(content, world, node, path) for content in contents if content is not None)
             below = [(child, world, (*path, k), (*above, node)) for k, child in enumerate(node.children)]
             stack.extend(below[::-1])
+        return tuple(found)
 
-    def things(self) -> list[Placed]:
+    @cached_property
+    def things(self) -> tuple[Placed, ...]:
         """All visible content but lights."""
-        return [p for p in self.placed() if not isinstance(p.content, Light)]
+        return tuple(p for p in self._placed if not isinstance(p.content, Light))
+
+    @cached_property
+    def bounds(self) -> tuple[NDArray[np.float64], float]:
+        """Centre (3,) and radius of a sphere round all things, world; radius 1 round the origin without any."""
+        return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.corners for p in self.things)]))
 
     def framed(self) -> Scene:
         """The scene with a camera: its own, or one that looks as its pose does and sees everything."""
         if self.camera is not None:
             return self
-        centre, radius = bounding_sphere(self.things())
+        centre, radius = self.bounds
         pose = np.array(self.pose)
         pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))
         return replace(self, camera=Camera.from_fov(FOV, 640, 480), pose=pose)
@@ -179,9 +194,8 @@ class Scene:
     @property
     def pivot(self) -> NDArray[np.float64]:
         """(3,) the middle of all that is visible, world."""
-        from .scene import bounding_sphere
 
-        return bounding_sphere([p for p in self.placed() if not isinstance(p.content, Light)])[0]
+        return self.bounds[0]
 
     @property
     def scale(self) -> float:
@@ -196,7 +210,7 @@ class Scene:
         own = np.asarray(self.pose)[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
-    @property
+    @cached_property
     def lights(self) -> list[Light]:
         """Those of the visible nodes, in world axes."""
         found = []
@@ -230,8 +244,3 @@ class Scene:
             return (*nodes[: rest[0]], new, *nodes[rest[0] + 1 :])
 
         return replace(self, nodes=changed(self.nodes, path))
-
-
-def bounding_sphere(placed: Iterable[Placed]) -> tuple[NDArray[np.float64], float]:
-    """Centre (3,) and radius of a sphere round everything, world; radius 1 round the origin without anything."""
-    return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.corners for p in placed)]))

@@ -8,7 +8,6 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
 from pointshade_gl.culling import coarser, coarser_step, is_in_view
-from pointshade_gl.scene import bounding_sphere
 
 from . import frames
 
@@ -91,7 +90,7 @@ def test_boxes_are_culled_only_when_nothing_of_them_can_show():
 def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
     far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
     scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0, -90)), camera=frames.CAMERA)
-    placed = scene.things()[0]
+    placed = scene.things[0]
     step = coarser_step(placed, Eye(frames.CAMERA, far, 0.01))
     assert step in (4, 8) and coarser_step(placed, Eye(frames.CAMERA, np.eye(4), 0.01)) == 1
     few = coarser(FRAME, step)
@@ -112,7 +111,7 @@ def test_a_frame_alone_is_drawn_from_all_its_points_at_any_distance(fresh):
 
 def test_a_scene_without_a_camera_is_seen_whole(fresh):
     scene = ps.Scene((at(5, 1, -3), at(-2, 0, 4))).framed()
-    centre, radius = bounding_sphere(list(scene.placed()))
+    centre, radius = scene.bounds
     ahead = np.linalg.inv(scene.pose) @ [*centre, 1]
     assert ahead[:2] == pytest.approx(0, abs=1e-6) and ahead[2] > radius
     image = fresh.render(ps.Scene((at(5, 1, -3), at(-2, 0, 4))))

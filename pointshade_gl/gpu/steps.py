@@ -93,15 +93,18 @@ def _state(value: Any) -> Any:
 
 
 def _same(before: Any, now: Any) -> bool:
+    if before is now:
+        return True
     if isinstance(before, tuple) and isinstance(now, tuple):
         return len(before) == len(now) and all(map(_same, before, now))
     if isinstance(before, np.ndarray) or isinstance(now, np.ndarray):
         return isinstance(before, np.ndarray) and isinstance(now, np.ndarray) and np.array_equal(before, now)
-    return before is now or bool(before == now)
+    return bool(before == now)
 
 
 def _kept(state: Any) -> Any:
-    """The state with copies of its arrays: the caller may write into them afterwards."""
+    """The state with copies of its arrays, unless nobody can write into them afterwards."""
     if isinstance(state, tuple):
         return tuple(map(_kept, state))
-    return state.copy() if isinstance(state, np.ndarray) else state
+    is_open = isinstance(state, np.ndarray) and (state.flags.writeable or state.base is not None)
+    return state.copy() if is_open else state

@@ -13,7 +13,7 @@ from ..culling import MERGE
 from ..frame import Frame
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
-from ..scene import Node, Placed, PointObject, bounding_sphere
+from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, all_shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
@@ -87,8 +87,7 @@ def hung_up(lights: Sequence[Light], frame: Frame, splats: Splats, is_round: boo
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
     if not any(one.shadow or one.is_spot for one in lights):
         return Lamps(lights, [None] * len(lights), [], None)
-    ball = bounding_sphere([Placed(PointObject(frame), np.eye(4), Node(), ())])
-    views, firsts = all_shadow_views(lights, *ball)
+    views, firsts = all_shadow_views(lights, *Scene((Node(PointObject(frame)),)).bounds)
     return Lamps(lights, firsts, views, draw_views(frame, splats, is_round, rasterizer, views))
 
 

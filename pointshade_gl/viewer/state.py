@@ -20,7 +20,7 @@ from ..estimators import check_method, parse_max_depth_step
 from ..frame import PROBE, Frame
 from ..light import Light
 from ..look import SHADINGS, SPLATS, Material
-from ..scene import Scene, bounding_sphere
+from ..scene import Scene
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
@@ -62,8 +62,7 @@ class Stage:
 
     @classmethod
     def _of_scene(cls, scene: Scene) -> Stage:
-        pose, things = np.asarray(scene.pose), [p for p in scene.placed() if not isinstance(p.content, Light)]
-        centre, radius = bounding_sphere(things)
+        pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
         pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
         return cls(pivot, min(radius, float(pivot[2])), np.eye(3))

@@ -166,9 +166,10 @@ class Renderer:
                 rows = light_rows([at_upper_left(x, target_pose) for x in lights], target_pose)
                 if stamp("splats") > known_views:  # a new view, lit at once: most see one light only
                     lit = self.light.inputs(rows, material)
-                    run("resolve", None, self.resolve.draw, *way, shading, splats.look_up, lit)
+                    run("resolve", None, self.resolve.draw_lit, *way, splats.look_up, lit)
                 else:
-                    run("resolve", (shading, stamp("splats")), self.resolve.draw, *way, shading, splats.look_up)
+                    inputs, options = (shading, stamp("splats")), (shading, splats.look_up, 1 / 65535)
+                    run("resolve", inputs, self.resolve.draw_surfaces, target.surfaces, *way, *options)
                     run("light", None, self.light.draw_pixels, target, camera, rows, material)
             else:
                 rows, eye = (
@@ -177,7 +178,7 @@ class Renderer:
                 )
                 if shading != "none":
                     run("light", None, self.light.draw_points, textures, frame.camera, eye, rows, material)
-                run("resolve", None, self.resolve.draw, *way, shading, splats.look_up)
+                run("resolve", None, self.resolve.draw_picture, *way, shading, splats.look_up)
             return target.color
 
     def draw_scene(

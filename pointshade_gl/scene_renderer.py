@@ -168,8 +168,9 @@ class SceneRenderer:
             if p in points:
                 one = points[p]
                 view, look_up = self._draw_splats(one, target, camera, pose, near)
-                way = one.textures, one.frame.camera, target, camera, view
-                self._renderer.resolve.draw_object(*way, look_of(p).shading, look_up, near, one.scale, number)
+                way = target.shared_surfaces, one.textures, one.frame.camera, target, camera, view
+                shown_as = look_of(p).shading, look_up, number, (near, one.scale)
+                self._renderer.resolve.draw_surfaces(*way, *shown_as)
             else:
                 view = np.linalg.inv(pose) @ p.world
                 self._meshes.draw_surface(target.shared_surfaces, p.content, camera, view, near, number, lights)

@@ -15,13 +15,17 @@ from .textures import FrameTextures, Target, confine, empty
 
 
 class ResolvePass:
-    """What the splats left -> surfaces for the light pass, or the picture. One program a shading model."""
+    """What the splats left -> the picture, or surfaces for the light pass. One program a shading model.
+
+    In each method the frame is that of the camera `source`, `camera` looks at it, and view (4, 4) takes source axes to
+    target axes. look_up: the splats left the nearest 1/z (compute), not source ids (points).
+    """
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, bool, str], FullscreenPass] = {}
+        self._passes: dict[tuple[str, str, bool], FullscreenPass] = {}
 
-    def draw(
+    def draw_picture(
         self,
         frame: FrameTextures,
         source: Camera,
@@ -30,21 +34,32 @@ class ResolvePass:
         view: np.ndarray,
         shading: str,
         look_up: bool,
-        lights: dict[str, Any] | None = None,
     ) -> None:
-        """look_up: the splats left the nearest 1/z (compute), not source ids (points).
-
-        lights: for phong, to light at once; without, target.surfaces is written, else target.picture.
-        """
-        uniforms: dict[str, Any] = dict(lights or {})
-        if look_up or shading in ("gouraud", "phong"):  # else the source id says it all
+        """none, flat or gouraud -> target.picture."""
+        uniforms: dict[str, Any] = {}
+        if look_up or shading == "gouraud":  # else the source id says it all
             uniforms |= source_and_target(source, camera, view)
-        image = target.surfaces if shading == "phong" and lights is None else target.picture
-        empty(image, target.window)
-        self._draw(image, frame, target, shading, look_up, "" if lights is None else "LIT", uniforms)
+        empty(target.picture, target.window)
+        self._draw("resolve_picture.frag", target.picture, frame, target, shading, look_up, uniforms)
 
-    def draw_object(
+    def draw_lit(
         self,
+        frame: FrameTextures,
+        source: Camera,
+        target: Target,
+        camera: Camera,
+        view: np.ndarray,
+        look_up: bool,
+        lights: dict[str, Any],
+    ) -> None:
+        """phong, lit at once -> target.picture. lights as LightPass.inputs gives them."""
+        uniforms = lights | source_and_target(source, camera, view)
+        empty(target.picture, target.window)
+        self._draw("resolve_lit.frag", target.picture, frame, target, "phong", look_up, uniforms)
+
+    def draw_surfaces(
+        self,
+        image: moderngl.Framebuffer,
         frame: FrameTextures,
         source: Camera,
         target: Target,
@@ -52,36 +67,42 @@ class ResolvePass:
         view: np.ndarray,
         shading: str,
         look_up: bool,
-        near: float,
-        scale: float,
         material_number: float,
+        depth: tuple[float, float] | None = None,
     ) -> None:
-        """One of several objects: target.shared_surfaces keeps what is nearest. view is without the object's scale."""
-        uniforms = source_and_target(source, camera, view)
-        uniforms |= {"near": near, "scale": scale, "material_number": material_number}
-        confine(target.shared_surfaces, target.window)
+        """Surfaces of any shading model -> image, which is target.surfaces or target.shared_surfaces.
+
+        depth: (near, scale) of one of several objects, of which the image keeps the nearest; view is without the
+        scale. Without depth the object is alone, and the image is emptied first.
+        """
+        near, scale = depth or (0.0, 1.0)
+        uniforms = {"near": near, "scale": scale, "material_number": material_number}
+        uniforms |= source_and_target(source, camera, view)
+        inputs = "resolve_surfaces.frag", image, frame, target, shading, look_up, uniforms
+        if depth is None:
+            empty(image, target.window)
+            self._draw(*inputs)
+            return
+        confine(image, target.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
-        self._draw(target.shared_surfaces, frame, target, shading, look_up, "SCENE", uniforms)
+        self._draw(*inputs)
         self._context.enable_only(moderngl.NOTHING)
-        confine(target.shared_surfaces, None)
+        confine(image, None)
 
     def _draw(
         self,
+        fragment: str,
         image: moderngl.Framebuffer,
         frame: FrameTextures,
         target: Target,
         shading: str,
         look_up: bool,
-        variant: str,
         uniforms: dict[str, Any],
     ) -> None:
-        """variant: a constant of resolve.frag that is set, or ''."""
-        key = shading, look_up, variant
+        key = fragment, shading, look_up
         if key not in self._passes:
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up)} | (
-                {variant: 1} if variant else {}
-            )
-            self._passes[key] = FullscreenPass(self._context, "resolve.frag", 430 if look_up else 330, **constants)
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(look_up)}
+            self._passes[key] = FullscreenPass(self._context, fragment, 430 if look_up else 330, **constants)
         colors = frame.lit if shading in ("flat", "gouraud") else frame.color
         textures = {"surface_map": frame.surface, "color_map": colors}
         if look_up:

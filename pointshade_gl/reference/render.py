@@ -16,7 +16,8 @@ from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
 from .picture import picture_at
 from .rasterizers import covered_pairs, merged_splats, nearest, single_splats, source_ids
-from .resolve import interpolate, look_up, seen_points, stored, surfaces
+from .resolve import mix_light, seen_weights, stored
+from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .vectors import texel
 
 F = np.float32
@@ -39,24 +40,25 @@ def render(
     """What Renderer.render gives, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
     view, source, depth = view_matrix(frame.pose, pose).astype(F), frame.camera, frame.depth
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
         splats = single_splats(depth, normals, np.asarray(size, F).ravel())
         ids = source_ids(covered_pairs(splats, source, camera, view, near, is_round), near, camera)
-        seen = seen_points(ids, depth, normals, source, camera, view)
+        target_pixel, seen = seen_by_id(ids, surface_map, source, camera, view)
     else:
         splats = merged_splats(depth, normals, source, merge)
         inverse_depth = nearest(covered_pairs(splats, source, camera, view, near, False), camera)
-        seen = look_up(inverse_depth, depth, source, camera, view)
+        target_pixel, seen = seen_by_depth(inverse_depth, surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
-    u, v = seen.target_pixel.T
+    u, v = target_pixel.T
     image[v, u, 3] = 255
     if shading == "none":
-        colors = picture_at(picture, seen.texel.astype(F), np.array(depth.shape[::-1], F))
+        colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = np.round(colors * 255)
         return image
     if shading == "phong":
-        surface, albedo = surfaces(seen, depth, normals, picture, source, view)
-        rows, pixel = light_rows([at_upper_left(x, pose) for x in lights], pose), seen.target_pixel.astype(F)
+        surface, albedo = surfaces(seen, picture, source, view)
+        rows, pixel = light_rows([at_upper_left(x, pose) for x in lights], pose), target_pixel.astype(F)
         lit = light(pixel, surface, albedo, camera, np.zeros(3, F), rows, material)
     else:
         rows, eye = (
@@ -64,7 +66,8 @@ def render(
             np.linalg.inv(view_matrix(frame.pose, pose))[:3, 3],
         )
         points = light_points(depth, normals, picture, source, eye.astype(F), rows, material)
-        lit = texel(points, seen.texel) if shading == "flat" else interpolate(seen, depth, normals, points, source)
+        weight = seen_weights(seen, np.array(source.intrinsics, F))
+        lit = texel(points, seen.pixel) if shading == "flat" else mix_light(seen, weight, points)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image
 

@@ -17,7 +17,7 @@ from ..shadow_views import ShadowView, shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb
 from .rasterizers import DEPTH_STEPS, covered_pairs, merged_splats, nearest
-from .resolve import look_up, surfaces
+from .resolve_pass import seen_by_depth, surface_map_of, surfaces
 from .scene_light import scene_light
 
 F = np.float32
@@ -40,10 +40,9 @@ def render_scene(
     view, source, depth = view_matrix(frame.pose, pose).astype(F), frame.camera, frame.depth
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
     splats = merged_splats(depth, normals, source, MERGE)
-    seen = look_up(
-        nearest(covered_pairs(splats, source, camera, view, near, False), camera), depth, source, camera, view
-    )
-    surface, albedo = surfaces(seen, depth, normals, picture, source, view)
+    inverse_depth = nearest(covered_pairs(splats, source, camera, view, near, False), camera)
+    target_pixel, seen = seen_by_depth(inverse_depth, surface_map_of(normals, depth), source, camera, view)
+    surface, albedo = surfaces(seen, picture, source, view)
     place = Placed(PointObject(frame), np.eye(4), Node(), ())
     casting = [light for light in lights if light.shadow]
     several = [shadow_views(light, *bounding_sphere([place]), side) for light in casting]
@@ -52,14 +51,14 @@ def render_scene(
     views = [one for group in several for one in group]
     shadow_map = draw_views(frame, normals, views, side)
     rows, table = light_rows([at_upper_left(x, pose) for x in lights], pose, first_of), view_rows(views, pose, side)
-    strengths, pixel = np.array(material.strengths, F), seen.target_pixel.astype(F)
+    strengths, pixel = np.array(material.strengths, F), target_pixel.astype(F)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
     lit = scene_light(
         point, np.zeros(3, F), surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(lights),
         shadow_map, table, pose[:3, :3].astype(F),
     )  # fmt: skip
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
-    u, v = seen.target_pixel.T
+    u, v = target_pixel.T
     image[v, u] = np.concatenate([np.round(linear_to_srgb(lit) * 255), np.full((len(u), 1), 255)], -1)
     return image
 

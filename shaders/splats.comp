@@ -24,10 +24,8 @@ uniform ivec2 corner;  // of the part that has points, a multiple of 4
 uniform float near;
 uniform float tolerance;  // how far off a plane its pixels may lie, as a share of 1/z; 0 draws each by itself
 
-ivec2 size = textureSize(surface_map, 0);
-
 vec4 surface_at(ivec2 pixel) {
-    if (any(greaterThanEqual(pixel, size))) return vec4(0.0);
+    if (any(greaterThanEqual(pixel, textureSize(surface_map, 0)))) return vec4(0.0);
     return texelFetch(surface_map, pixel, 0);
 }
 
@@ -80,7 +78,7 @@ void draw_block(ivec2 block, vec4 first, vec2 slope, int side) {
 
 void main() {
     ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
-    if (block.x >= size.x) return;
+    if (block.x >= textureSize(surface_map, 0).x) return;
     vec4 first = surface_at(block);
     vec2 slope = slope_at(block, first);
     bool whole = block_on_plane(block, first, slope, 4);

@@ -15,6 +15,7 @@ import pytest
 import pointshade_gl as ps
 
 from .compare import compare_images, difference_picture
+from .shader_function import evaluate
 
 HERE = Path(__file__).resolve().parent
 GOLDEN, FAILURES = HERE / "golden", HERE / "failures"
@@ -35,6 +36,17 @@ def renderer():
         pytest.skip(str(error))
     yield made
     made.release()
+
+
+@pytest.fixture
+def gpu(renderer, tmp_path):
+    """gpu(file of shaders/common, expression, **inputs): what `evaluate` gives."""
+
+    def call(include, expression, **inputs):
+        with renderer.context.gl:
+            return evaluate(renderer.context.gl, tmp_path, include, expression, **inputs)
+
+    return call
 
 
 @pytest.fixture(scope="session")

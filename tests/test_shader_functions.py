@@ -18,7 +18,7 @@ from pointshade_gl.reference import (
     surface,
 )
 
-from .shader_function import COMMON, evaluate, functions_of
+from .shader_function import COMMON, functions_of
 
 F = np.float32
 COUNT = 500
@@ -38,15 +38,6 @@ def turned(degrees=(10.0, -20.0, 5.0), shift=(0.1, -0.2, 0.3)):
 
 VIEW = turned()
 VIEW_GLSL = "mat4(" + ", ".join(f"{x:.9g}" for x in VIEW.T.ravel()) + ")"
-
-
-@pytest.fixture
-def gpu(renderer, tmp_path):
-    def call(include, expression, **inputs):
-        with renderer.context.gl:
-            return evaluate(renderer.context.gl, tmp_path, include, expression, **inputs)
-
-    return call
 
 
 @pytest.fixture

@@ -35,19 +35,19 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, bool, str], FullscreenPass] = {}
+        self._passes: dict[tuple[str, str, bool], FullscreenPass] = {}
 
     def draw_picture(self, image: moderngl.Framebuffer, looking: Looking, shading: str) -> None:
-        """For none, flat and gouraud: sRGB."""
+        """The picture, sRGB, for none, flat and gouraud."""
         needs_way = looking.look_up or shading == "gouraud"  # else the source id says it all
         uniforms = looking.way() if needs_way else {}
         empty(image, looking.splats.window)
-        self._draw(image, looking, shading, "", uniforms)
+        self._draw("resolve_picture.frag", image, looking, shading, uniforms)
 
     def draw_lit(self, image: moderngl.Framebuffer, looking: Looking, lights: dict[str, Any]) -> None:
-        """For phong: sRGB, lit at once. lights: the inputs of light_surface."""
+        """The picture, sRGB, lit at once, for phong. lights: the inputs of light_surface."""
         empty(image, looking.splats.window)
-        self._draw(image, looking, "phong", "LIT", lights | looking.way())
+        self._draw("resolve_lit.frag", image, looking, "phong", lights | looking.way())
 
     def draw_surfaces(
         self,
@@ -59,30 +59,28 @@ class ResolvePass:
     ) -> None:
         """Unit normal and depth; albedo, and the number of its material. A normal of 0 says lit already.
 
-        depth  (near, scale) of one of several objects, of which the nearest stays; None for an object alone
+        depth  (near, scale) of one of several objects, of which the nearest stays; without it the object is alone,
+               and the image is emptied first
         """
+        near, scale = depth or (0.0, 1.0)
+        uniforms = looking.way() | {"near": near, "scale": scale, "material_number": number / 65535}
         if depth is None:
             empty(image, looking.splats.window)
-            self._draw(image, looking, shading, "", looking.way())
+            self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
             return
-        uniforms = looking.way() | {"near": depth[0], "scale": depth[1], "material_number": number / 65535}
         confine(image, looking.splats.window)
         self._context.enable_only(moderngl.DEPTH_TEST)
-        self._draw(image, looking, shading, "SCENE", uniforms)
+        self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
         self._context.enable_only(moderngl.NOTHING)
         confine(image, None)
 
     def _draw(
-        self, image: moderngl.Framebuffer, looking: Looking, shading: str, variant: str, uniforms: dict[str, Any]
+        self, fragment: str, image: moderngl.Framebuffer, looking: Looking, shading: str, uniforms: dict[str, Any]
     ) -> None:
-        """variant: a constant of resolve.frag that is set, or ''."""
-        key = shading, looking.look_up, variant
+        key = fragment, shading, looking.look_up
         if key not in self._passes:
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)} | (
-                {variant: 1} if variant else {}
-            )
-            version = 430 if looking.look_up else 330
-            self._passes[key] = FullscreenPass(self._context, "resolve.frag", version, **constants)
+            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
+            self._passes[key] = FullscreenPass(self._context, fragment, 430 if looking.look_up else 330, **constants)
         textures = {"surface_map": looking.surface, "color_map": looking.colors}
         if looking.look_up:
             looking.splats.nearest.bind_to_storage_buffer(0)

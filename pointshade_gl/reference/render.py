@@ -20,7 +20,8 @@ from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
 from .picture import picture_at
 from .rasterizers import Splats, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
-from .resolve import interpolate, look_up, seen_points, stored, surfaces
+from .resolve import mix_light, seen_weights, stored
+from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
 from .vectors import texel
 
@@ -51,27 +52,29 @@ def render(
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
     splats, is_round = carried_splats(frame, normals, look, rasterizer, merge), look.splat == "round"
     pairs = covered_pairs(splats, source, camera, view, eye.near, is_round)
+    surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
-        seen = seen_points(source_ids(pairs, eye.near, camera), depth, normals, source, camera, view)
+        target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
-        seen = look_up(nearest(pairs, camera), depth, source, camera, view)
+        target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
-    u, v = seen.target_pixel.T
+    u, v = target_pixel.T
     image[v, u, 3] = 255
     if look.shading == "none":
-        colors = picture_at(picture, seen.texel.astype(F), np.array(depth.shape[::-1], F))
+        colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = np.round(colors * 255)
         return image
     lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], frame, splats, is_round, rasterizer)
     if look.shading == "phong":
-        surface, albedo = surfaces(seen, depth, normals, picture, source, view)
-        pixel = seen.target_pixel.astype(F)
-        lit = light(pixel, surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
+        surface, albedo = surfaces(seen, picture, source, view)
+        lit = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
         viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
         points = light_points(frame, normals, picture, viewer, lamps, look)
-        flat = look.shading == "flat"
-        lit = texel(points, seen.texel) if flat else interpolate(seen, depth, normals, points, source)
+        if look.shading == "flat":
+            lit = texel(points, seen.pixel)
+        else:
+            lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), points)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image
 

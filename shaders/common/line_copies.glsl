@@ -37,8 +37,8 @@ vec2 count_copies(sampler2D depth_map, ivec2 corner, ivec2 across) {
 // Noise over depth (x) and what neighbours share of it over the rest (y), with misplacement added.
 vec2 add_misplaced(vec2 noise, float moved) {
     float sum = noise.x * noise.x + moved * moved;
-    float shared = noise.x * noise.y * noise.x * noise.y + LINES_SHARE * moved * LINES_SHARE * moved;
-    return vec2(sqrt(sum), sqrt(shared / max(sum, 1e-30)));
+    float in_common = noise.x * noise.y * noise.x * noise.y + LINES_SHARE * moved * LINES_SHARE * moved;
+    return vec2(sqrt(sum), sqrt(in_common / max(sum, 1e-30)));
 }
 
 // Noise over depth that comes from depths standing up to `misplaced` pixels (standard deviation) from where they were

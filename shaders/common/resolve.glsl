@@ -1,0 +1,69 @@
+#include "common/corners.glsl"
+#include "common/picture.glsl"
+
+// What a pixel of the view shows of a frame, and the frame's values there: mixed from the four pixels round the
+// position, so that nothing blends across an edge.
+
+const float FEW = 0.001;  // the least sum of weights of which a mean is taken
+
+struct Seen {
+    vec2 at;              // position in the frame
+    float inverse_depth;  // 1/z in the target view
+    ivec2 pixel;          // whose splat is seen
+    vec4 own;             // its surface; depth 0 when there is none
+    Corners corners;      // round the position
+};
+
+// What a target pixel shows of the splat that is known to be seen in it.
+Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+    vec2 centre = vec2(pixel);
+    vec4 own = texelFetch(surface_map, pixel, 0);
+    vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(centre, source), own.w, source);
+    vec2 at = source_position(carry_footprint(centre, own.w, own.xyz, source, view, target), centre, target_pixel);
+    float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);
+    float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
+    return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at));
+}
+
+// The same where only its 1/z is known, which tells where to look.
+Seen look_up(sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+    vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
+    Corners corners = corners_at(surface_map, back.xy);
+    bvec2 side = seen_corner(corners, back.xy, back.z);
+    return Seen(back.xy, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners);
+}
+
+vec4 seen_weights(Seen seen, vec4 source) {
+    vec2 pixel = vec2(seen.pixel);
+    vec2 slope = inverse_depth_slope(seen.own.xyz, pixel_ray(pixel, source), seen.own.w, source);
+    return corner_weights(seen.corners, seen.at, pixel, 1.0 / seen.own.w, slope);
+}
+
+vec3 mix_normal(Seen seen, vec4 weight) {
+    Corners corners = seen.corners;
+    float total = weight.x + weight.y + weight.z + weight.w;
+    vec3 mixed = weight.x * corners.a.xyz + weight.y * corners.b.xyz
+        + weight.z * corners.c.xyz + weight.w * corners.d.xyz;
+    return total > FEW ? normalize(mixed) : seen.own.xyz;
+}
+
+// light_map: linear light of each pixel of the frame
+vec3 mix_light(Seen seen, vec4 weight, sampler2D light_map) {
+    ivec2 low = seen.corners.low, high = seen.corners.high;
+    float total = weight.x + weight.y + weight.z + weight.w;
+    vec3 mixed = weight.x * texelFetch(light_map, low, 0).rgb
+        + weight.y * texelFetch(light_map, ivec2(high.x, low.y), 0).rgb
+        + weight.z * texelFetch(light_map, ivec2(low.x, high.y), 0).rgb
+        + weight.w * texelFetch(light_map, high, 0).rgb;
+    return total > FEW ? mixed / total : texelFetch(light_map, seen.pixel, 0).rgb;
+}
+
+// Where to take the colour: between pixels with neighbours all round, else it would be of the edge's other side too.
+vec2 color_position(Seen seen, vec4 weight) {
+    return min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0 ? seen.at : vec2(seen.pixel);
+}
+
+// Linear light as a texture of 16 bits keeps it.
+vec3 stored(vec3 linear) {
+    return floor(clamp(linear, 0.0, 1.0) * 65535.0 + 0.5) / 65535.0;
+}

@@ -1,0 +1,28 @@
+#version 330 core
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+// What each pixel of the view shows -> the picture, lit at once (phong): quicker in a view that is lit once than
+// resolve_surfaces.frag and light.frag, and the same to one step of 255.
+#include "common/color.glsl"
+#include "common/lights.glsl"
+#include "seen.glsl"
+
+uniform sampler2D color_map;  // sRGB, of any size
+uniform sampler2D lights;
+uniform vec4 material;
+uniform vec3 ambient;
+uniform int light_count;
+
+out vec4 color;
+
+void main() {
+    Seen seen = find_seen();
+    vec4 weight = seen_weights(seen, source);
+    vec3 normal = mat3(view) * mix_normal(seen, weight);
+    vec3 encoded = picture_at(color_map, color_position(seen, weight), vec2(textureSize(surface_map, 0)));
+    vec3 albedo = stored(srgb_to_linear(encoded));
+    vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
+    vec3 light = light_surface(point, vec3(0.0), normal, albedo, material, ambient, lights, light_count);
+    color = vec4(linear_to_srgb(light), 1.0);
+}

@@ -1,0 +1,24 @@
+#version 330 core
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+#ifndef SHADING
+#define SHADING 2  // one program a model: software drivers run both sides of every branch
+#endif
+// What each pixel of the view shows -> the picture. SHADING 0 (none): the frame's own colour; 1 (flat): the light of the
+// point; 2 (gouraud): the light of the points round it, interpolated.
+#include "common/color.glsl"
+#include "seen.glsl"
+
+uniform sampler2D color_map;  // none: sRGB, of any size; flat and gouraud: the points' linear light
+
+out vec4 color;
+
+void main() {
+    Seen seen = find_seen();
+    vec3 encoded = vec3(0.0);
+    if (SHADING == 0) encoded = picture_at(color_map, vec2(seen.pixel), vec2(textureSize(surface_map, 0)));
+    if (SHADING == 1) encoded = linear_to_srgb(texelFetch(color_map, seen.pixel, 0).rgb);
+    if (SHADING == 2) encoded = linear_to_srgb(mix_light(seen, seen_weights(seen, source), color_map));
+    color = vec4(encoded, 1.0);
+}

@@ -1,0 +1,32 @@
+// What the resolve shaders have in common: their inputs, and what a pixel of the view shows.
+#include "common/resolve.glsl"
+
+uniform sampler2D surface_map;  // of the frame: unit normal, depth
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
+
+// Ends the pixel where nothing is seen. LOOK_UP: the compute rasteriser left how far the nearest splat is; else the
+// points drew which source pixel it is.
+#if LOOK_UP
+layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0 is nothing
+uniform ivec2 target_size;
+
+Seen find_seen() {
+    float inverse_depth = uintBitsToFloat(nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)]);
+    if (inverse_depth == 0.0) discard;
+    Seen seen = look_up(surface_map, inverse_depth, gl_FragCoord.xy - 0.5, source, view, target);
+    if (seen.own.w == 0.0) discard;
+    return seen;
+}
+#else
+uniform isampler2D source_ids;
+uniform int first_id;  // of the first pixel; 0 stands for nothing
+
+Seen find_seen() {
+    ivec2 size = textureSize(surface_map, 0);
+    int index = texelFetch(source_ids, ivec2(gl_FragCoord.xy), 0).r - first_id;
+    if (index < 0 || index >= size.x * size.y) discard;
+    return see_splat(surface_map, pixel_of(index, size.x), gl_FragCoord.xy - 0.5, source, view, target);
+}
+#endif

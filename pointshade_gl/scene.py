@@ -194,7 +194,6 @@ class Scene:
     @property
     def pivot(self) -> NDArray[np.float64]:
         """(3,) the middle of all that is visible, world."""
-
         return self.bounds[0]
 
     @property

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from ..estimators import METHODS
 from ..files.whole import written_whole
@@ -20,8 +18,7 @@ from .lit_pictures import count_pictures, measure_pictures
 from .measure import BROKEN, FULL, QUICK, Measurement, Plan
 from .picture_chart import picture_chart
 from .stress import CONDITIONS, STRESSES
-
-PLAIN_WIDTH = 150  # columns of a table that goes into a file
+from .tables import bold, brief, new_table, wide_console
 
 
 def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
@@ -77,12 +74,6 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
 def check_folder(output: Path) -> None:
     if output.exists() and not output.is_dir():
         raise ValueError(f"cannot write into {output}: it is a file, expected a folder")
-
-
-def wide_console() -> Console:
-    """For stdout: as wide as the terminal, or as a table needs that goes into a file."""
-    console = Console()
-    return console if console.is_terminal else Console(width=PLAIN_WIDTH)
 
 
 def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
@@ -145,20 +136,6 @@ def show(results: dict[str, Any]) -> None:
         for method in methods:
             table.add_row(method, *(brief(row[method]) for row in breaks.values()), style=bold(method))
         console.print(table)
-
-
-def new_table(title: str, first: str = "method") -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
-    table.add_column(first, no_wrap=True)
-    return table
-
-
-def bold(method: str) -> str | None:
-    return "bold" if method == "auto" else None
-
-
-def brief(value: float | None) -> str:
-    return "-" if value is None else f"{value:.3g}" if value >= 100 else f"{value:.2g}"
 
 
 def shortened(value: Any) -> Any:

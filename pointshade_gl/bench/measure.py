@@ -14,7 +14,7 @@ import numpy as np
 from .. import __version__
 from ..frame import Frame
 from ..renderer import Renderer
-from .scenes import SCENES, Scene, make_scene, standard_camera, view_rays
+from .scenes import SCENES, KnownScene, make_scene, standard_camera, view_rays
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 
 BORDER = 8  # pixels along the picture's border that are not judged: windows have no neighbours there
@@ -44,14 +44,14 @@ class Measurement:
     def __init__(self, renderer: Renderer, plan: Plan, methods: Sequence[str], seed: int, advance: Callable[[], None]):
         self.renderer, self.plan, self.methods, self.seed, self.advance = renderer, plan, methods, seed, advance
         self.camera = standard_camera(*plan.size)
-        self._scenes: dict[str, Scene] = {}
+        self._scenes: dict[str, KnownScene] = {}
 
-    def scene(self, name: str) -> Scene:
+    def scene(self, name: str) -> KnownScene:
         if name not in self._scenes:
             self._scenes[name] = make_scene(name, self.camera)
         return self._scenes[name]
 
-    def errors(self, scene: Scene, frame: Frame) -> dict[str, tuple[float, float | None]]:
+    def errors(self, scene: KnownScene, frame: Frame) -> dict[str, tuple[float, float | None]]:
         """Per method the mean angular errors, degrees: of all known pixels, and near depth edges (None: no edge).
 
         A missing normal counts as the one that faces the viewer. Methods run by their name alone, without options:
@@ -126,7 +126,7 @@ class Measurement:
                 found[method][name] = {"gpu_ms": median(gpu) if gpu else None, "wall_ms": median(wall)}
         return found
 
-    def frame(self, scene: Scene, spoil: Spoil, strength: float, why: str) -> Frame:
+    def frame(self, scene: KnownScene, spoil: Spoil, strength: float, why: str) -> Frame:
         depth = spoil(scene.depth.astype(float), strength, generator(self.seed, why, scene.name))
         return Frame(None, np.where(scene.depth > 0, depth, 0), scene.camera)
 

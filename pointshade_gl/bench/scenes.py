@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import Camera, check_pose
 from . import vase
-from .shapes import box, grey, placed, relief, rod, sheet, torus
+from .shapes import box, grey, pose_at, relief, rod, sheet, torus
 from .tracing import Array, Surface, moved, plane, sphere, trace
 
 MIDDLE = 1.5  # metres to the middle of the scenes
@@ -22,7 +22,7 @@ REACH = 2  # pixels from a depth edge that count as its surroundings
 
 
 @dataclass(frozen=True)
-class Scene:
+class KnownScene:
     """What a perfect camera would see.
 
     depth (h, w) float32 metres, 0 = nothing; normals (h, w, 3) float32, unit, camera axes, towards the camera;
@@ -47,23 +47,23 @@ def wall() -> Surface:
 
 
 def tilted(degrees: float, roll: float, low: float, high: float) -> list[Surface]:
-    return [moved(sheet(20, low, high), placed((0, 0, MIDDLE), pitch=degrees, roll=roll))]
+    return [moved(sheet(20, low, high), pose_at((0, 0, MIDDLE), pitch=degrees, roll=roll))]
 
 
 def turned_vase(_: Camera) -> list[Surface]:
     """The built-in scene, close up and before a wall."""
-    to_camera = placed((0, 0.02, -0.22)) @ np.linalg.inv(vase.POSE)
+    to_camera = pose_at((0, 0.02, -0.22)) @ np.linalg.inv(vase.POSE)
     return [moved(part, to_camera) for part in vase.scene()] + [plane((0.1, 0, -1), (0, 0, 1.1), grey)]
 
 
 def stairs(_: Camera) -> list[Surface]:
     """Nine steps away from a camera that looks down on them, and five free plates: pure jumps in depth."""
-    down = np.linalg.inv(placed((0, 0, 0), pitch=12))
+    down = np.linalg.inv(pose_at((0, 0, 0), pitch=12))
     parts = [moved(plane((0, 0, -1), (0, 0, 5), grey), down)]
     for k in range(9):
-        parts.append(moved(box((1.1, 0.08, 0.13)), down @ placed((0, 0.7 - 0.15 * k, 1.2 + 0.25 * k))))
+        parts.append(moved(box((1.1, 0.08, 0.13)), down @ pose_at((0, 0.7 - 0.15 * k, 1.2 + 0.25 * k))))
     for k in range(5):
-        place = placed((0.65 - 0.12 * k, -0.15 - 0.04 * k, 1.3 + 0.2 * k), yaw=-15)
+        place = pose_at((0.65 - 0.12 * k, -0.15 - 0.04 * k, 1.3 + 0.2 * k), yaw=-15)
         parts.append(moved(box((0.12, 0.2, 0.02)), down @ place))
     return parts
 
@@ -78,9 +78,9 @@ def rods(camera: Camera) -> list[Surface]:
     for k in range(15):
         width, direction = 1 + k % 3, (0, 90, 20, 45, 70)[k // 3]
         x, y = (k % 5 - 2) * 0.33 + 0.02, (k // 5 - 1) * 0.42
-        parts.append(moved(sheet(width * pixel / 2, -0.17, 0.17), placed((x, y, MIDDLE), pitch=35, roll=direction)))
+        parts.append(moved(sheet(width * pixel / 2, -0.17, 0.17), pose_at((x, y, MIDDLE), pitch=35, roll=direction)))
     for x, roll in ((-0.5, 0), (-0.17, 80), (0.16, 35), (0.49, 60)):
-        parts.append(moved(rod(1.5 * pixel, 0.14), placed((x, 0.21, MIDDLE), pitch=20, roll=roll)))
+        parts.append(moved(rod(1.5 * pixel, 0.14), pose_at((x, 0.21, MIDDLE), pitch=20, roll=roll)))
     return parts
 
 
@@ -101,12 +101,12 @@ def waves(camera: Camera) -> list[Surface]:
 
 def overlap(_: Camera) -> list[Surface]:
     """A box and two balls, one before the other, before a wall."""
-    cube = moved(box((0.3, 0.3, 0.3)), placed((0.25, 0.08, 1.75), 40, 25))
+    cube = moved(box((0.3, 0.3, 0.3)), pose_at((0.25, 0.08, 1.75), 40, 25))
     return [wall(), cube, sphere((-0.2, 0.05, 1.15), 0.25, grey), sphere((0.03, -0.2, 1.3), 0.12, grey)]
 
 
 def ring(_: Camera) -> list[Surface]:
-    return [wall(), moved(torus(0.36, 0.13), placed((0, 0, 1.4), 25, 50))]
+    return [wall(), moved(torus(0.36, 0.13), pose_at((0, 0, 1.4), 25, 50))]
 
 
 SCENES: dict[str, Callable[[Camera], list[Surface]]] = {
@@ -123,13 +123,13 @@ SCENES: dict[str, Callable[[Camera], list[Surface]]] = {
 }
 
 
-def make_scene(name: str, standard: Camera, camera: Camera | None = None, pose: ArrayLike | None = None) -> Scene:
+def make_scene(name: str, standard: Camera, camera: Camera | None = None, pose: ArrayLike | None = None) -> KnownScene:
     """The scene composed for the `standard` camera, seen by any camera (None: by that one) at any pose."""
     camera = camera or standard
     hits = trace(SCENES[name](standard), camera, pose)
     normals = hits.normals @ check_pose(pose)[:3, :3]
     edge = near_depth_edge(hits.depth, normals, camera)
-    return Scene(name, camera, hits.depth.astype(np.float32), normals.astype(np.float32), edge)
+    return KnownScene(name, camera, hits.depth.astype(np.float32), normals.astype(np.float32), edge)
 
 
 def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = REACH) -> NDArray[np.bool_]:

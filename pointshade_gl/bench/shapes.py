@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..camera import orbit_pose
-from .solids import Look, solid
+from .solids import Sample, solid
 from .tracing import Array, Surface
 
 HALVINGS = 48  # of the interval in which a ray meets a height field: 1e-15 of a metre
@@ -18,7 +18,7 @@ def grey(points: Array) -> Array:
     return np.full(points.shape, 0.6)
 
 
-def placed(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Array:
+def pose_at(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Array:
     """A pose at `centre`, rolled about z, then turned as a camera that orbits: degrees."""
     a = np.radians(roll)
     pose = orbit_pose(None, (0, 0, 0), yaw, pitch).copy()
@@ -75,7 +75,7 @@ def rod(radius: float, half_length: float) -> Surface:
 def torus(ring: float, tube: float) -> Surface:
     """A ring round the y axis."""
 
-    def shape(p: Array) -> Look:
+    def shape(p: Array) -> Sample:
         across = np.hypot(p[..., 0], p[..., 2]) - ring
         return np.hypot(across, p[..., 1]) - tube, lambda: grey(p)
 

@@ -10,7 +10,7 @@ from .tracing import Array, Surface, decode
 
 LATTICE = np.random.default_rng(2001).random((32, 32, 32))
 Vector = tuple[float, ...] | Array
-Look = tuple[Array, Callable[[], Array]]  # of points: the signed distances, and what finds the albedos
+Sample = tuple[Array, Callable[[], Array]]  # of points: the signed distances, and what finds the albedos
 
 
 def noise(points: Array, *scale: float) -> Array:
@@ -48,7 +48,7 @@ def ellipsoid(p: Array, radii: Vector) -> Array:
     return k0 * (k0 - 1) / np.maximum(k1, 1e-12)
 
 
-def solid(shape: Callable[[Array], Look], hull: Array, margin: float, caution: float = 0.4) -> Surface:
+def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4) -> Surface:
     """A sphere-traced surface that stays within `margin` of the points `hull`.
 
     Each step is `caution` times the distance, for most shapes only come near their true distance.

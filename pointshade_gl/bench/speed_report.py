@@ -8,7 +8,7 @@ import numpy as np
 from rich.console import Console
 
 from .charts import DPI, INK, PALE, WIDTH, png
-from .command import brief, new_table
+from .tables import brief, new_table
 
 COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
 

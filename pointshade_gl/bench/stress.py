@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..camera import Camera
 from .scenes import MIDDLE
-from .shapes import placed
+from .shapes import pose_at
 
 Depth = NDArray[np.float64]
 Spoil = Callable[[Depth, float, Generator], Depth]
@@ -97,7 +97,7 @@ def untouched(depth: Depth, _: float, __: Generator) -> Depth:
 def telephoto(camera: Camera, factor: float) -> tuple[Camera, ArrayLike]:
     """A longer lens from further away: the scene's middle keeps its size in pixels."""
     lens = Camera(camera.fx * factor, camera.fy * factor, camera.cx, camera.cy, camera.width, camera.height)
-    return lens, placed((0, 0, MIDDLE * (1 - factor)))
+    return lens, pose_at((0, 0, MIDDLE * (1 - factor)))
 
 
 def wide_angle(camera: Camera, factor: float) -> tuple[Camera, ArrayLike]:

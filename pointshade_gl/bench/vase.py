@@ -16,7 +16,7 @@ from numpy.polynomial import Polynomial
 from PIL import Image
 
 from ..camera import Camera, orbit_pose
-from .solids import Look, Vector, around, axes, ellipsoid, mix, nearest, noise, ramp, rgb, solid
+from .solids import Sample, Vector, around, axes, ellipsoid, mix, nearest, noise, ramp, rgb, solid
 from .tracing import Array, Surface, encode, trace
 
 FOLDER = Path(__file__).parents[2] / "assets" / "vase"
@@ -31,7 +31,7 @@ PROFILE = Polynomial.fit(HEIGHTS, RADII, 9)  # a polynomial: no seam for a highl
 SLOPE = PROFILE.deriv()
 
 
-def vase(p: Array) -> Look:
+def vase(p: Array) -> Sample:
     """A shell around PROFILE, thicker at its lip."""
     y, r = np.clip(p[..., 1] - WALL, 0, HEIGHT), np.hypot(p[..., 0], p[..., 2])
     across = (r - PROFILE(y)) / np.sqrt(1 + SLOPE(y) ** 2)
@@ -82,7 +82,7 @@ def painted(p: Array, outside: Array) -> Array:
     return mix(colour, rgb("182876"), np.clip(dark * 1.15 * tone, 0, 0.97))
 
 
-def table(p: Array) -> Look:
+def table(p: Array) -> Sample:
     """A wooden disc with a rounded edge, 36 cm wide, its top at y = 0."""
     x, y = np.hypot(p[..., 0], p[..., 2]) - 0.171, np.abs(p[..., 1] + 0.011) - 0.002
 
@@ -99,7 +99,7 @@ def table(p: Array) -> Look:
 def leaf(curve: Array, width: float, side: Vector, thick: float = 0.0019) -> Surface:
     """A blade along a curve, folded along its middle; `side` points across it. Without width it is a stem."""
 
-    def shape(p: Array) -> Look:
+    def shape(p: Array) -> Sample:
         t, offset, tangent = nearest(curve, p)
         x, y, z = (axes(np.cross(tangent, side), tangent) @ offset[..., None])[..., 0].T
         half = width * (0.1 + np.sin(np.pi * t**0.9) ** 1.3) * (1 - t**6)
@@ -118,7 +118,7 @@ def leaf(curve: Array, width: float, side: Vector, thick: float = 0.0019) -> Sur
 def tulip(head: Array, up: Array, size: float, turn: float, body: Array, rim: Array) -> Surface:
     """Two rings of three pointed petals on an egg."""
 
-    def shape(p: Array) -> Look:
+    def shape(p: Array) -> Sample:
         y, rho, phi = around(p / size, head / size, up)
         h, ring = np.clip(y, 0, 1), np.array([[0], [1]])
         f = (phi + turn + ring * np.pi / 3) % (2 * np.pi / 3) - np.pi / 3  # from the petal's middle
@@ -142,7 +142,7 @@ def tulip(head: Array, up: Array, size: float, turn: float, body: Array, rim: Ar
 def daisy(head: Array, up: Array, size: float, turn: float, petal: Array, gold: Array) -> Surface:
     """Two rings of petals around a domed heart."""
 
-    def shape(p: Array) -> Look:
+    def shape(p: Array) -> Sample:
         y, rho, phi = around(p / size, head / size, up)
         place, ring = phi / (2 * np.pi) * 13, np.array([[0], [0.5]])
         f = ((place + ring) % 1 - 0.5) * 2 * np.pi / 13  # from the petal's middle

@@ -1,0 +1,30 @@
+"""Tables on stdout: what the reports of `pointshade bench` have in common."""
+
+from __future__ import annotations
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+PLAIN_WIDTH = 150  # columns of a table that goes into a file
+
+
+def wide_console() -> Console:
+    """For stdout: as wide as the terminal, or wide enough for every table when it goes into a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=PLAIN_WIDTH)
+
+
+def new_table(title: str, first: str = "method") -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
+    table.add_column(first, no_wrap=True)
+    return table
+
+
+def bold(method: str) -> str | None:
+    return "bold" if method == "auto" else None
+
+
+def brief(value: float | None) -> str:
+    """Two digits, three from 100 on; a dash for None."""
+    return "-" if value is None else f"{value:.3g}" if value >= 100 else f"{value:.2g}"

@@ -42,6 +42,7 @@ from .cli_options import (
 if TYPE_CHECKING:
     from .frame import Frame
     from .light import Light
+    from .look import Look
     from .renderer import Renderer
     from .scene import Scene
     from .view import View
@@ -121,7 +122,7 @@ def render(
     from .files.film import check_series, is_series
     from .files.pictures import check_writable, save_image
     from .files.poses import load_pose
-    from .look import Material
+    from .look import Look, Material
     from .scene import Scene
     from .view import View
 
@@ -132,14 +133,14 @@ def render(
         pitch=pitch,
         dolly=dolly,
         size=_size(size) if size else None,
-        style={
-            "material": Material(ambient, diffuse, specular, shininess),
-            "normals": normals,
-            "shading": shading,
-            "splat": splat,
-            "max_depth_step": max_depth_step,
-            "noise": _noise(noise),
-        },
+        look=Look(
+            Material(ambient, diffuse, specular, shininess),
+            normals,
+            shading,
+            splat=splat,
+            max_depth_step=max_depth_step,
+            noise=_noise(noise),
+        ),
     )
     many = turntable is not None or is_series(output)
     (check_series if many else check_writable)(output)
@@ -155,7 +156,7 @@ def render(
         depth_kind=depth_kind,
         baseline=baseline,
     )
-    _check_style(source, view)
+    _check_look(source, view.look)
     if isinstance(source, Scene):
         view = replace(view, lights=[replace(one, shadow=True) for one in view.lights])
     if many:
@@ -242,20 +243,20 @@ def view(
     ] = None,
 ) -> None:
     """Open a window in which the light follows the mouse; H in it lists keys. A folder of many frames is played."""
-    from .look import Material
+    from .look import Look, Material
     from .viewer import Viewer
     from .viewer.panel import MISSING
     from .viewer.state import State
 
     if panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
-    state = State(
-        normals=normals,
+    look = Look(
+        Material(ambient, diffuse, specular, shininess),
+        normals,
+        shading,
+        splat=splat,
         max_depth_step=max_depth_step,
         noise=_noise(noise),
-        shading=shading,
-        material=Material(ambient, diffuse, specular, shininess),
-        splat=splat,
     )
     source = _load(
         input,
@@ -273,7 +274,7 @@ def view(
         source,
         title=f"pointshade: {input or depth or 'vase'}",
         size=_size(size) if size else None,
-        state=state,
+        state=State(look=look),
         lights=[_light(text) for text in light or []],
         fps=fps,
         record=record,
@@ -357,15 +358,16 @@ def _load(source: str | None, sequence: bool = False, scene: bool = False, **opt
     return open_source(source, **options)
 
 
-def _check_style(source: Any, view: View) -> None:
-    """The objects of a scene have their own material, normals, shading: options for them would do nothing."""
-    from .look import Material
+def _check_look(source: Any, look: Look) -> None:
+    """Raises ValueError for options about the look of objects: those of a scene have their own."""
+    from .look import Look
     from .scene import Scene
 
-    plain = {"material": Material(), "normals": "auto", "shading": "phong", "splat": "footprint"}
-    if isinstance(source, Scene) and any(value != plain.get(name) for name, value in view.style.items()):
-        told = ", ".join(name for name, value in view.style.items() if value != plain.get(name))
-        raise ValueError(f"the objects of a scene have their own {told}: leave the options for it out")
+    given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
+    changed = [name for name in given if name != "material" and given[name] != plain[name]]
+    if isinstance(source, Scene) and changed:
+        options = ", ".join(f"--{name.replace('_', '-')}" for name in changed)
+        raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
 
 
 def _render_series(

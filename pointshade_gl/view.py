@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .camera import orbit_pose
 from .frame import Frame
 from .light import Light
+from .look import Look
 from .scene import Scene
 
 # a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
@@ -26,7 +27,7 @@ class View:
     pose    (4, 4) camera-to-world, the same for all frames; None is each frame's own, turned by yaw, pitch and dolly
             as in `orbit_pose`
     size    (width, height) of the picture in pixels; None is that of the depth
-    style   further arguments of `Renderer.render`: material, normals, shading...
+    look    how frames are drawn; the objects of a scene have their own
     """
 
     lights: Sequence[Light] = ()
@@ -35,7 +36,7 @@ class View:
     pitch: float = 0.0
     dolly: float = 0.0
     size: tuple[int, int] | None = None
-    style: dict[str, Any] = field(default_factory=dict)
+    look: Look = field(default_factory=Look)
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
@@ -44,8 +45,8 @@ class View:
         turns = self.yaw, self.pitch, self.dolly, _upright(frame)
         pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
         camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
-        style = {} if isinstance(frame, Scene) else self.style  # the objects of a scene have their own
-        return {"light": self.lights or None, "camera": camera, "pose": pose, **style}
+        look = {} if isinstance(frame, Scene) else self.look.options
+        return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
 
     def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
         """The lights gone round the pivot: from the front to the right, behind, and back from the left."""

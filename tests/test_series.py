@@ -15,7 +15,7 @@ from pointshade_gl.view import View
 from . import frames
 
 CAMERA = ps.Camera(50, 50, 19.5, 14.5, 40, 30)
-UNLIT = View(style={"shading": "none"})
+UNLIT = View(look=ps.Look(shading="none"))
 
 
 def grey(value, distance=1.5, pose=None):

@@ -1,5 +1,7 @@
 """How frames are looked at, and the way of a light round its object."""
 
+import inspect
+
 import numpy as np
 import pytest
 from pytest import approx
@@ -21,9 +23,16 @@ def seen(frame, point):
 
 
 def test_by_default_each_frame_is_seen_by_its_own_camera():
-    arguments = View(style={"shading": "flat"}).of(wall(pose=POSE))
+    look = ps.Look(shading="flat", material=ps.Material(specular=0))
+    arguments = View(look=look).of(wall(pose=POSE))
     np.testing.assert_allclose(arguments.pop("pose"), POSE, atol=1e-12)
-    assert arguments == {"light": None, "camera": None, "shading": "flat"}
+    assert arguments == {"light": None, "camera": None, **look.options}
+    assert arguments.keys() < inspect.signature(ps.render).parameters.keys()
+
+
+def test_the_objects_of_a_scene_keep_their_own_look():
+    scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA)
+    assert View(look=ps.Look(shading="flat")).of(scene).keys() == {"light", "camera", "pose"}
 
 
 def test_the_view_is_that_of_orbit_pose_and_the_size_fits_the_whole_picture():

@@ -34,15 +34,15 @@ class TestKeys:
             press(viewer, "N")
             viewer.step(wait=False)
             seen.append(viewer.renderer.choice.method)
-            assert viewer.state.normals in viewer._message
-        assert seen[:-1] == list(ESTIMATORS[1:]) and viewer.state.normals == "auto"
+            assert viewer.state.look.normals in viewer._message
+        assert seen[:-1] == list(ESTIMATORS[1:]) and viewer.state.look.normals == "auto"
 
     def test_plus_and_minus_change_the_point_size_and_find_the_way_back(self, open_viewer):
         viewer = open_viewer()
         press(viewer, "+", "=")
-        assert viewer.state.size > 1.5
+        assert viewer.state.point_size == viewer.state.look.size > 1.5
         press(viewer, "-", "-")
-        assert viewer.state.size == 1
+        assert viewer.state.point_size == 1
 
     def test_p_writes_what_is_seen_under_a_new_name_and_prints_it(self, open_viewer, tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)

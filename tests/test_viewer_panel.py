@@ -48,7 +48,8 @@ class TestPanel:
         assert set(viewer.renderer.steps.laps) >= {"surface", "splats", "resolve"}
 
     def test_it_keeps_what_its_sliders_cannot_show(self, open_viewer):
-        state = State(material=ps.Material(0.1, 7, 0.3, 900), size=0.01, max_depth_step="0.07", light_intensity=9)
+        look = ps.Look(ps.Material(0.1, 7, 0.3, 900), size=0.01, max_depth_step=0.07)
+        state = State(look=look, light_intensity=9)
         viewer = open_viewer(state=replace(state, panel=True))
         for _ in range(4):
             viewer.step(wait=False)

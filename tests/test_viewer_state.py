@@ -140,8 +140,20 @@ class TestView:
         assert 10 < State().zoomed(-1000).distance < 100
 
     def test_reset_forgets_view_and_light_and_keeps_what_was_chosen(self):
-        used = State(yaw=3, pan=(1, 0), light_at=(1, 1), light_reach=3, shading="flat", light_mode=False)
-        assert used.reset_view() == State(shading="flat", light_mode=False)
+        used = State(yaw=3, pan=(1, 0), light_at=(1, 1), light_reach=3, look=ps.Look(shading="flat"), light_mode=False)
+        assert used.reset_view() == State(look=ps.Look(shading="flat"), light_mode=False)
+
+
+class TestLook:
+    def test_one_of_its_values_changes_and_the_others_stay(self):
+        state = State(look=ps.Look(splat="round", noise="kinect"), yaw=3).with_look(shading="flat", size=2)
+        assert state == State(look=ps.Look(splat="round", noise="kinect", shading="flat", size=2), yaw=3)
+        assert (State().point_size, state.point_size) == (1, 2)
+
+    @pytest.mark.parametrize("option", ["normals", "size", "noise"])
+    def test_it_has_one_value_for_all_pixels(self, option):
+        with pytest.raises(ValueError, match="must have one value for all pixels"):
+            State(look=ps.Look(**{option: np.ones((2, 2))}))
 
 
 def test_the_marker_is_where_the_mouse_has_to_be():

@@ -85,38 +85,39 @@ class Key(NamedTuple):
     do: Callable[[Viewer, str], Any]
 
 
-def _change(viewer: Viewer, text: str, **values: Any) -> None:
-    viewer.state = replace(viewer.state, **values)
+def _change(viewer: Viewer, text: str, state: State) -> None:
+    viewer.state = state
     viewer.say(text)
 
 
 def _toggle_light(viewer: Viewer, _: str) -> None:
     on = not viewer.state.light_mode
-    _change(viewer, "the light follows the mouse" if on else "the light stays where it is", light_mode=on)
+    text = "the light follows the mouse" if on else "the light stays where it is"
+    _change(viewer, text, replace(viewer.state, light_mode=on))
 
 
 def _choose_shading(viewer: Viewer, name: str) -> None:
     shading = SHADINGS[int(name) - 1]
-    _change(viewer, f"shading: {shading}", shading=shading, lit=True)
+    _change(viewer, f"shading: {shading}", replace(viewer.state.with_look(shading=shading), lit=True))
 
 
 def _cycle_normals(viewer: Viewer, _: str) -> None:
-    before = viewer.state.normals
+    before = viewer.state.look.normals
     following = ESTIMATORS.index(before) + 1 if before in ESTIMATORS else 0
     normals = ESTIMATORS[following % len(ESTIMATORS)]
-    _change(viewer, f"normals: {normals}", normals=normals)
+    _change(viewer, f"normals: {normals}", viewer.state.with_look(normals=normals))
 
 
 def _compare(viewer: Viewer, _: str) -> None:
     lit = not viewer.state.lit
-    _change(viewer, "lit" if lit else "as photographed, without light", lit=lit)
+    _change(viewer, "lit" if lit else "as photographed, without light", replace(viewer.state, lit=lit))
 
 
 def _resize_points(viewer: Viewer, name: str) -> None:
     factor = 1.25 if name in ("+", "=") else 1 / 1.25
-    size = round(min(max(viewer.state.size * factor, 0.25), 8.0), 2)
+    size = round(min(max(viewer.state.point_size * factor, 0.25), 8.0), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
-    _change(viewer, f"point size: {size:g} pixels of the frame", size=size)
+    _change(viewer, f"point size: {size:g} pixels of the frame", viewer.state.with_look(size=size))
 
 
 def _leave(viewer: Viewer, name: str) -> None:
@@ -137,7 +138,7 @@ def _reset(viewer: Viewer, _: str) -> None:
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
     on = not viewer.state.shadows
-    _change(viewer, "shadows" if on else "no shadows", shadows=on)
+    _change(viewer, "shadows" if on else "no shadows", replace(viewer.state, shadows=on))
 
 
 MOUSE = (

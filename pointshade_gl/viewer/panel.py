@@ -97,9 +97,9 @@ class Panel:
 
     def _surface(self, viewer: Viewer) -> None:
         imgui, state = self._imgui, viewer.state
+        look, m = state.look, state.look.material
         imgui.separator_text("surface")
-        shading = self._choose("shading", state.shading, SHADINGS)
-        m = state.material
+        shading = self._choose("shading", look.shading, SHADINGS)
         material = Material(
             self._slide("ambient", m.ambient, 0.0, 1.0),
             self._slide("diffuse", m.diffuse, 0.0, 1.0),
@@ -107,13 +107,15 @@ class Panel:
             self._slide("shininess", m.shininess, 1.0, 200.0, logarithmic=True),
         )
         imgui.separator_text("points")
-        normals = self._choose("normals", state.normals, METHODS)
-        step = self._choose("dZmax", state.max_depth_step or "off", STEPS)
-        splat = self._choose("splat", state.splat, SPLATS)
-        size = self._slide("size", state.size, 0.25, 8.0, logarithmic=True)
-        viewer.state = replace(
-            state, shading=shading, material=material, normals=normals, splat=splat, size=size,
-            max_depth_step=None if step == "off" else step,
+        normals = self._choose("normals", str(look.normals), METHODS)
+        before = "off" if look.max_depth_step is None else str(look.max_depth_step)
+        step = self._choose("dZmax", before, STEPS)
+        splat = self._choose("splat", look.splat, SPLATS)
+        size = self._slide("size", state.point_size, 0.25, 8.0, logarithmic=True)
+        viewer.state = state.with_look(
+            shading=shading, material=material, normals=normals, splat=splat,
+            size=look.size if size == state.point_size else size,
+            max_depth_step=look.max_depth_step if step == before else None if step == "off" else step,
         )  # fmt: skip
 
     def _nodes(self, viewer: Viewer, scene: Scene) -> None:

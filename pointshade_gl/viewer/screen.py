@@ -85,7 +85,7 @@ class Screen:
         self.gl.release()  # closes the window, too
 
     def _marker(self, state: State, stage: Stage, camera: Camera) -> Marker | None:
-        if not state.lit or state.shading == "none":
+        if not state.lit or state.look.shading == "none":
             return None
         x, y = marker_place(state, stage, camera)
         radius = MARKER * self.window.scale
@@ -122,33 +122,24 @@ def shot(viewer: Viewer, camera: Camera) -> dict[str, Any]:
     common = {"camera": camera, "pose": np.asarray(frame.pose) @ state.pose(viewer.stage)}
     if isinstance(frame, Scene):
         lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
-        shading = "none" if not state.lit else state.shading if state.shading != "phong" else None
-        return common | {"frame": styled(frame, shading), "light": lights}
-    return common | {
-        "frame": frame,
-        "light": [held, *viewer.lights],
-        "material": state.material,
-        "normals": state.normals,
-        "shading": state.shading if state.lit else "none",
-        "size": state.size,
-        "splat": state.splat,
-        "max_depth_step": state.max_depth_step,
-        "noise": state.noise,
-    }
+        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+        return common | {"frame": shaded(frame, shading), "light": lights}
+    shown = state if state.lit else state.with_look(shading="none")
+    return common | {"frame": frame, "light": [held, *viewer.lights], **shown.look.options}
 
 
 @lru_cache(maxsize=4)
-def styled(scene: Scene, shading: str | None) -> Scene:
+def shaded(scene: Scene, shading: str | None) -> Scene:
     """The scene with one shading model for everything; None leaves each object its own."""
     if shading is None:
         return scene
     for path, node in scene.every_node():
         parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        scene = scene.with_node(path, content=tuple(_shaded(part, shading) for part in parts if part is not None))
+        scene = scene.with_node(path, content=tuple(_part_shaded(part, shading) for part in parts if part is not None))
     return scene
 
 
-def _shaded(part: Any, shading: str) -> Any:
+def _part_shaded(part: Any, shading: str) -> Any:
     if isinstance(part, PointObject):
         return replace(part, look=replace(part.look, shading=shading))
     return replace(part, shading=shading) if isinstance(part, Mesh) else part

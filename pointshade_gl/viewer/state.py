@@ -10,16 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, orbit_pose
-from ..checks import check_choice
-from ..estimators import check_method, parse_max_depth_step
 from ..frame import PROBE, Frame
 from ..light import Light
-from ..look import SHADINGS, SPLATS, Material
+from ..look import Look
 from ..scene import Scene
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
@@ -80,6 +79,9 @@ class State:
     light_mode    whether the plain mouse holds the light
     lit           False shows the frame's own colours
     shadows       whether lights cast shadows
+    look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
+
+    Raises ValueError for a look with arrays: the next frame of a sequence may have another size.
     """
 
     yaw: float = 0.0
@@ -93,21 +95,22 @@ class State:
     light_intensity: float = 1.0
     lit: bool = True
     shadows: bool = False
-    shading: str = "phong"
-    normals: str = "auto"
-    max_depth_step: str | None = None
-    noise: float | str | None = None
-    splat: str = "footprint"
-    size: float = 1.0
-    material: Material = field(default_factory=Material)
+    look: Look = field(default_factory=Look)
     help: bool = False
     panel: bool = False
 
     def __post_init__(self) -> None:
-        check_choice("shading", self.shading, SHADINGS)
-        check_choice("splat", self.splat, SPLATS)
-        check_method(self.normals)
-        parse_max_depth_step(self.max_depth_step)
+        if not self.look.is_uniform:
+            raise ValueError("the viewer's look must have one value for all pixels: no arrays for normals, size, noise")
+
+    @property
+    def point_size(self) -> float:
+        """The splats' size in source pixels."""
+        return 1.0 if self.look.size is None else float(np.asarray(self.look.size))
+
+    def with_look(self, **changes: Any) -> State:
+        """The state with other values of its look: `state.with_look(shading="flat")`."""
+        return replace(self, look=replace(self.look, **changes))
 
     def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
         """After a drag by (dx, dy) pixels: the near side of the object goes with the mouse.

@@ -1,60 +1,237 @@
-"""The options that commands share: one annotated type each, named as in the help."""
+"""The options of the command line, each declared once: as a field of a group, or as a type of its own.
+
+A command takes whole groups as parameters; `spread` shows their fields to Typer as single options.
+"""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
+from .cli_parse import light_from, noise_from, size_from
+
+if TYPE_CHECKING:
+    from .light import Light
+    from .look import Look
+    from .view import View
+
 FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
-Input = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[INPUT]",
-        help="A folder with color.*, depth.*, intrinsics.json, or with many of them; "
-        "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
-    ),
-]
-Color = Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)]
-Depth = Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)]
-Intrinsics = Annotated[
-    str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
-]
-Fov = Annotated[
-    float | None, typer.Option(metavar="DEG", help="Vertical field of view, without intrinsics.", rich_help_panel=FRAME)
-]
-DepthScale = Annotated[
-    float | None, typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME)
-]
-DepthKind = Annotated[
-    str | None, typer.Option(metavar="KIND", help="z, ray, plane, inverse or disparity.", rich_help_panel=FRAME)
-]
-Baseline = Annotated[
-    float | None, typer.Option(metavar="M", help="Metres between the cameras of a disparity.", rich_help_panel=FRAME)
-]
-Normals = Annotated[str, typer.Option(metavar="METHOD", help="How normals are estimated.", rich_help_panel=FRAME)]
-MaxDepthStep = Annotated[
-    str | None,
-    typer.Option(metavar="M", help="Depth step that ends a surface: metres, or '3%'.", rich_help_panel=FRAME),
-]
-NoiseOption = Annotated[
-    str | None,
-    typer.Option("--noise", metavar="M|SENSOR", help="Noise of the depth: metres, or kinect.", rich_help_panel=FRAME),
-]
-Device = Annotated[int, typer.Option(metavar="N", help="Which GPU (Linux).")]
-Lights = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="X,Y,Z",
-        help="Point light, metres, world axes; repeatable. In place of a scene's own.",
-        rich_help_panel=LIGHT,
-    ),
-]
+
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
-Shading = Annotated[str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)]
-Ambient = Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)]
-Diffuse = Annotated[float, typer.Option(help="Strength of the matt reflection.", rich_help_panel=LIGHT)]
-Specular = Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)]
-Shininess = Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)]
-Splat = Annotated[str, typer.Option(help="footprint or round.", rich_help_panel=VIEW)]
+Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
+Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
+
+
+@dataclass(frozen=True)
+class FrameOptions:
+    """What is read, and what its depth means."""
+
+    input: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="INPUT",
+            help="A folder with color.*, depth.* and intrinsics.json, or with a sequence of frames; "
+            "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
+        ),
+    ] = None
+    color: Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)] = None
+    depth: Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)] = None
+    intrinsics: Annotated[
+        str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
+    ] = None
+    fov: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="Vertical field of view, instead of intrinsics.", rich_help_panel=FRAME),
+    ] = None
+    depth_scale: Annotated[
+        float | None,
+        typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME),
+    ] = None
+    depth_kind: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND", help="What depth values are: z, ray, plane, inverse or disparity.", rich_help_panel=FRAME
+        ),
+    ] = None
+    baseline: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres between the two cameras, for disparity.", rich_help_panel=FRAME),
+    ] = None
+
+    @property
+    def load_options(self) -> dict[str, Any]:
+        """All but the input, by name, as arguments of `load_frame`."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "input"}
+
+
+@dataclass(frozen=True)
+class NormalOptions:
+    """How normals are estimated."""
+
+    normals: Annotated[
+        str, typer.Option(metavar="METHOD", help="How normals are estimated.", rich_help_panel=FRAME)
+    ] = "auto"
+    max_depth_step: Annotated[
+        str | None,
+        typer.Option(metavar="M", help="A larger depth step ends a surface: metres, or '3%'.", rich_help_panel=FRAME),
+    ] = None
+    noise: Annotated[
+        str | None,
+        typer.Option(
+            metavar="M|SENSOR", help="Noise of the depth: metres, or kinect. Default: measured.", rich_help_panel=FRAME
+        ),
+    ] = None
+
+    def noise_value(self) -> float | str | None:
+        """Metres, the name of a sensor, or None."""
+        return noise_from(self.noise)
+
+
+@dataclass(frozen=True)
+class LookOptions(NormalOptions):
+    """How objects look, and under which lights."""
+
+    shading: Annotated[
+        str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)
+    ] = "phong"
+    light: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Point light: metres, world axes; repeatable. Replaces a scene's own lights.",
+            rich_help_panel=LIGHT,
+        ),
+    ] = None
+    ambient: Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)] = 0.1
+    diffuse: Annotated[float, typer.Option(help="Strength of the diffuse reflection.", rich_help_panel=LIGHT)] = 0.9
+    specular: Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)] = 0.3
+    shininess: Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)] = 32.0
+    splat: Annotated[str, typer.Option(help="Shape of a point: footprint or round.", rich_help_panel=VIEW)] = (
+        "footprint"
+    )
+
+    def look(self) -> Look:
+        """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
+        from .look import Look, Material
+
+        return Look(
+            Material(self.ambient, self.diffuse, self.specular, self.shininess),
+            self.normals,
+            self.shading,
+            splat=self.splat,
+            max_depth_step=self.max_depth_step,
+            noise=self.noise_value(),
+        )
+
+    def lights(self) -> list[Light]:
+        """The lights in the order given. Raises ValueError for a text that is no place."""
+        return [light_from(text) for text in self.light or []]
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """From where objects are seen, and how large the picture is."""
+
+    yaw: Annotated[float, typer.Option(help="Degrees to the right around the object.", rich_help_panel=VIEW)] = 0.0
+    pitch: Annotated[float, typer.Option(help="Degrees upwards around the object.", rich_help_panel=VIEW)] = 0.0
+    dolly: Annotated[
+        float, typer.Option(help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW)
+    ] = 0.0
+    pose: Annotated[
+        Path | None,
+        typer.Option(
+            help="4x4 camera-to-world matrix in a file, instead of yaw, pitch and dolly.", rich_help_panel=VIEW
+        ),
+    ] = None
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture.", rich_help_panel=VIEW)] = None
+
+    def view(self, look: LookOptions) -> View:
+        """The View, with a look and its lights. Raises ValueError or OSError."""
+        from .files.poses import load_pose
+        from .view import View
+
+        pose = load_pose(self.pose) if self.pose else None
+        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, size_from(self.size), look.look())
+
+
+@dataclass(frozen=True)
+class FilmOptions:
+    """What a film or a series of pictures shows."""
+
+    turntable: Annotated[
+        str | None,
+        typer.Option(
+            metavar="light|camera", help="Move the light or the camera once around the object.", rich_help_panel=FILM
+        ),
+    ] = None
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Pictures of a turntable (default 75), or only the first N of a sequence.",
+            rich_help_panel=FILM,
+        ),
+    ] = None
+    fps: Annotated[float, typer.Option(help="Pictures per second.", rich_help_panel=FILM)] = 25.0
+
+
+@dataclass(frozen=True)
+class WindowOptions:
+    """The window of `pointshade view`."""
+
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None
+    panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
+    fps: Annotated[float, typer.Option(help="Frames of a sequence per second.", rich_help_panel=FILM)] = 30.0
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Record the window as a film: .mp4 or .gif.", rich_help_panel=FILM),
+    ] = None
+
+
+@dataclass(frozen=True)
+class BenchOptions:
+    """What `pointshade bench` measures."""
+
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where to write.")] = Path("bench")
+    quick: Annotated[bool, typer.Option("--quick", help="Smaller pictures, fewer scenes: under a minute.")] = False
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this method, condition or stress; repeatable.")
+    ] = None
+    images: Annotated[bool, typer.Option("--images", help="Also measure complete lit pictures.")] = False
+    speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the noise and the holes.")] = 0
+
+
+def spread(command: Callable[..., None]) -> Callable[..., None]:
+    """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group."""
+    groups: dict[str, Any] = {}
+    options: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        if is_dataclass(parameter.annotation):
+            group = groups[parameter.name] = parameter.annotation
+            types = get_type_hints(group, include_extras=True)
+            for field in fields(group):
+                option = inspect.Parameter(field.name, parameter.KEYWORD_ONLY, annotation=types[field.name])
+                options.append(option.replace(default=field.default))
+        else:
+            options.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+
+    @wraps(command)
+    def with_options(**given: Any) -> None:
+        made = {
+            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
+            for name, group in groups.items()
+        }
+        command(**given, **made)
+
+    with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {option.name: option.annotation for option in options}
+    return with_options

@@ -281,6 +281,17 @@ def test_a_light_for_a_scene_casts_shadows_as_the_scenes_own_do(tmp_path):
         assert (np.asarray(image) == ps.render(source, light)).all()
 
 
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--shading", "flat", "--specular", "0.9"], "leave out --shading, --specular"),
+        (["--max-depth-step", "3%", "--noise", "kinect"], "leave out --max-depth-step, --noise"),
+    ],
+)
+def test_options_for_the_look_of_objects_are_refused_for_a_scene(tmp_path, options, named):
+    check_refused(run("render", "demo", "-o", tmp_path / "out.png", *options), tmp_path, named)
+
+
 @pytest.mark.usefixtures("renderer")
 def test_an_empty_picture_is_written_and_said(folder, tmp_path):
     done = run("render", folder, "--dolly", "0.5", "--pose", tmp_path / "away.txt", "-o", tmp_path / "out.png")

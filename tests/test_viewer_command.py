@@ -191,6 +191,13 @@ def test_no_display_is_exit_code_1_and_one_sentence_that_names_render(folder):
     assert len(lines) == 1 and "no display" in lines[0] and "`pointshade render`" in lines[0]
 
 
+def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
+    done = run_without_display("demo", "--shading", "flat", "--specular", "0.9")
+    assert done.returncode == 2 and done.stderr.endswith("leave out --specular\n")
+    done = run_without_display("demo", "--shading", "flat")
+    assert done.returncode == 1 and "no display" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [

@@ -1,0 +1,65 @@
+"""What the command line shows while it works and when it is done: stdout has the result, stderr everything else."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from .renderer import Renderer
+
+
+def note(text: str) -> None:
+    print(f"note: {text}", file=sys.stderr)
+
+
+def warn_skipped(text: str) -> None:
+    print(f"warning: skipped {text}", file=sys.stderr)
+
+
+def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
+    """The line about a written file: what is in it, what drew it, in how many seconds."""
+    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
+
+
+def fail(error: Exception, code: int) -> NoReturn:
+    """Ends the process with the error in one line."""
+    print(f"pointshade: {' '.join(str(error).split())}", file=sys.stderr)
+    raise SystemExit(code) from None
+
+
+@contextmanager
+def open_renderer(device: int) -> Iterator[Renderer]:
+    """A renderer; a note says when it runs on the CPU."""
+    from .renderer import Renderer
+
+    with Renderer(device=device) as renderer:
+        if renderer.context.is_software:
+            note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
+        yield renderer
+
+
+@contextmanager
+def spinner(text: str) -> Iterator[None]:
+    """Shows on a terminal that work goes on."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+@contextmanager
+def progress(steps: int) -> Iterator[Callable[[], None]]:
+    """A function to call after each step. It moves a bar on a terminal, and does nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("rendering", total=steps)
+        yield lambda: bar.advance(task)

@@ -1,0 +1,46 @@
+"""Texts of the command line become values. Each error names the option and shows the text."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .light import Light
+
+
+def light_from(text: str) -> Light:
+    """A point light at X,Y,Z."""
+    from .light import Light
+
+    x, y, z = _numbers(text, 3, ",", "--light takes three numbers X,Y,Z in metres")
+    return Light(position=(x, y, z))
+
+
+def size_from(text: str | None) -> tuple[int, int] | None:
+    """Width and height of WxH; None without a text."""
+    if text is None:
+        return None
+    expected = "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
+    width, height = _numbers(text, 2, "x", expected)
+    if width < 1 or height < 1 or width % 1 or height % 1:
+        raise ValueError(f"{expected}, got {text!r}")
+    return int(width), int(height)
+
+
+def noise_from(text: str | None) -> float | str | None:
+    """Metres if the text is a number, else the name of a sensor."""
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:
+    try:
+        numbers = [float(part) for part in text.lower().split(separator)]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise ValueError(f"{expected}, got {text!r}")
+    return numbers

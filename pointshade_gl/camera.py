@@ -16,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .wording import option
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -52,7 +54,7 @@ class Camera:
     def from_fov(cls, fov_y_degrees: float, width: int, height: int) -> Camera:
         """A camera with square pixels and a centred principal point from its vertical field of view."""
         if not 0 < fov_y_degrees < 180:
-            raise ValueError(f"fov must lie between 0 and 180 degrees, got {fov_y_degrees:g}")
+            raise ValueError(f"{option('fov')} must lie between 0 and 180 degrees, got {fov_y_degrees:g}")
         focal = height / 2 / math.tan(math.radians(fov_y_degrees) / 2)
         return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
@@ -124,7 +126,8 @@ def orbit_pose(
     upright (3,) world axis, either way along it, that yaw turns round; None is the camera's own vertical
     """
     if not all(math.isfinite(x) for x in (yaw, pitch, dolly)) or dolly >= 1:
-        raise ValueError(f"yaw and pitch must be finite and dolly below 1, got {yaw}, {pitch}, {dolly}")
+        angles = f"{option('yaw')} and {option('pitch')}"
+        raise ValueError(f"{angles} must be finite and {option('dolly')} below 1, got {yaw}, {pitch}, {dolly}")
     start = check_pose(pose)
     a, b = math.radians(yaw), math.radians(pitch)
     x, y, z = axis = _down(start, upright)

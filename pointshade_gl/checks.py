@@ -8,10 +8,19 @@ from typing import Any
 import numpy as np
 
 
-def check_choice(name: str, value: str, known: tuple[str, ...]) -> None:
-    """Raises ValueError, listing the known names, if the value is not one of them."""
+def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "") -> None:
+    """Raises ValueError, listing the known names, if the value is not one of them.
+
+    place  of the value, such as " in intrinsics.json"
+    """
     if value not in known:
-        raise ValueError(f"unknown {name} {value!r}: known are {', '.join(known)}")
+        raise ValueError(f"unknown {name} {value!r}{place}: known are {', '.join(known)}")
+
+
+def check_positive(value: Any, name: str) -> None:
+    """Raises ValueError unless the value is a finite number above 0."""
+    if not (isinstance(value, int | float | np.number) and 0 < value < math.inf):
+        raise ValueError(f"{name} must be a finite number above 0, got {value!r}")
 
 
 def check_number(value: float, name: str, low: float, high: float) -> None:

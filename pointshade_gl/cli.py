@@ -28,6 +28,7 @@ from .cli_options import (
 )
 from .cli_output import fail, note, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
+from .wording import as_command_line, option
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -172,7 +173,8 @@ def main() -> None:
     """Runs the command line. Every expected error becomes one sentence: exit code 2, or 1 without GL or memory."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: nothing is left half-written
     try:
-        app(prog_name="pointshade")
+        with as_command_line():
+            app(prog_name="pointshade")
     except (ValueError, TypeError, OSError) as error:
         fail(error, 2)
     except MemoryError as error:
@@ -191,8 +193,8 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
 
     source, options = frame.input, frame.load_options
     if scene and source is not None and (source == "demo" or source.lower().endswith((".gltf", ".glb"))):
-        if any(value is not None for value in options.values()):
-            raise ValueError(f"{source} is a scene: its frames have their own files and intrinsics, pass no others")
+        if given := [option(name) for name, value in options.items() if value is not None]:
+            raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
         from .gltf import load_scene
 
         return load_scene(source)
@@ -212,7 +214,7 @@ def _check_look(look: Look) -> None:
     given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
     changed = [name for name in given if name != "material" and given[name] != plain[name]]
     if changed:
-        options = ", ".join(f"--{name.replace('_', '-')}" for name in changed)
+        options = ", ".join(map(option, changed))
         raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
 
 

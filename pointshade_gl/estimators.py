@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .wording import option
+
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
 PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}
 METHODS = ("auto", "adaptive", "star", "star-borrow", *TRIANGLES, "central", "one-sided", *PLANE_FITS)
@@ -17,7 +19,7 @@ NO_LIMIT: Step = (3.0e38, 0.0)
 def check_method(method: str) -> str:
     """The method's name, or a ValueError that lists the known ones."""
     if method not in METHODS:
-        raise ValueError(f"unknown normals method {method!r}: known are {', '.join(METHODS)}")
+        raise ValueError(f"unknown {option('normals')} method {method!r}: known are {', '.join(METHODS)}")
     return method
 
 
@@ -34,7 +36,8 @@ def parse_max_depth_step(value: float | str | None) -> Step:
     except ValueError:
         number = math.nan
     if not (number > 0 and math.isfinite(number)):
-        raise ValueError(f"max_depth_step must be metres above 0 or a share such as '3%', got {value!r}")
+        name = option("max_depth_step")
+        raise ValueError(f"{name} must be metres above 0 or a share such as '3%', got {value!r}")
     return (0.0, number / 100) if text.endswith("%") else (number, 0.0)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .checks import check_choice, check_number
 from .estimators import check_method, check_normals, parse_max_depth_step
 from .noise import check_sensor, parse_noise
+from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
@@ -28,8 +29,8 @@ class Material:
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):
-            check_number(getattr(self, name), f"material {name}", 0, math.inf)
-        check_number(self.shininess, "material shininess", 0.001, 10_000)
+            check_number(getattr(self, name), option(name, of="material"), 0, math.inf)
+        check_number(self.shininess, option("shininess", of="material"), 0.001, 10_000)
 
     @property
     def strengths(self) -> tuple[float, float, float, float]:
@@ -63,8 +64,8 @@ class Look:
     def __post_init__(self) -> None:
         if not isinstance(self.material, Material):
             raise TypeError(f"material must be a Material, got {type(self.material).__name__}")
-        check_choice("shading", self.shading, SHADINGS)
-        check_choice("splat", self.splat, SPLATS)
+        check_choice(option("shading"), self.shading, SHADINGS)
+        check_choice(option("splat"), self.splat, SPLATS)
         if isinstance(self.normals, str):
             check_method(self.normals)
         if isinstance(self.noise, str):

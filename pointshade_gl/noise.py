@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .wording import option
+
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
 SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
     "kinect": lambda z: 0.0012 + 0.0019 * (z - 0.4) ** 2,
@@ -60,7 +62,7 @@ def describe(choice: Choice) -> str:
     if noise is None:
         return f"{choice.method}: as asked"
     if choice.told:
-        found = "the noise was told"
+        found = f"{option('noise')} was given"
     elif noise.is_clean:
         found = f"the depth is clean (noise below {max(noise.relative, 1e-7):.0e} of the depth)"
     else:
@@ -83,7 +85,8 @@ def _metres(length: float) -> str:
 def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
-        raise ValueError(f"unknown sensor {name!r}: known are {', '.join(SENSORS)}; or pass the noise in metres")
+        known = ", ".join(SENSORS)
+        raise ValueError(f"unknown sensor {name!r} for {option('noise')}: known are {known}; or pass metres")
     return name
 
 
@@ -104,5 +107,5 @@ def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32
     if array.shape == depth.shape:
         wrong &= depth > 0  # nobody knows the noise of a depth that is missing
     if wrong.any():
-        raise ValueError(f"noise must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
+        raise ValueError(f"{option('noise')} must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
     return np.where(array > 0, array, 1).astype(np.float32)

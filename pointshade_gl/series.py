@@ -20,6 +20,7 @@ from .renderer import Renderer
 from .scene import Scene
 from .sources import prefetched
 from .view import View
+from .wording import option
 
 TURNTABLES = ("light", "camera")
 # as many to decode as to encode; more than cores, since they often wait for Python's lock, which drawing holds
@@ -44,8 +45,9 @@ def shots_of(
     """
     if isinstance(source, Frame | Scene):
         if turntable is None:
-            raise ValueError("one frame is no film: pass --turntable light or camera, or write a single picture")
-        check_choice("turntable", turntable, TURNTABLES)
+            turn = option("turntable", *TURNTABLES)
+            raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
+        check_choice(option("turntable"), turntable, TURNTABLES)
         return turntable_shots(source, view, turntable, count or TURN), count or TURN
     source = source[:count]
     return sequence_shots(source, view, skipped), len(source)

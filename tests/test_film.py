@@ -187,5 +187,5 @@ def test_places_where_no_film_can_lie(tmp_path, name, error, sentence):
 
 @pytest.mark.parametrize("fps", [0, -1, float("nan"), float("inf")])
 def test_fps_that_are_none(tmp_path, fps):
-    with pytest.raises(ValueError, match="fps must be pictures a second, above 0"):
+    with pytest.raises(ValueError, match="fps must be pictures per second, above 0"):
         Film(tmp_path / "out.gif", fps)

@@ -87,7 +87,7 @@ def test_an_ignored_lens_distortion_is_told(tmp_path):
         ({"fx": 1, "fy": 1, "cx": 1, "cy": 1, "width": 6.5, "height": 4}, "width and height must be whole numbers"),
         ({"intrinsic_matrix": [1, 2, 3]}, "intrinsic_matrix must be a list of 9 numbers"),
         ("focal length: large", "must hold numbers only"),
-        ("1 2 3", "must be a file, .* got 3 numbers"),
+        ("1 2 3", r"intrinsics\.json must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got 3 numbers"),
         ("1 2 3 4 5 6 7 8 9", r"must be a matrix \[\[fx, 0, cx\]"),
         ("", "is empty"),
         ("version https://git-lfs.github.com/spec/v1\n", "run `git lfs pull`"),

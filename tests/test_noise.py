@@ -223,7 +223,7 @@ def test_the_choice_is_said_in_words(renderer, scene):
     renderer.estimate_normals(frame_of(rounded(scene[0], 0.001)))
     assert "rounded to steps of 1 mm" in describe(renderer.choice)
     renderer.estimate_normals(frame_of(scene[0]), noise=0.001)
-    assert "the noise was told" in describe(renderer.choice)
+    assert "noise was given" in describe(renderer.choice)
     renderer.estimate_normals(frame_of(scene[0]), "central")
     assert describe(renderer.choice) == "central: as asked"
 
@@ -237,7 +237,7 @@ def test_the_choice_is_said_in_words(renderer, scene):
         (np.inf, "got inf"),
         (np.ones((3, 4)), r"the depth's shape \(240, 320\), got \(3, 4\)"),
         (np.zeros((240, 320)), "above 0 wherever depth is known"),
-        ("sonar", "unknown sensor 'sonar': known are kinect"),
+        ("sonar", "unknown sensor 'sonar' for noise: known are kinect"),
     ],
 )
 def test_impossible_noise_is_named(renderer, scene, noise, complaint):

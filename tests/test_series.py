@@ -150,8 +150,10 @@ def test_a_light_that_turns_moves_the_bright_side(renderer, tmp_path):
     assert left0 + right0 > max(left1 + right1, left3 + right3) > left2 + right2
 
 
-def test_one_frame_without_a_turntable_is_no_film():
-    with pytest.raises(ValueError, match="one frame is no film: pass --turntable light or camera"):
+def test_a_single_frame_without_a_turntable_cannot_become_a_film():
+    with pytest.raises(
+        ValueError, match="a single frame cannot become a film: pass turntable='light' or 'camera', or write"
+    ):
         shots_of(grey(1), View(), None, None, refuse)
     with pytest.raises(ValueError, match="unknown turntable 'table': known are light, camera"):
         shots_of(grey(1), View(), "table", None, refuse)

@@ -204,7 +204,7 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--shading", "toon"], "known are none, flat"),
         (["--normals", "magic"], "known are auto"),
         (["--splat", "star"], "known are footprint"),
-        (["--max-depth-step", "wide"], "max_depth_step must be metres"),
+        (["--max-depth-step", "wide"], "--max-depth-step must be metres"),
         (["--size", "big"], "--size takes WIDTHxHEIGHT"),
         (["--light", "1,2"], "--light takes three numbers"),
         (["--record", "no/film.gif"], "create it first"),

@@ -13,6 +13,7 @@ from rich.progress import Progress
 from ..estimators import METHODS
 from ..files.whole import written_whole
 from ..renderer import Renderer
+from ..wording import option
 from .charts import check_matplotlib, error_chart, stability_chart
 from .lit_pictures import count_pictures, measure_pictures
 from .measure import BROKEN, FULL, QUICK, Measurement, Plan
@@ -82,7 +83,7 @@ def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
     for name in only:
         if not any(name in names for names in known.values()):
             lists = "; ".join(f"{kind} {', '.join(names)}" for kind, names in known.items())
-            raise ValueError(f"unknown name {name!r} for --only: known are {lists}")
+            raise ValueError(f"unknown name {name!r} for {option('only')}: known are {lists}")
     methods, conditions, stresses = ([name for name in names if name in only] for names in known.values())
     if not (conditions or stresses):
         conditions, stresses = list(CONDITIONS), list(STRESSES)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..checks import check_positive
+from ..wording import option
 from .notes import Note
 
 KINDS = ("z", "ray", "plane", "inverse", "disparity")
@@ -22,30 +23,29 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
 
     given is the caller's, filed that of the intrinsics file. Raises ValueError for 8-bit depth without the caller's.
     """
-    for scale in (given, filed):
-        if scale is not None:
-            _check_positive(scale, "depth_scale")
     if given is not None:
+        check_positive(given, option("depth_scale"))
         return given
     metric = kind not in ("inverse", "disparity")
     if metric and raw.dtype.itemsize == 1:
         raise ValueError(
-            "depth has 8 bits, and 256 levels are no distances: pass depth_kind='inverse' for a network's output, "
-            "or depth_scale (levels per metre) to insist"
+            f"depth has 8 bits, and 256 levels are no distances: pass {option('depth_kind', 'inverse')} for a "
+            f"network's output, or {option('depth_scale')} (levels per metre) to insist"
         )
     if filed is not None:
         if raw.dtype.kind == "f" and filed != 1:
             note(
-                f"floating point depth is divided by {filed:g}, as the intrinsics file says; depth_scale=1 takes metres"
+                f"floating point depth is divided by {filed:g}, as the intrinsics file says; "
+                f"pass {option('depth_scale', 1)} if it is in metres"
             )
         return filed
     if kind == "inverse":
         return None
     if metric and raw.dtype.kind != "f":
-        note("depth is of integers and has no depth_scale: taken as millimetres (1000 per metre)")
+        note(f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)")
         return _MILLIMETRES
     if raw.dtype.kind != "f":
-        note("disparity is of integers and has no depth_scale: taken as pixels")
+        note(f"disparity is of integers, without {option('depth_scale')}: taken as pixels")
     return 1.0
 
 
@@ -75,11 +75,6 @@ def to_metres(
     return result
 
 
-def _check_positive(value: Any, name: str) -> None:
-    if not (isinstance(value, int | float | np.number) and 0 < value < math.inf):
-        raise ValueError(f"{name} must be a finite number above 0, got {value!r}")
-
-
 def _convert(
     values: NDArray[np.float64],
     ray: NDArray[np.float64],
@@ -96,8 +91,8 @@ def _convert(
         return scale / values
     if kind == "disparity":
         if baseline is None:
-            raise ValueError("disparity needs the distance of the two cameras: pass baseline in metres")
-        _check_positive(baseline, "baseline")
+            raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
+        check_positive(baseline, option("baseline"))
         return camera.fx * baseline * scale / values
     return values / scale
 

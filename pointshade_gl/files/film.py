@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..wording import option
 from .content import FilePath
 from .pictures import check_picture, check_writable
 from .whole import check_place, hidden_beside
@@ -77,7 +78,7 @@ class Film:
     def __init__(self, path: FilePath, fps: float = 25.0):
         self.path = check_film(path).resolve()  # a link stays a link, its target is replaced
         if not 0 < fps <= 1000:
-            raise ValueError(f"fps must be pictures a second, above 0 and up to 1000, got {fps}")
+            raise ValueError(f"{option('fps')} must be pictures per second, above 0 and up to 1000, got {fps}")
         self.fps = fps
         self._temporary = hidden_beside(self.path)
         self._writer: _Mp4 | _Gif | None = None

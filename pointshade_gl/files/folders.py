@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..wording import option
 from .content import FilePath, read_text
 from .notes import Note
 
@@ -39,7 +40,10 @@ def check_folder(folder: FilePath) -> Path:
     """The folder as a path. Raises OSError when it is none."""
     place = Path(folder)
     if place.is_file():
-        raise NotADirectoryError(f"{place} is a file, expected a folder: pass single files as depth= and color=")
+        raise NotADirectoryError(
+            f"{place} is a file, expected a folder: "
+            f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
+        )
     if not place.is_dir():
         raise FileNotFoundError(f"there is no folder {place}")
     return place

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera import Camera
-from ..checks import check_choice
+from ..checks import check_choice, check_positive
 from ..frame import Frame
+from ..wording import option
 from .builtin import builtin_folder
 from .content import FilePath
 from .depth import one_channel, read_depth
@@ -62,10 +63,13 @@ def load_frame(
     source = _find_intrinsics(place, intrinsics, fov, note)
     camera = _make_camera(source, fov, raw, picture, note)
     kind = depth_kind or (source and source.depth_kind) or "z"
-    check_choice("depth_kind", kind, KINDS)
+    if depth_kind or source is None:
+        check_choice(option("depth_kind"), kind, KINDS)
+    else:
+        check_choice("depth_kind", kind, KINDS, f" in {source.name}")
     filed = _filed_scale(source, kind, raw, _is_path(depth))
     scale = choose_scale(raw, kind, depth_scale, filed, note)
-    baseline = source.baseline if baseline is None and source else baseline
+    baseline = _filed_baseline(source, kind) if baseline is None else baseline
     metres = to_metres(raw, camera, kind, scale, baseline, note)
     matrix: Any = load_pose(pose) if _is_path(pose) else pose
     frame = Frame(picture, metres, camera, matrix)
@@ -105,7 +109,7 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
     """Depth and colour: those that were passed, else the folder's."""
     if folder is None:
         if depth is None:
-            raise ValueError("a frame needs depth: pass a folder with depth.*, or depth=FILE")
+            raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
         return depth, color
     if depth is None and color is None:
         pairs = find_pairs(folder, note)
@@ -118,7 +122,7 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
         if depth is None:
             raise FileNotFoundError(
                 f"{folder} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-                "or a folder depth/ in it, or pass depth=FILE"
+                f"or a folder depth/ in it, or pass {option('depth', 'FILE')}"
             )
     if color is None:
         stem = Path(depth).stem if _is_path(depth) else None
@@ -131,7 +135,7 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
 def _find_intrinsics(folder: Path | None, intrinsics: Any, fov: float | None, note: Note) -> Intrinsics | None:
     """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's file."""
     if intrinsics is not None and fov is not None:
-        raise ValueError("pass intrinsics or fov, not both")
+        raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
     # nerfstudio's file may hold poses only: it is asked when nobody else knows the camera
     names = ("intrinsics.json", "transforms.json") if intrinsics is None and fov is None else ("intrinsics.json",)
     paths = [folder / name for name in names] if folder else []
@@ -160,14 +164,27 @@ def _make_camera(
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     if source is None:
-        raise ValueError("the camera is unknown: pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)")
+        raise ValueError(
+            f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
+            f"or {option('fov')} (vertical degrees)"
+        )
     return place_camera(source, depth, color, note)
 
 
 def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
-    """The depth_scale of the intrinsics file, if it speaks of this depth."""
+    """The depth_scale of the intrinsics file, if it speaks of this depth. Raises ValueError for an impossible one."""
     if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
         return None  # it says raw values per metre, and these are none
     if raw.dtype.kind == "f" and not from_file:
         return None  # the caller's own array of floats is in metres
+    if source.depth_scale is not None:
+        check_positive(source.depth_scale, f"{source.name}: depth_scale")
     return source.depth_scale
+
+
+def _filed_baseline(source: Intrinsics | None, kind: str) -> float | None:
+    """The baseline of the intrinsics file, if the depth is a disparity. Raises ValueError for an impossible one."""
+    if source is None or source.baseline is None or kind != "disparity":
+        return None
+    check_positive(source.baseline, f"{source.name}: baseline")
+    return source.baseline

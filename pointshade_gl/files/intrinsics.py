@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..wording import option
 from .content import parse_json, read_numbers, read_text, split_numbers
 from .notes import Note
 
@@ -43,14 +44,14 @@ def read_intrinsics(source: Any, note: Note) -> Intrinsics:
     if isinstance(source, str):
         numbers = split_numbers(source)
         if numbers is not None:
-            return _from_numbers(numbers, "intrinsics", note)
+            return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
         return _read_file(Path(source), note)
     try:
         array = np.asarray(source, np.float64)
     except (TypeError, ValueError):
         raise TypeError(f"intrinsics must be {_EXPECTED}, got {source!r}") from None
-    return _from_numbers(array.ravel(), "intrinsics", note)
+    return _from_numbers(array.ravel(), option("intrinsics"), note)
 
 
 def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Camera:
@@ -65,7 +66,10 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
             f"{intrinsics.name}: intrinsics are for {_text(size)} pixels, but {seen}: "
             "pass the intrinsics of one of the two pictures"
         )
-    camera = Camera(*intrinsics.numbers, *size)
+    try:
+        camera = Camera(*intrinsics.numbers, *size)
+    except ValueError as error:
+        raise ValueError(f"{intrinsics.name}: {error}") from None
     if size == depth:
         return camera
     note(f"{intrinsics.name}: intrinsics are for the color of {_text(size)}, scaled to the depth's {_text(depth)}")
@@ -152,7 +156,7 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
         fx, fy, cx, cy = values.tolist()
         return Intrinsics(name, (fx, fy, cx, cy))
     if values.size not in (9, 16):
-        raise ValueError(f"{name} must be {_EXPECTED}, got {values.size} numbers")
+        raise ValueError(f"{name} must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got {values.size} numbers")
     side = 3 if values.size == 9 else 4
     k = values.reshape(side, side)[:3, :3]
     if k[2, 0] and k[2, 1] and not (k[0, 2] or k[1, 2]):

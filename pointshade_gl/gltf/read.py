@@ -12,6 +12,7 @@ from ..files.notes import Note, print_note
 from ..frame import Frame
 from ..light import Light
 from ..scene import Node, Scene
+from ..wording import as_python
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .extras import options, switch
@@ -31,7 +32,7 @@ def load_scene(path: FilePath, *, notes: Note | None = None) -> Scene:
     """See the package, which imports this module when it is first asked."""
     file = builtin_scene(path)
     note = notes or print_note
-    with telling(str(file)):
+    with as_python(), telling(str(file)):  # extras have the names of Python's options
         gltf, blob = read_container(file)
         return _Reader(Parts(file, gltf, blob, note)).scene()
 

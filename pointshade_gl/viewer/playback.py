@@ -9,6 +9,7 @@ from contextlib import closing
 from typing import Any
 
 from ..frame import Frame
+from ..wording import option
 
 PATIENCE = 0.1  # seconds after which a thread that cannot hand over its frame looks whether it should stop
 
@@ -30,7 +31,7 @@ class Playback:
         wake: Callable[[], None] = lambda: None,
     ):
         if fps is not None and not 0 < fps <= 1000:
-            raise ValueError(f"fps must be a number of frames a second from above 0 to 1000, got {fps:g}")
+            raise ValueError(f"{option('fps')} must be frames per second, above 0 and up to 1000, got {fps:g}")
         self._source, self._skipped, self.wake = source, skipped, wake
         self._pause = 0.0 if fps is None else 1 / fps
         self._due = 0.0

@@ -1,4 +1,4 @@
-"""Many pictures into a film or numbered files: frames are decoded, drawn and encoded at the same time."""
+"""Writes many pictures to a film or to numbered files. Frames are decoded, drawn and encoded in parallel."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from .view import View
 from .wording import option
 
 TURNTABLES = ("light", "camera")
-# as many to decode as to encode; more than cores, since they often wait for Python's lock, which drawing holds
+# to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
-TURN = 75  # pictures of a turntable: three seconds
+TURN = 75  # pictures of a turntable: three seconds at 25 per second
 Shot = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
 
 
@@ -36,12 +36,12 @@ def shots_of(
     count: int | None,
     skipped: Callable[[str], None],
 ) -> tuple[Generator[Shot, None, None], int]:
-    """What a film of the source shows, and of how many pictures.
+    """The shots of a film of the source, and how many there are.
 
-    turntable  "light" or "camera" goes once round the frame's object in `count` (75) pictures; None shows the sequence,
-               or its first `count` frames
+    turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
+               sequence, or its first `count` frames
 
-    Raises ValueError when the source is one frame and nothing turns.
+    Raises ValueError if nothing moves: for a single frame or a scene without a turntable.
     """
     if isinstance(source, Frame | Scene):
         if turntable is None:
@@ -54,16 +54,16 @@ def shots_of(
 
 
 def turntable_shots(frame: Frame | Scene, view: View, what: str, count: int) -> Generator[Shot, None, None]:
-    """The light or the camera once round the frame's object, in `count` even steps."""
+    """The light or the camera moves once around the object, in `count` even steps."""
     turn = {"light": view.with_light_turned, "camera": view.with_camera_turned}[what]
     for k in range(count):
         yield k, frame, turn(frame, 360 * k / count).of(frame)
 
 
 def sequence_shots(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Shot, None, None]:
-    """The frames of a source with their numbers in it: one that cannot be read leaves a gap.
+    """The frames of a source with their numbers. A frame that cannot be read leaves a gap.
 
-    The camera turns round a point as far ahead as the first frame's pivot: those of single frames tremble.
+    The camera turns around a point as far ahead as the first frame's pivot: from frame to frame the pivot jitters.
     """
     number, ahead = 0, None
 
@@ -87,9 +87,9 @@ def write_series(
     fps: float,
     done: Callable[[], None] = lambda: None,
 ) -> tuple[int, tuple[int, int]]:
-    """Draws all shots and writes them; how many, and (width, height) of the first.
+    """Draws and writes all shots. Returns how many, and (width, height) of the first.
 
-    path  a film, or files with the shot's number for %04d
+    path  a film, or a name in which each shot's number replaces %04d
     done  called after each picture
     """
     count, size = 0, (0, 0)
@@ -101,13 +101,13 @@ def write_series(
             count += 1
             done()
     if not count:
-        raise ValueError(f"there is nothing to write to {path}: no frame could be read")
+        raise ValueError(f"nothing to write to {path}: no frame could be read")
     return count, size
 
 
 @contextmanager
 def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], None]]:
-    """A function that hands pictures to threads, which encode them: one for a film, many for files."""
+    """A function that gives pictures to threads for encoding: to one for a film, to many for files."""
     is_film = not is_numbered(path)
     workers = 1 if is_film else THREADS
     waiting: deque[Future[None]] = deque()

@@ -1,4 +1,4 @@
-"""How frames are looked at: from where, under which lights, in which style; and the way of a light round an object."""
+"""How frames and scenes are seen: from where, under which lights; and how lights and camera move around them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .light import Light
 from .look import Look
 from .scene import Scene
 
-# a light that goes round starts above the front, in scales of the frame from its pivot, camera axes
+# where a turntable's light starts: above the front; from the pivot, camera axes, in units of the frame's scale
 _FRONT = (0.0, -0.45, -0.75)
 
 
 @dataclass(frozen=True)
 class View:
-    """One choice for all pictures of a film.
+    """From where, under which lights and how everything is drawn; the same for all pictures of a film.
 
-    lights  none is the default light
-    pose    (4, 4) camera-to-world, the same for all frames; None is each frame's own, turned by yaw, pitch and dolly
-            as in `orbit_pose`
-    size    (width, height) of the picture in pixels; None is that of the depth
+    lights  empty: the default light, or a scene's own
+    pose    (4, 4) camera-to-world for all frames; None: each frame's own, moved by yaw, pitch and dolly as in
+            `orbit_pose`
+    size    (width, height) of the picture in pixels; None: that of the depth
     look    how frames are drawn; the objects of a scene have their own
     """
 
@@ -39,7 +39,7 @@ class View:
     look: Look = field(default_factory=Look)
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
-        """The arguments of `Renderer.render` for a frame; pivot, (3,) world, is what the camera turns round."""
+        """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
         pivot = frame.pivot if pivot is None else pivot
         turns = self.yaw, self.pitch, self.dolly, _upright(frame)
@@ -49,7 +49,7 @@ class View:
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
 
     def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
-        """The lights gone round the pivot: from the front to the right, behind, and back from the left."""
+        """The view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
         pose, pivot = np.asarray(frame.pose), frame.pivot
         turn = orbit_pose(pose, pivot, degrees, upright=_upright(frame)) @ np.linalg.inv(pose)
@@ -58,14 +58,14 @@ class View:
         return replace(self, lights=[_turned(light, turn) for light in lights or [Light(position=tuple(start))]])
 
     def with_camera_turned(self, frame: Frame | Scene, degrees: float) -> View:
-        """The camera gone round the frame's pivot, to its right."""
+        """The view after its camera moved around the frame's pivot, to its right."""
         if self.pose is None:
             return replace(self, yaw=self.yaw + degrees)
         return replace(self, pose=orbit_pose(self.pose, frame.pivot, degrees, upright=_upright(frame)))
 
 
 def _upright(frame: Frame | Scene) -> NDArray[np.float64] | None:
-    """What the camera goes round: of a scene its vertical; which way is up in a frame nobody knows."""
+    """The axis that camera and lights turn around: a scene's vertical. A frame has no known up direction: None."""
     return frame.upright if isinstance(frame, Scene) else None
 
 

@@ -1,4 +1,4 @@
-"""`pointshade bench`: measures, draws, writes; nothing is left half-written."""
+"""`pointshade bench`: measures, draws charts, writes files. It leaves no file half-written."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from .tables import bold, brief, new_table, wide_console
 
 
 def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
-    """Measures into a folder: results.json, chart.png, stability.png, with `images` also images.png; tables on stdout.
+    """Writes results.json, chart.png, stability.png and, with `images`, images.png to a folder; prints tables.
 
-    only  names of methods, conditions or stresses; nothing means all, and names of one kind leave the other kinds
-          whole, except that conditions alone need no stresses and stresses alone no conditions
+    only  names of methods, conditions or stresses to measure; empty: all. Methods alone are measured under all
+          conditions and stresses; conditions alone leave out the stresses, and stresses the conditions
 
-    Returns what was written, in one line. Raises ValueError for unknown names, or without matplotlib.
+    Returns one line about what was written. Raises ValueError for unknown names, or without matplotlib.
     """
     methods, conditions, stresses = select(only)
     check_matplotlib()
     check_folder(output)
     plan = QUICK if quick else FULL
     with Renderer(device=device) as renderer:
-        output.mkdir(parents=True, exist_ok=True)  # now, for a place that cannot be written is best told early
+        output.mkdir(parents=True, exist_ok=True)  # now, so that a folder that cannot be written fails early
         results = measure(renderer, plan, methods, conditions, stresses, images, seed)
     results["quick"] = quick
     pictures = {}
@@ -54,7 +54,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
 
 
 def bench_speed(output: Path, quick: bool, device: int) -> str:
-    """Measures speed into a folder: speed.json, speed.png; tables on stdout. Returns what was written, in one line."""
+    """Writes speed.json and speed.png to a folder; prints tables. Returns one line about what was written."""
     from .speed import QUICK_SIZES, SIZES, measure_speed, steps_of
     from .speed_report import show_speed, speed_chart
 
@@ -74,11 +74,11 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
 
 def check_folder(output: Path) -> None:
     if output.exists() and not output.is_dir():
-        raise ValueError(f"cannot write into {output}: it is a file, expected a folder")
+        raise ValueError(f"cannot write to {output}: it is a file, expected a folder")
 
 
 def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
-    """Methods, conditions and stresses that were named, in their own order."""
+    """The named methods, conditions and stresses, in their usual order."""
     known = {"methods": METHODS, "conditions": tuple(CONDITIONS), "stresses": tuple(STRESSES)}
     for name in only:
         if not any(name in names for names in known.values()):
@@ -99,11 +99,12 @@ def measure(
     images: bool,
     seed: int,
 ) -> dict[str, Any]:
-    """All measurements behind one progress bar on stderr."""
+    """All measurements, with a progress bar on stderr."""
     console = Console(stderr=True)
     if renderer.context.is_software:
         name = renderer.context.renderer
-        console.print(f"note: {name} is a software renderer: errors are right, times are this CPU's", soft_wrap=True)
+        text = f"note: {name} is a software renderer: errors are right, times are those of this CPU"
+        console.print(text, soft_wrap=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("measuring", total=None)
         measurement = Measurement(renderer, plan, methods, seed, lambda: progress.advance(task))
@@ -116,7 +117,7 @@ def measure(
 
 
 def show(results: dict[str, Any]) -> None:
-    """The tables: errors per condition with times, and where each estimator breaks."""
+    """Prints the tables: errors and times per condition, and the strength at which each estimator fails."""
     console = wide_console()
     methods, errors, clock = results["methods"], results["errors"], results["clock"]
     if results["conditions"]:
@@ -131,7 +132,7 @@ def show(results: dict[str, Any]) -> None:
     breaks = {name: found["breaks"] for name, found in results["stability"].items()}
     breaks = {name: row for name, row in breaks.items() if any(row.values())}
     if results["stability"]:
-        table = new_table(f"strength at which the error passes {BROKEN:g} degrees; what no estimator minds is left out")
+        table = new_table(f"strength at which the error exceeds {BROKEN:g} degrees; harmless stresses are left out")
         for name in breaks:
             table.add_column(f"{name}\n{STRESSES[name].axis}", justify="right")
         for method in methods:
@@ -140,7 +141,7 @@ def show(results: dict[str, Any]) -> None:
 
 
 def shortened(value: Any) -> Any:
-    """The same with five digits a number: the rest is noise."""
+    """The same with five digits per number: the rest is noise."""
     if isinstance(value, dict):
         return {key: shortened(item) for key, item in value.items()}
     if isinstance(value, list):
@@ -149,6 +150,6 @@ def shortened(value: Any) -> Any:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Writes a file completely or not at all."""
+    """Writes a file completely, or not at all."""
     with written_whole(path) as temporary:
         temporary.write_bytes(content)

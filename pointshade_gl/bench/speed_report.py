@@ -14,11 +14,11 @@ COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
 
 
 def show_speed(results: dict[str, Any], console: Console) -> None:
-    """The tables, and on what they were measured."""
+    """Prints the tables, and what they were measured on."""
     name = results["gl"]["renderer"]
-    where = f"{name}, a software renderer: these are this CPU's figures" if results["is_software"] else name
+    where = f"{name}, a software renderer: these are figures of this CPU" if results["is_software"] else name
     console.print(where, soft_wrap=True)
-    table = new_table("one new frame of 640x480 points, turned by 15 degrees: milliseconds", "stage")
+    table = new_table("milliseconds for one new frame of 640x480 points, turned by 15 degrees", "stage")
     for column in ("ms", "limit ms", "times the limit", "clock"):
         table.add_column(column, justify="right")
     for stage in results["stages"]:
@@ -26,9 +26,9 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
         table.add_row(stage["name"], brief(stage["ms"]), brief(stage["limit_ms"]), ratio, stage["clock"])
     console.print(table)
     rates = ", ".join(f"{kind.upper()} {rate / 1e9:.3g} GB/s" for kind, rate in results["bandwidth"].items())
-    console.print(f"limit: the bytes that a stage must move, over the bandwidth of a copy ({rates})", soft_wrap=True)
-    table = new_table("milliseconds to NumPy, over the number of points", "points")
-    columns = ("rasterizer", "new frame", "million a second", "other view", "other light", "splats", "GPU MB")
+    console.print(f"limit: bytes that a stage must move, divided by the bandwidth of a copy ({rates})", soft_wrap=True)
+    table = new_table("milliseconds from frame to NumPy, by number of points", "points")
+    columns = ("rasterizer", "new frame", "million per second", "other view", "other light", "splats", "GPU MB")
     for column in columns:
         table.add_column(column, justify="right")
     for row in results["points"]:
@@ -36,7 +36,7 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
         cells = [row["live_ms"], rate, row["view_ms"], row["light_ms"], row["splats_ms"], row["memory_mb"]]
         table.add_row(f"{row['points']:,}".replace(",", " "), row["rasterizer"], *map(brief, cells))
     console.print(table)
-    table = new_table("merging of pixels on one plane, 15 degrees aside", "scene")
+    table = new_table("merging pixels of one plane, seen from 15 degrees aside", "scene")
     for column in ("tolerance", "splats", "share", "splats ms", "PSNR dB"):
         table.add_column(column, justify="right")
     for row in results["merging"]:

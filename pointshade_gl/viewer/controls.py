@@ -1,4 +1,4 @@
-"""What mouse and keys do. The table of keys is also what the help shows."""
+"""What mouse and keys do. The help in the window shows the same tables."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
-CATCH_UP = 3.0  # how fast the light closes in on the mouse, per rim that the mouse moves
+CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
 assert set(ESTIMATORS) <= set(METHODS)
 
 
 class Mouse:
-    """Turns moves, buttons and the wheel into changes of the State. Nothing jumps: a hold begins where the light is."""
+    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it."""
 
     def __init__(self) -> None:
         self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
         self._last: Pair | None = None
-        self._held_in: Camera | None = None  # the picture in which the last move held the light; None: it did not
-        self._slack: Pair = (0.0, 0.0)  # from the mouse that holds the light to the light, rims
+        self._held_in: Camera | None = None  # camera of the last move that held the light; None: it did not
+        self._slack: Pair = (0.0, 0.0)  # from the mouse to the light that it holds, rims
 
     def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:
         """The state after the event, in a picture of this camera."""
@@ -65,7 +65,7 @@ class Mouse:
         return self._move_light(last, now, state, stage, camera)
 
     def _move_light(self, last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
-        """The light goes with the mouse; what they are apart at the beginning of a hold shrinks on the way."""
+        """The light follows the mouse. If they are apart when the mouse takes it, the gap shrinks with each move."""
         middle = state.middle(stage, camera)
         before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
         if self._held_in != camera:
@@ -77,7 +77,7 @@ class Mouse:
 
 
 class Key(NamedTuple):
-    """Keys that do the same, how they are written in the help, what they do there and in code."""
+    """Keys with the same action: their names, how the help shows them, what it says about them, and the action."""
 
     names: tuple[str, ...]
     label: str
@@ -110,7 +110,7 @@ def _cycle_normals(viewer: Viewer, _: str) -> None:
 
 def _compare(viewer: Viewer, _: str) -> None:
     lit = not viewer.state.lit
-    _change(viewer, "lit" if lit else "as photographed, without light", replace(viewer.state, lit=lit))
+    _change(viewer, "lit" if lit else "unlit, as photographed", replace(viewer.state, lit=lit))
 
 
 def _resize_points(viewer: Viewer, name: str) -> None:
@@ -133,18 +133,18 @@ def _toggle_help(viewer: Viewer, _: str) -> None:
 
 def _reset(viewer: Viewer, _: str) -> None:
     viewer.reset()
-    viewer.say("view and light as at the start")
+    viewer.say("view and light are reset")
 
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
     on = not viewer.state.shadows
-    _change(viewer, "shadows" if on else "no shadows", replace(viewer.state, shadows=on))
+    _change(viewer, "shadows on" if on else "shadows off", replace(viewer.state, shadows=on))
 
 
 MOUSE = (
-    ("mouse", "moves the light (in light mode)"),
-    ("Ctrl+Shift+drag", "moves the light (always)"),
-    ("Shift+wheel", "light nearer, farther"),
+    ("mouse", "move the light (in light mode)"),
+    ("Ctrl+Shift+drag", "move the light (always)"),
+    ("Shift+wheel", "move the light nearer or farther"),
     ("drag", "orbit"),
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
@@ -152,15 +152,15 @@ MOUSE = (
 KEYS = (
     Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
     Key(("1", "2", "3", "4"), "1 2 3 4", "shading: none, flat, gouraud, phong", _choose_shading),
-    Key(("B",), "B", "compare with the picture without light", _compare),
+    Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points),
-    Key(("S",), "S", "shadows", _toggle_shadows),
-    Key(("TAB",), "Tab", "hold the next light", lambda viewer, _: viewer.next_light()),
+    Key(("S",), "S", "shadows on or off", _toggle_shadows),
+    Key(("TAB",), "Tab", "take the next light", lambda viewer, _: viewer.next_light()),
     Key(("R",), "R", "reset view and light", _reset),
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
-    Key(("G",), "G", "panel", lambda viewer, _: viewer.toggle_panel()),
-    Key(("SPACE",), "space", "pause, play a sequence", lambda viewer, _: viewer.pause()),
+    Key(("G",), "G", "open or close the panel", lambda viewer, _: viewer.toggle_panel()),
+    Key(("SPACE",), "space", "pause or play a sequence", lambda viewer, _: viewer.pause()),
     Key(
         ("LEFT", "RIGHT"),
         "left, right",
@@ -174,6 +174,6 @@ BY_NAME = {name: key for key in KEYS for name in key.names}
 
 
 def press_key(viewer: Viewer, name: str) -> None:
-    """Does what the key is for; one that is for nothing does nothing."""
+    """Runs the key's action, if it has one."""
     if key := BY_NAME.get(name):
         key.do(viewer, name)

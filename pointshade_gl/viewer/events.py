@@ -1,4 +1,4 @@
-"""What the window tells: one small value for each event, free of the window library."""
+"""The window's events as small plain values, independent of the window library."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that the user did.
+    """One action of the user.
 
-    kind       "key" (pressed or repeated), "move", "press", "release", "wheel", "leave" (the pointer has left),
-               "refresh" (the window's content is lost)
-    key        of a key: the letter, digit or sign on the user's keyboard, upper case, or "SPACE", "LEFT", "RIGHT",
-               "ESCAPE"; of a press or release: "left", "middle" or "right"
-    x, y       where the pointer is, pixels of the picture, from the upper left corner
-    steps      of the wheel, above 0 away from the user
-    ctrl, shift  whether they were held; Command counts as Ctrl
+    kind       "key" (pressed or repeated), "move", "press", "release", "wheel", "leave" (the pointer left the window),
+               "refresh" (the window lost its content)
+    key        for "key": the letter, digit or sign on the user's keyboard, upper case, or "SPACE", "LEFT", "RIGHT",
+               "TAB", "ESCAPE"; for "press" and "release": "left", "middle" or "right"
+    x, y       position of the pointer in pixels of the picture, from the upper left corner
+    steps      of the wheel; above 0: away from the user
+    ctrl, shift  whether they are held down; Command counts as Ctrl
     """
 
     kind: str

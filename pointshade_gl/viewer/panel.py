@@ -1,4 +1,4 @@
-"""The panel: light, material and estimator by sliders, what is drawn and how long it takes. Needs the extra `gui`."""
+"""The panel: sliders for light, material and estimator; what is drawn, and how long it takes. Needs the extra `gui`."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
-SETTLE = 3  # pictures after an event until the panel has come to rest
+SETTLE = 3  # pictures after an event until the panel stops changing
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
 STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
 
 
 class Panel:
-    """Draws over the picture with Dear ImGui, in the context that is current. Raises ImportError without the extra.
+    """Draws over the picture with Dear ImGui, in the current context. Raises ImportError without the extra.
 
-    settling   how many pictures it still needs to come to rest; it shows the same thereafter
+    settling   how many more pictures it needs until it stops changing
     """
 
     def __init__(self, scale: float):
@@ -32,10 +32,10 @@ class Panel:
         self._imgui: Any = imgui
         self._context = imgui.create_context()
         self._io = imgui.get_io()
-        self._io.set_ini_filename("")  # it would leave a file wherever it is started
+        self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
         imgui.style_colors_dark()
         style = imgui.get_style()
-        style.item_spacing.y = style.frame_padding.y = 2  # to have all of it in a window of 480 pixels
+        style.item_spacing.y = style.frame_padding.y = 2  # so that all of it fits into a window of 480 pixels
         style.scale_all_sizes(scale)
         style.font_scale_main = scale
         style.window_rounding = 6 * scale
@@ -44,7 +44,7 @@ class Panel:
         self.settling = SETTLE
 
     def handle(self, event: Event) -> bool:
-        """Takes note of an event; whether it was meant for the panel."""
+        """Passes an event to the panel. Returns whether it was meant for the panel."""
         self._imgui.set_current_context(self._context)
         self.settling = SETTLE
         if event.kind == "leave":
@@ -58,7 +58,7 @@ class Panel:
         return self._io.want_capture_mouse and event.kind in ("move", "press", "wheel")
 
     def draw(self, viewer: Viewer, width: int, height: int, present: Lap | None) -> None:
-        """Draws the panel over a picture of that size and gives viewer.state what was chosen."""
+        """Draws the panel over a picture of that size, and sets viewer.state to what the user chose."""
         imgui = self._imgui
         imgui.set_current_context(self._context)
         self._io.display_size = imgui.ImVec2(width, height)
@@ -92,7 +92,7 @@ class Panel:
         viewer.state = replace(
             state, light_mode=follows, light_color=color, light_intensity=intensity, light_reach=reach
         )  # fmt: skip
-        if not isinstance(viewer.frame, Scene):  # its objects have their own surface
+        if not isinstance(viewer.frame, Scene):  # the objects of a scene have their own
             self._surface(viewer)
 
     def _surface(self, viewer: Viewer) -> None:
@@ -109,7 +109,7 @@ class Panel:
         imgui.separator_text("points")
         normals = self._choose("normals", str(look.normals), METHODS)
         before = "off" if look.max_depth_step is None else str(look.max_depth_step)
-        step = self._choose("dZmax", before, STEPS)
+        step = self._choose("depth step", before, STEPS)
         splat = self._choose("splat", look.splat, SPLATS)
         size = self._slide("size", state.point_size, 0.25, 8.0, logarithmic=True)
         viewer.state = state.with_look(
@@ -121,7 +121,7 @@ class Panel:
     def _nodes(self, viewer: Viewer, scene: Scene) -> None:
         self._imgui.separator_text("scene")
         for path, node in scene.every_node():
-            label = f"{node.name or 'node'}##{path}"  # what follows ## tells equal names apart
+            label = f"{node.name or 'node'}##{path}"  # the part after ## is hidden and tells equal names apart
             self._imgui.indent(10.0 * len(path))
             visible = self._imgui.checkbox(label, node.visible)[1]
             self._imgui.unindent(10.0 * len(path))
@@ -144,7 +144,7 @@ class Panel:
         flags = self._imgui.SliderFlags_
         kind = flags.no_input | (flags.logarithmic if logarithmic else 0)
         changed, new = self._imgui.slider_float(label, value, low, high, "%.2f", kind)
-        return new if changed else value  # untouched it keeps a value beyond its ends, to the last bit
+        return new if changed else value  # an untouched slider keeps its value exactly, even beyond its ends
 
     def _choose(self, label: str, value: str, known: tuple[str, ...]) -> str:
         names = list(known) if value in known else [value, *known]

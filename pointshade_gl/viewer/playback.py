@@ -1,4 +1,4 @@
-"""A stream of frames in the window: read by a thread, shown at its own rate, paused, stepped through."""
+"""Plays a stream of frames: a thread reads it, the window shows it at its own rate, pauses it, steps through it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 from ..frame import Frame
 from ..wording import option
 
-PATIENCE = 0.1  # seconds after which a thread that cannot hand over its frame looks whether it should stop
+PATIENCE = 0.1  # seconds between two checks of a waiting thread whether it should stop
 
 
 class Playback:
-    """Plays a source of frames; whoever shows them asks `advance` and never waits.
+    """Plays a source of frames. `advance` gives the frame to show, and never waits.
 
-    source  a Sequence, which starts over at its end and can be stepped through, or any iterable (a camera)
-    fps     frames a second; None is as they come
-    skipped  called, from the thread, with a sentence for each frame that cannot be read
-    wake    called, from the thread, when a frame has come; may be set later
+    source  a Sequence, which repeats and can be stepped through, or any other iterable (a camera)
+    fps     frames per second; None: as fast as they come
+    skipped  called from the thread, with one sentence for each frame that cannot be read
+    wake    called from the thread when a frame is ready; may be set later
     """
 
     def __init__(
@@ -35,21 +35,21 @@ class Playback:
         self._source, self._skipped, self.wake = source, skipped, wake
         self._pause = 0.0 if fps is None else 1 / fps
         self._due = 0.0
-        self._owed = 0  # frames to show in spite of the pause
+        self._owed = 0  # frames to show although it is paused
         self._thread: threading.Thread | None = None
-        self.index = -1  # of the frame shown; counted only in a Sequence
+        self.index = -1  # of the current frame in a Sequence; else -1
         self.is_paused = False
         self._start()
 
     def first(self) -> Frame:
-        """Waits for the first frame. Raises ValueError when the source has none."""
+        """Waits for the first frame. Raises ValueError if the source has none."""
         frame = self._take(self._queue.get())
         if frame is None:
-            raise ValueError("the source has no frame")
+            raise ValueError("the source has no frames")
         return frame
 
     def advance(self, now: float) -> Frame | None:
-        """The frame that is due, if there is one. Raises what the source has raised."""
+        """The frame that is due, or None. Raises what the source raised."""
         if (self.is_paused and not self._owed) or now < self._due:
             return None
         try:
@@ -57,24 +57,24 @@ class Playback:
         except queue.Empty:
             return None
         self._owed = max(self._owed - 1, 0)
-        late = now - self._due > self._pause  # then the rate goes on from now, nothing is made up for
+        late = now - self._due > self._pause  # then the rate restarts from now: lost time is not made up
         self._due = (now if late else self._due) + self._pause
         return frame
 
     def patience(self, now: float) -> float | None:
-        """Seconds until `advance` may have something; None: not before `wake` or the user."""
+        """Seconds until `advance` may give a frame; None: not before `wake` is called or a key is pressed."""
         if (self.is_paused and not self._owed) or self._queue.empty():
             return None
         return max(self._due - now, 0.0)
 
     def toggle(self) -> None:
-        """Pauses, or plays on from the frame that is shown."""
+        """Pauses, or continues after the current frame."""
         self.is_paused = not self.is_paused
         if not self.is_paused and self._thread is None:
             self._start(self.index + 1)
 
     def step(self, direction: int) -> Frame | None:
-        """Pauses and goes one frame forwards or back, past those that cannot be read; a camera only goes forwards."""
+        """Pauses and steps one frame forwards or back, past unreadable frames. A camera only goes forwards."""
         self.is_paused = True
         if not isinstance(self._source, Sequence):
             self._owed += direction > 0
@@ -93,12 +93,10 @@ class Playback:
         return None
 
     def close(self) -> None:
-        """Ends the thread."""
+        """Stops the thread."""
         if self._thread is not None:
             self._stop.set()
-            self._thread.join(
-                timeout=2
-            )  # a camera may never give another frame; as a daemon its thread holds nobody up
+            self._thread.join(timeout=2)  # a camera may never give another frame; a daemon thread blocks no exit
             self._thread = None
 
     def _start(self, index: int = 0) -> None:
@@ -114,7 +112,7 @@ class Playback:
         return frame
 
     def _feed(self, frames: queue.Queue[Any], stop: threading.Event, index: int) -> None:
-        """In the thread: frames into the queue, then None at the end of all, or the exception that ended it."""
+        """In the thread: puts frames into the queue; then None at the end, or the exception that ended the source."""
 
         def hand_over(item: Any) -> None:
             while not stop.is_set():
@@ -152,7 +150,7 @@ class Playback:
 
 
 class _From(Sequence[Frame]):
-    """The rest of a sequence, which remembers where each frame stood."""
+    """A sequence from one of its frames on; remembers each frame's index in the whole sequence."""
 
     def __init__(self, source: Sequence[Frame], start: int):
         self._source, self._start = source, start

@@ -1,4 +1,4 @@
-"""What the window shows, as a film."""
+"""Records the window as a film."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ RATE = 30.0
 
 
 class Recorder:
-    """Feeds a Film in real time: at its rate, whatever the rate of the window is.
+    """Feeds a Film in real time, at the film's rate, whatever the window's rate is.
 
-    Raises what `Film` raises, for a name or an installation that allows none.
+    Raises what `Film` raises if it cannot be written.
     """
 
     def __init__(self, path: Path, fps: float = RATE):
         from ..files.film import Film
 
         self._film, self._fps = Film(path, fps), fps
-        self._began: float | None = None  # with the first picture
+        self._began: float | None = None  # when the first picture came
         self._written = 0
 
     def patience(self, now: float) -> float:
@@ -29,7 +29,7 @@ class Recorder:
         return 0.0 if self._began is None else max(self._began + self._written / self._fps - now, 0.0)
 
     def add(self, now: float, take: Callable[[], NDArray[np.uint8]]) -> None:
-        """As many pictures as are due, all the same: take() gives a (h, w, 4) uint8, always of one size."""
+        """Adds as many pictures as are due, all the same. take() gives (h, w, 4) uint8, always of one size."""
         self._began = now if self._began is None else self._began
         due = int((now - self._began) * self._fps) + 1 - self._written
         if due > 0:

@@ -1,4 +1,4 @@
-"""What is drawn into the window: the renderer's picture, the light's marker, text, the panel."""
+"""Draws the window: the renderer's picture, the light's marker, text and the panel."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
 
 
 class Screen:
-    """Owns everything of OpenGL that belongs to a window."""
+    """Owns all OpenGL objects of a window."""
 
     def __init__(self, window: Window):
         self.window = window
@@ -46,14 +46,14 @@ class Screen:
 
     @property
     def panel(self) -> Panel:
-        """Made when it is first asked for. Raises ImportError without the extra `gui`."""
+        """The panel, made on first use. Raises ImportError without the extra `gui`."""
         if self._panel is None:
             with self.window:
                 self._panel = Panel(self.window.scale)
         return self._panel
 
     def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool) -> None:
-        """The whole window anew."""
+        """Redraws the whole window."""
         state = viewer.state
         self.renderer.steps.timed = state.panel
         with self.window:
@@ -104,7 +104,7 @@ class Screen:
             self._present.lay_over(self.gl.screen, table, x, y)
 
     def _drawing(self, name: str, draw: Callable[..., NDArray[np.uint8]], *arguments: Any) -> moderngl.Texture:
-        """A texture of draw(*arguments), made anew when they have changed."""
+        """A texture of draw(*arguments), drawn again only when the arguments change."""
         if name in self._drawings:
             before, texture = self._drawings[name]
             if before == arguments:
@@ -130,7 +130,7 @@ def shot(viewer: Viewer, camera: Camera) -> dict[str, Any]:
 
 @lru_cache(maxsize=4)
 def shaded(scene: Scene, shading: str | None) -> Scene:
-    """The scene with one shading model for everything; None leaves each object its own."""
+    """The scene with one shading model for all objects; None leaves each object its own."""
     if shading is None:
         return scene
     for path, node in scene.every_node():

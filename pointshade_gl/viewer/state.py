@@ -1,8 +1,8 @@
-"""Where the viewer stands and where the light is: plain values and their arithmetic, no GL, no window.
+"""Where the viewer and the light are: plain values and their arithmetic, no GL, no window.
 
-The light is held as a place on the window, in *rims* from the object's middle. The window is a map of all directions:
-in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the place where
-the marker is drawn is the place where the mouse has to be for this light, for every zoom and every shape of window.
+The light's direction is stored as a place on the window, in *rims* from the object's middle. The window is a map of
+directions: in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the
+marker is always drawn where the mouse has to be for this light, at every zoom and in every shape of window.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from ..look import Look
 from ..scene import Scene
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
-FARTHEST = math.radians(175)  # from the viewer's direction: straight behind, left and right would meet
-DEGREES = 120.0  # round the object, for a drag across the window's smaller side
-WHEEL = 1.1  # factor on distances for a step of the wheel
+FARTHEST = math.radians(175)  # radians from the viewer's direction: straight behind, left and right would meet
+DEGREES = 120.0  # around the object, for a drag across the window's smaller side
+WHEEL = 1.1  # factor on distances per step of the wheel
 UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
 Pair = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Stage:
-    """What the viewer goes round. All of it, and all of State, is in *view axes*: x right, y down in the picture.
+    """What the viewer moves around. Stage and State are in *view axes*: x right, y down in the picture.
 
     pivot    (3,) the object's middle, as the frame's own camera sees it
-    radius   the light's distance from it
-    upright  (3, 3) from the camera's axes to view axes and back: fy may be negative, then the camera's y points up
+    radius   the light's distance from the pivot
+    upright  (3, 3) from the camera's axes to view axes and back: with a negative fy the camera's y points up
     """
 
     pivot: NDArray[np.float64]
@@ -44,7 +44,7 @@ class Stage:
 
     @classmethod
     def of(cls, frame: Frame | Scene) -> Stage:
-        """The light goes outside most of the object, yet not behind the camera."""
+        """The light moves outside most of the object, but not behind the camera."""
         if isinstance(frame, Scene):
             return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
@@ -69,14 +69,14 @@ class Stage:
 
 @dataclass(frozen=True)
 class State:
-    """All that decides what the window shows, besides the frame and the window's size.
+    """Everything that decides what the window shows, except the frame and the window's size.
 
-    yaw, pitch    degrees round the object, as `orbit_pose` counts them
-    distance      over the frame's own distance from the object's middle
-    pan           of the object's middle in the picture, in focal lengths
+    yaw, pitch    degrees around the object, as in `orbit_pose`
+    distance      from the object's middle, 1 = that of the frame's own camera
+    pan           shift of the object's middle in the picture, in focal lengths
     light_at      the light's place on the window, rims from the object's middle, y down
     light_reach   factor on the light's distance from the object's middle
-    light_mode    whether the plain mouse holds the light
+    light_mode    whether the light follows the mouse while no button is down
     lit           False shows the frame's own colours
     shadows       whether lights cast shadows
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
@@ -113,7 +113,7 @@ class State:
         return replace(self, look=replace(self.look, **changes))
 
     def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
-        """After a drag by (dx, dy) pixels: the near side of the object goes with the mouse.
+        """The state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.
 
         In light mode the light stays with the viewer, otherwise with the object.
         """
@@ -123,32 +123,32 @@ class State:
         return turned if self.light_mode else turned.with_light_direction(_turn(turned).T @ _turn(self) @ self.towards)
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
-        """After a drag by (dx, dy) pixels, with the focal length of the picture in pixels."""
+        """The state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
         return replace(self, pan=(self.pan[0] + dx / focal, self.pan[1] + dy / focal))
 
     def zoomed(self, steps: float) -> State:
         return replace(self, distance=min(max(self.distance / WHEEL**steps, 0.05), 20.0))
 
     def light_reached(self, steps: float) -> State:
-        """The light further away from the object (steps above 0) or nearer to it."""
+        """The light moved away from the object (steps above 0) or nearer to it."""
         return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
-        """The light in another direction, (3,) from the object's middle, view axes; of any length."""
+        """The light in another direction: (3,) from the object's middle, view axes, of any length."""
         angle = math.atan2(math.hypot(towards[0], towards[1]), -towards[2])
         around = math.atan2(towards[1], towards[0])
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
 
     def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
-        """A light of the world in the hand of the mouse; of a directional one the direction is taken."""
+        """The state in which the mouse holds a light of the world. A directional light gives its direction only."""
         pose = frame_pose @ self.pose(stage)
         state = replace(self, light_color=light.color, light_intensity=light.intensity)
         to_view = stage.upright @ pose[:3, :3].T
         if light.direction is not None:
             return state.with_light_direction(-to_view @ np.array(light.direction))
         if light.position is None:
-            return state  # at the upper left, as it is
+            return state  # the light stays where it is: at the upper left
         place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_pivot(stage)
         reach = max(float(np.linalg.norm(place)) / stage.radius, 1e-3)
         return replace(state, light_reach=reach).with_light_direction(place)
@@ -179,8 +179,7 @@ class State:
         return pose
 
     def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light | None = None) -> Light:
-        """The light in the world; a point light, or of the kind of another: spots and directional lights look at the
-        object's middle."""
+        """The light in the world: a point light, or one like `kind`, directed at the object's middle."""
         place = self.seen_pivot(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
         x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
@@ -192,13 +191,13 @@ class State:
         return replace(moved, position=(float(x), float(y), float(z))) if kind.is_spot else moved
 
     def middle(self, stage: Stage, camera: Camera) -> Pair:
-        """The object's middle in the picture, pixels; held inside of it, so that the light stays within reach."""
+        """The object's middle in pixels, kept inside the picture, so that the light stays within reach."""
         x, y, z = self.seen_pivot(stage)
         u, v = camera.fx * x / z + camera.cx, abs(camera.fy) * y / z + camera.cy
         return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
 
     def reset_view(self) -> State:
-        """Viewer and light as at the start; what was chosen about the surface stays."""
+        """Viewer and light as at the start; the look stays."""
         fresh = State()
         return replace(
             self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
@@ -207,13 +206,13 @@ class State:
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:
-    """A pixel of the picture as a place of the light."""
+    """The place of the light, in rims, that a pixel of the picture stands for."""
     rim = RIM * min(camera.width, camera.height)
     return (x - middle[0]) / rim, (y - middle[1]) / rim
 
 
 def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
-    """Where the light's marker is drawn, pixels of the picture."""
+    """Where the light's marker is drawn, in pixels of the picture."""
     rim = RIM * min(camera.width, camera.height)
     middle = state.middle(stage, camera)
     return middle[0] + state.light_at[0] * rim, middle[1] + state.light_at[1] * rim

@@ -1,4 +1,4 @@
-"""Text for the window: drawn by Pillow, laid over the picture as textures."""
+"""Text for the window, drawn by Pillow; textures lay it over the picture."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
 def draw_table(
     sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float, width: int, height: int
 ) -> NDArray[np.uint8]:
-    """Sections of a title and rows of two columns: (h, w, 4) uint8, never larger than the window."""
+    """Sections with a title and rows of two columns: (h, w, 4) uint8, never larger than the window."""
     needed = _table(sections, scale)
     fit = min(1.0, width / needed.shape[1], height / needed.shape[0])
     return needed if fit == 1 else _table(sections, scale * fit * 0.98)

@@ -31,27 +31,27 @@ from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
-DISPLAY_RATE = 60.0  # pictures a second where on_frame keeps them coming
+DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
 class Viewer:
-    """A window on a frame or a stream of frames; `run()` shows it until it is closed.
+    """A window that shows a frame, a stream of frames or a scene; `run()` shows it until it is closed.
 
-    source  a Frame, a Sequence of them (a folder's, see `open_source`), anything that `for frame in source:` accepts,
-            or a Scene, with its own lights and shadows
+    source  a Frame, a Sequence of frames (see `open_source`), anything else that `for frame in source:` accepts, or a
+            Scene with its own lights and shadows
     title   of the window
-    size    (width, height) of the window in screen coordinates; None follows the frame
-    state   what is seen at first: view, light, material, estimator
-    lights  the first is the one that the mouse holds, the others stay where they are
-    fps     frames of a stream a second; None is as fast as they come
-    record  an .mp4 or .gif that becomes a film of what is seen
-    panel   opens the panel, if its extra is there
+    size    (width, height) of the window in screen coordinates; None: that of the frame
+    state   what the window shows at first: view, light, look
+    lights  the mouse holds the first one, the others stay where they are
+    fps     frames of a stream per second; None: as fast as they come
+    record  an .mp4 or .gif to which the window is recorded
+    panel   opens the panel, if its extra is installed
 
-    An application subclasses it and overrides `on_start`, `on_frame`, `on_event`; it changes what is seen by giving
-    `state` (or `frame`, `lights`) a new value. The window is drawn anew when one of them or its size has changed, and
-    sleeps otherwise. It belongs to the main thread of the process, as windows do.
+    An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
+    it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, and
+    sleeps otherwise. Use it in the main thread of the process, as windows require.
 
-    Raises ContextError without a display, ValueError, TypeError or OSError for what cannot be shown.
+    Raises ContextError without a display; ValueError, TypeError or OSError for anything that cannot be shown.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Viewer:
         panel: bool = False,
     ):
         self._events: list[Event] = []
-        self._said: deque[str] = deque()  # by the thread that reads a stream
+        self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
         self._told: set[str] = set()
         self._mouse = Mouse()
         self._shown: Any = None
@@ -79,7 +79,7 @@ class Viewer:
                 undo.callback(self._recorder.close)
             self._playback = None
             self.frame: Frame | Scene
-            self.held: Light | None = None  # the kind of light that the mouse holds; None is a point light
+            self.held: Light | None = None  # the kind of light that the mouse holds; None: a point light
             self.state = state or State()
             if isinstance(source, Frame):
                 self.frame = source
@@ -112,18 +112,18 @@ class Viewer:
 
     @property
     def renderer(self) -> Renderer:
-        """What draws; its `steps` and `choice` tell how."""
+        """The renderer of the window; its `steps` and `choice` tell what ran."""
         return self.screen.renderer
 
-    # The seam for applications.
+    # For applications to override.
     def on_start(self) -> None:
         """Called once by `run`, with the window open."""
 
     def on_frame(self, seconds: float) -> None:
-        """Called before each picture with the seconds since the start; overridden, it keeps the pictures coming."""
+        """Called before each picture with the seconds since the start. Overriding it keeps the pictures coming."""
 
     def on_event(self, event: Event) -> bool | None:
-        """Called with each thing that the user did; True keeps it from having its usual effect."""
+        """Called with each action of the user. Return True to suppress its usual effect."""
 
     def run(self) -> None:
         """Shows the window until it is closed."""
@@ -135,7 +135,7 @@ class Viewer:
             self.release()
 
     def step(self, wait: bool = True) -> None:
-        """One turn: sleeps until there is something to do, if it may, and draws what has changed."""
+        """One turn: sleeps until there is something to do (if `wait`), and redraws if anything has changed."""
         self.window.wait(self._patience() if wait else 0)
         events, self._events[:] = list(self._events), []
         for event in events:
@@ -147,13 +147,13 @@ class Viewer:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
         self._expire_message(now)
-        if self.camera and (self._look() != self._shown or self._panel_settling()):
+        if self.camera and (self._content() != self._shown or self._panel_settling()):
             self._draw(self.camera)
         if self._recorder:
             self._recorder.add(time.perf_counter(), lambda: self.screen.read(self, self._film_camera))
 
     def handle(self, event: Event) -> None:
-        """What an event does: to the application first, then to the panel, to us."""
+        """Gives an event to the application first, then to the panel, then to mouse and keys."""
         if self.on_event(event):
             return
         on_panel = self.state.panel and self.screen.panel.handle(event)
@@ -167,13 +167,13 @@ class Viewer:
 
     @property
     def camera(self) -> Camera | None:
-        """Who looks: the frame's camera, fitted to the window; None while nothing of the window can be seen."""
+        """The frame's camera, fitted to the window; None while the window is minimised."""
         width, height = self.window.picture_size
         return self._own_camera.fitted(width, height) if width and height else None
 
     @property
     def _own_camera(self) -> Camera:
-        assert self.frame.camera is not None  # a scene was framed
+        assert self.frame.camera is not None  # `framed` gave scenes a camera
         return self.frame.camera
 
     @property
@@ -182,9 +182,9 @@ class Viewer:
         return np.asarray(self.frame.pose)
 
     def next_light(self) -> None:
-        """Gives the mouse the next light; the one that it held stays where it is."""
+        """The mouse takes the next light; the one that it held stays where it is."""
         if not self.lights:
-            self.say("one light only")
+            self.say("there is only one light")
             return
         left = self.state.light(self.stage, self.pose, self.held)
         following, *others = self.lights
@@ -192,10 +192,10 @@ class Viewer:
         if isinstance(self.frame, Scene):
             self.held = following
         self.state = self.state.with_light(following, self.stage, self.pose)
-        self.say(f"another light of {len(self.lights) + 1}")
+        self.say(f"the mouse holds another of {len(self.lights) + 1} lights")
 
     def say(self, text: str) -> None:
-        """Shows a line for a few seconds."""
+        """Shows a line of text for a few seconds."""
         self._message, self._until = text, time.perf_counter() + MESSAGE_SECONDS
 
     def quit(self) -> None:
@@ -203,21 +203,21 @@ class Viewer:
         self.window.close()
 
     def reset(self) -> None:
-        """View and light as at the start, round the middle of the frame that is shown."""
+        """Resets view and light, around the middle of the current frame."""
         self.stage, self.state = Stage.of(self.frame), self.state.reset_view()
 
     def toggle_panel(self) -> None:
-        """Opens or closes the panel; without its extra says how to get it."""
+        """Opens or closes the panel. Without its extra, says how to install it."""
         try:
             self.screen.panel  # noqa: B018
         except ImportError:
             self.say(MISSING)
         else:
             self.state = replace(self.state, panel=not self.state.panel)
-            self.renderer.steps.forget("surface")  # so that there are times to show
+            self.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
 
     def pause(self) -> None:
-        """Pauses a stream or plays on."""
+        """Pauses a stream, or continues it."""
         if self._playback is None:
             self.say("a single frame: nothing to play")
         else:
@@ -225,7 +225,7 @@ class Viewer:
             self.say("paused" if self._playback.is_paused else "playing")
 
     def step_frames(self, direction: int) -> None:
-        """Pauses a stream and goes on by one frame, or back (-1)."""
+        """Pauses a stream and steps one frame forwards (1) or back (-1)."""
         if self._playback is None:
             self.say("a single frame: nothing to step through")
         else:
@@ -233,7 +233,7 @@ class Viewer:
             self.say(f"frame {self._playback.index}" if self._playback.index >= 0 else "paused")
 
     def save_picture(self) -> Path | None:
-        """Writes what is seen, without marker and text, to a new file in the working directory; prints its name."""
+        """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
         if self.camera is None:
             return None
         path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
@@ -247,14 +247,14 @@ class Viewer:
         return path
 
     def release(self) -> None:
-        """Closes the window, the stream and the film; frees everything."""
+        """Closes the window, the stream and the film, and frees everything."""
         self._close.close()
 
     def _patience(self) -> float | None:
-        """Seconds that the next turn may sleep; None is without end."""
+        """Seconds that the next turn may sleep; None: no limit."""
         now = time.perf_counter()
         visible = self.camera is not None
-        if (visible and (self._look() != self._shown or self._panel_settling())) or self._said:
+        if (visible and (self._content() != self._shown or self._panel_settling())) or self._said:
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
@@ -266,7 +266,7 @@ class Viewer:
 
     def _expire_message(self, now: float) -> None:
         while self._said:
-            if (text := self._said.popleft()) not in self._told:  # a sequence that starts over meets it again
+            if (text := self._said.popleft()) not in self._told:  # a sequence that repeats meets it again
                 self._told.add(text)
                 self.say(f"skipped: {text}")
                 sys.stderr.write(f"warning: skipped: {text}\n")
@@ -276,13 +276,13 @@ class Viewer:
     def _panel_settling(self) -> bool:
         return self.state.panel and self.screen.panel.settling > 0
 
-    def _look(self) -> tuple[Any, ...]:
-        """All that the window's content depends on."""
+    def _content(self) -> tuple[Any, ...]:
+        """Everything that the window's content depends on."""
         window = self.camera, self.window.scale
         return self.state, self.lights, self.held, self.frame, window, self._message, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
-        look = self._look()
+        content = self._content()
         self.screen.draw(self, camera, self._message, marked=self._mouse.drag not in ("orbit", "pan"))
-        self._shown = look
+        self._shown = content
         self.drawn += 1

@@ -1,4 +1,4 @@
-"""The window: opened by GLFW with OpenGL 3.3 or newer, its events as plain values."""
+"""The window, opened by GLFW with OpenGL 3.3 or newer. Its events are plain values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BUTTONS = ("left", "right", "middle")  # as GLFW counts them
 
 
 def import_glfw() -> Any:
-    """GLFW, quiet: its warnings become our errors. On macOS imgui's own copy has to come first, two would clash."""
+    """GLFW without its warnings: we raise errors. On macOS, imgui's own copy must load first, or the two clash."""
     if sys.platform == "darwin":
         with suppress(ImportError):
             import imgui_bundle  # noqa: F401
@@ -27,12 +27,12 @@ def import_glfw() -> Any:
 
 
 class Window:
-    """A window and its OpenGL context, which is current inside of `with window:`.
+    """A window and its OpenGL context, which is current inside `with window:`.
 
-    on_event   called with each Event while `wait` or `poll` runs
-    title, size  size in screen coordinates, cut to the monitor
+    on_event   called with each Event while `wait` runs
+    title, size  size in screen coordinates, reduced to fit the monitor
 
-    Raises ContextError when there is no display, or no OpenGL 3.3 on it.
+    Raises ContextError without a display, or without OpenGL 3.3.
     """
 
     def __init__(self, title: str, size: tuple[int, int], on_event: Callable[[Event], None]):
@@ -54,7 +54,7 @@ class Window:
             set_callback(self.handle, callback)
 
     def _create(self, title: str, size: tuple[int, int]) -> Any:
-        """The first of these that the driver gives: GL 4.3 by the display's own way, by EGL; then 3.3."""
+        """The first that the driver offers: GL 4.3 by the display's own API, GL 4.3 by EGL, then the same with 3.3."""
         glfw = self.glfw
         for version in ((4, 3), (3, 3)):
             for way in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):
@@ -95,21 +95,21 @@ class Window:
         self.glfw.make_context_current(self._held.pop())
 
     def release(self) -> None:
-        """Closes the window, once. GLFW stays, for other windows of the process."""
+        """Closes the window, once. GLFW stays loaded for other windows of the process."""
         if self.handle:
             self.glfw.destroy_window(self.handle)
             self.handle = None
 
     @property
     def picture_size(self) -> tuple[int, int]:
-        """Pixels of the framebuffer; (0, 0) while nothing can be seen of it."""
+        """Width and height of the framebuffer in pixels; (0, 0) while the window is minimised."""
         if self.glfw.get_window_attrib(self.handle, self.glfw.ICONIFIED):
             return 0, 0
         return self.glfw.get_framebuffer_size(self.handle)
 
     @property
     def scale(self) -> float:
-        """How much larger than 96 dots an inch text should be drawn."""
+        """How much larger to draw text than at 96 dots per inch."""
         return max(1.0, self.glfw.get_window_content_scale(self.handle)[0])
 
     @property
@@ -129,15 +129,15 @@ class Window:
         self.glfw.swap_buffers(self.handle)
 
     def wait(self, seconds: float | None) -> None:
-        """Sleeps until something happens or the time is over; None: as long as may be, 0: not at all."""
+        """Sleeps until an event comes or the time is over, then handles events. None: no limit, 0: no sleep."""
         if seconds is None or seconds > 0:
-            # GLFW sleeps through signals: now and then Python has to be awake to hear Ctrl+C.
+            # GLFW sleeps through signals: Python must wake up now and then to notice Ctrl+C.
             self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
         else:
             self.glfw.poll_events()
 
     def wake(self) -> None:
-        """Ends `wait`; from any thread."""
+        """Ends `wait`. May be called from any thread."""
         self.glfw.post_empty_event()
 
     def _pixel(self, x: float, y: float) -> tuple[float, float]:
@@ -184,18 +184,18 @@ class Window:
 
 
 def window_size(camera: Camera) -> tuple[int, int]:
-    """A size in the shape of the camera's pictures: their own, unless that is very small or very large."""
+    """A size with the aspect ratio of the camera's pictures: theirs, unless that is very small or very large."""
     scale = min(max(1.0, 640 / camera.width), 1280 / camera.width, 960 / camera.height)
     return max(round(camera.width * scale), 1), max(round(camera.height * scale), 1)
 
 
 def key_name(glfw: Any, key: int, scancode: int) -> str:
-    """What stands on the user's key, upper case; digits and named keys by their place. '' for all others."""
+    """What is printed on the user's key, upper case; digits and named keys by their position. '' for all others."""
     named = {
         glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
         glfw.KEY_TAB: "TAB", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
     }  # fmt: skip
-    if glfw.KEY_0 <= key <= glfw.KEY_9:  # French keyboards have other signs on them
+    if glfw.KEY_0 <= key <= glfw.KEY_9:  # on French keyboards these keys show other signs
         return chr(key)
     return named.get(key) or (glfw.get_key_name(key, scancode) or "").upper()
 

@@ -6,6 +6,7 @@ uniform bool is_round;
 
 flat in vec2 centre;
 flat in vec4 to_source;
+flat in vec2 bend;
 flat in float reach;
 flat in int id;
 
@@ -13,6 +14,6 @@ out int source_id;
 
 void main() {
     vec2 offset = gl_FragCoord.xy - 0.5 - centre;
-    if (!footprint_covers(to_source, offset, reach, is_round)) discard;
+    if (!footprint_covers(to_source, bend, offset, reach, is_round)) discard;
     source_id = id;
 }

@@ -17,6 +17,7 @@ in float size;  // source pixels
 
 flat out vec2 centre;
 flat out vec4 to_source;
+flat out vec2 bend;
 flat out float reach;
 flat out int id;
 
@@ -30,14 +31,15 @@ void main() {
     vec4 surface = texelFetch(surface_map, pixel, 0);
     if (surface.w == 0.0 || !(size > 0.0)) return;
     Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
-    if (splat.inverse_depth <= 0.0 || splat.inverse_depth * near >= 1.0) return;
     reach = splat_reach(size, is_round);
-    vec2 extent = footprint_extent(splat.to_target, reach, is_round);
+    if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
+    vec2 extent = footprint_extent(splat, reach, is_round);
     vec2 low = max(splat.centre - extent, vec2(-0.5));
     vec2 high = min(splat.centre + extent, target_size - 0.5);
     if (low.x > high.x || low.y > high.y) return;
     centre = splat.centre;
     to_source = invert_footprint(splat.to_target);
+    bend = splat_bend(splat, reach);
     id = first_id + gl_VertexID;
     // Window depth 1 - near/z is linear in 1/z and keeps its sharpness relative to distance.
     vec2 middle = (low + high + 1.0) / target_size - 1.0;

@@ -308,6 +308,31 @@ def test_carry_footprint(gpu, draw):
     agree(gpu("splat.glsl", f"{call}.tilt, 0, 0", **inputs), mirror.tilt, atol=1e-5, rtol=1e-3)
 
 
+def test_a_footprint_near_the_camera_bends(gpu, draw):
+    """Seen from a metre beside a point that is a metre away, depth changes by up to 1 / MIN_COSINE within a pixel."""
+    pixel = np.tile(np.array([[310.0, 250.0]], F), (COUNT, 1))
+    z, normal, k = np.ones((COUNT, 1), F), draw.facing(np.array([[0, 0, 1]], F)), np.array([[5, -5, 310, 250]], F)
+    mirror = splat.carry_footprint(pixel, z[:, 0], normal, k[0], VIEW, TARGET)
+    call = f"carry_footprint(p, z, n, k, {VIEW_GLSL}, t)"
+    inputs = {"p": pixel, "z": z, "n": normal, "k": k, "t": TARGET[None]}
+    assert mirror.bend.any(-1).mean() > 0.1
+    answer = gpu("splat.glsl", f"{call}.bend, 0, 0", **inputs)[:, :2]
+    np.testing.assert_allclose(answer, mirror.bend, atol=1e-5, rtol=1e-3)
+    reach = draw.numbers(0.5, 9)
+    rim = np.abs(splat.splat_bends(mirror, reach[:, 0]) - splat.FLAT) < 1e-4
+    heeded = gpu("splat.glsl", f"splat_bend({call}, r), 0, 0", r=reach, **inputs)[:, :2]
+    np.testing.assert_allclose(heeded[~rim], splat.splat_bend(mirror, reach[:, 0])[~rim], atol=1e-5, rtol=1e-3)
+    assert heeded.any(-1).mean() > 0.1
+    bends = gpu("splat.glsl", f"splat_bends({call}, r)", r=reach, **inputs)[:, 0]
+    np.testing.assert_allclose(bends[~rim], splat.splat_bends(mirror, reach[:, 0])[~rim], rtol=2e-3, atol=1e-5)
+    near = 0.5 / np.median(mirror.inverse_depth)
+    ahead = gpu("splat.glsl", f"splat_is_ahead({call}, {near:.9g}) ? 1.0 : 0.0", **inputs)[:, 0] > 0
+    assert (ahead != splat.splat_is_ahead(mirror, near)).sum() <= 1
+    extent = gpu("splat.glsl", f"footprint_extent({call}, r, false), 0, 0", r=reach, **inputs)[:, :2]
+    expected = splat.footprint_extent(mirror, reach[:, 0], False)
+    np.testing.assert_allclose(extent[~rim], expected[~rim], rtol=5e-3)
+
+
 def test_inverse_depth_within_a_footprint(gpu, draw):
     pixel, z, normal, mirror = carried(draw)
     offset, inverse = draw.numbers(-1, 1, 2), splat.invert_footprint(mirror.to_target)
@@ -335,19 +360,46 @@ def test_the_jacobian_is_the_derivative_of_the_warp():
     assert mirror.to_target[0] == pytest.approx(np.concatenate(numeric), rel=1e-4)
 
 
+def test_the_bend_makes_the_way_back_exact_however_far():
+    """Where a pixel 40 pixels off is carried, it comes back from: the Jacobian alone would miss it."""
+    view = VIEW.copy()
+    view[:3, 3] = -0.5, 0.3, -1.2
+    n = np.array([0.5, -0.4, -0.6], F) / np.linalg.norm([0.5, -0.4, -0.6]).astype(F)
+    k, start = np.array([40.0, 40, 30, 30], F), np.array([30.0, 30], F)
+    mirror = splat.carry_footprint(start[None], np.array([2], F), n[None], k, view, TARGET)
+    inverse = splat.invert_footprint(mirror.to_target)
+    assert mirror.bend.any()
+    for off in ((4, 3), (-5, 2), (2, -6)):
+        ray = camera.pixel_ray(start + np.array(off, F), k)
+        point = ray * (n @ camera.pixel_ray(start, k) * 2 / (n @ ray))
+        seen = camera.project(view[:3, :3] @ point + view[:3, 3], TARGET)
+        back = splat.carry_offset_back(inverse, mirror.bend, seen - mirror.centre)[0]
+        assert back[:2] == pytest.approx(off, abs=0.02) and back[2] > 0
+        assert splat.carry_offset_back(inverse, 0 * mirror.bend, seen - mirror.centre)[0, :2] != pytest.approx(
+            off, abs=0.2
+        )
+
+
 @pytest.mark.parametrize("is_round", [False, True])
 def test_reach_extent_inverse_and_cover(gpu, draw, is_round):
     mirror = carried(draw)[3]
     size, offset, flag = draw.numbers(0.5, 3), draw.numbers(-2, 2, 2), str(is_round).lower()
     reach = splat.splat_reach(size[:, 0], is_round)
     agree(gpu("splat.glsl", f"splat_reach(s, {flag})", s=size), reach)
-    extent = gpu("splat.glsl", f"footprint_extent(t, r, {flag}), 0, 0", t=mirror.to_target, r=reach[:, None])
-    agree(extent, splat.footprint_extent(mirror.to_target, reach, is_round))
+    made = "Footprint(vec2(0), t, 1.0, vec2(0), b)"
+    bend = draw.numbers(-0.1, 0.1, 2)
+    bent = mirror._replace(bend=bend)
+    extent = gpu(
+        "splat.glsl", f"footprint_extent({made}, r, {flag}), 0, 0", t=mirror.to_target, b=bend, r=reach[:, None]
+    )
+    agree(extent, splat.footprint_extent(bent, reach, is_round))
     inverse = splat.invert_footprint(mirror.to_target)
     agree(gpu("splat.glsl", "invert_footprint(t)", t=mirror.to_target), inverse, rtol=1e-4)
-    call = f"footprint_covers(i, o, r, {flag}) ? 1.0 : 0.0"
-    covered = gpu("splat.glsl", call, i=inverse, o=offset, r=reach[:, None])[:, 0] > 0
-    expected = splat.footprint_covers(inverse, offset, reach, is_round)
+    agree(gpu("splat.glsl", "carry_offset_back(i, b, o), 0", i=inverse, b=bend, o=offset),
+          splat.carry_offset_back(inverse, bend, offset), rtol=1e-3)  # fmt: skip
+    call = f"footprint_covers(i, b, o, r, {flag}) ? 1.0 : 0.0"
+    covered = gpu("splat.glsl", call, i=inverse, b=bend, o=offset, r=reach[:, None])[:, 0] > 0
+    expected = splat.footprint_covers(inverse, bend, offset, reach, is_round)
     assert (covered != expected).sum() <= 1  # a decision on the very rim may fall either way
     assert 0.1 < expected.mean() < 0.9
 

@@ -24,6 +24,7 @@ CONSTANTS = {  # the values that the project builds each with
     "resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2)},
     "resolve_surfaces.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
     "shadow.frag": {"LOOK_UP": FLAG},
+    "large_splats.comp": {"WINDOW": FLAG},
     "splats.comp": {"WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -10,6 +12,9 @@ from .programs import build_compute, set_uniforms, source_and_target
 from .textures import Box, PointSurface, SplatImage
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
+MOST_GROUPS = 65535  # of threads, which every driver takes
+LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 million points, are left out
+PIXELS_A_GROUP = 1 << 20  # of the view
 
 
 class ComputeSplatPass:
@@ -26,7 +31,8 @@ class ComputeSplatPass:
         self._is_software = is_software
         self._tolerance = tolerance
         self._program = build_compute(context, "splats.comp", WINDOW=int(is_software))
-        self._window = context.buffer(reserve=16)
+        self._large_program: moderngl.ComputeShader | None = None  # made when there may be a large splat
+        self._large = context.buffer(reserve=4 * (9 + LIST_LENGTH))
 
     def draw(
         self,
@@ -41,33 +47,39 @@ class ComputeSplatPass:
         """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
         left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
-        set_uniforms(
-            self._program,
-            surface_map=0,
-            corner=corner,
-            target_size=image.size,
-            near=near,
-            tolerance=self._tolerance,
-            **source_and_target(source, camera, view),
-        )
+        inputs = {"surface_map": 0, "target_size": image.size, "near": near, "tolerance": self._tolerance}
+        inputs |= {"list_length": LIST_LENGTH} | source_and_target(source, camera, view)
+        set_uniforms(self._program, **inputs, corner=corner, most_groups=MOST_GROUPS)
         points.texture.use(0)
         self._wait_for_readers()
         image.nearest.clear()
         image.nearest.bind_to_storage_buffer(0)
-        self._window.clear()
-        self._window.bind_to_storage_buffer(1)
+        groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
+        self._large.write(np.array([*groups, *[0] * 5], np.int32))
+        self._large.bind_to_storage_buffer(1)
         self._program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        image.window = self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        image.window, large = self._read_header(*image.size) if self._is_software else ((0, 0, *image.size), None)
+        if large != 0:
+            self._draw_large(inputs)
+            image.window = self._read_header(*image.size)[0] if self._is_software else image.window
         image.raise_version()
 
-    def _read_window(self, width: int, height: int) -> Box:
-        """The part of the view that has splats: the passes after this one, which take every pixel, leave out the rest.
+    def _draw_large(self, inputs: dict[str, Any]) -> None:
+        """The splats that the first step has put on its list."""
+        if self._large_program is None:
+            self._large_program = build_compute(self._context, "large_splats.comp", WINDOW=int(self._is_software))
+        set_uniforms(self._large_program, **inputs)
+        self._large_program.run_indirect(self._large)
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
-        A software driver runs compute shaders at once, so that nothing is waited for.
+    def _read_header(self, width: int, height: int) -> tuple[Box, int]:
+        """The part of the view that has splats, to which later passes are confined; how many blocks are on the list.
+
+        A software driver runs compute shaders at once, so there is nothing to wait for.
         """
-        to_left, up, right, down = np.frombuffer(self._window.read(), np.int32).tolist()
-        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
+        large, _, _, _, to_left, up, right, down = np.frombuffer(self._large.read(32), np.int32).tolist()
+        return (width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)), large
 
     def _wait_for_readers(self) -> None:
         """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
@@ -77,5 +89,6 @@ class ComputeSplatPass:
             self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def release(self) -> None:
-        self._window.release()
-        self._program.release()
+        for item in (self._large, self._large_program, self._program):
+            if item is not None:
+                item.release()

@@ -9,6 +9,8 @@ import numpy as np
 from ..camera import Camera
 from .camera import pixel_ray
 from .splat import (
+    ENDLESS,
+    FLAT,
     Footprint,
     carry_footprint,
     footprint_covers,
@@ -17,6 +19,9 @@ from .splat import (
     inverse_depth_slope,
     invert_footprint,
     lies_on_plane,
+    splat_bend,
+    splat_bends,
+    splat_is_ahead,
     splat_reach,
 )
 
@@ -51,8 +56,13 @@ def single_splats(depth: np.ndarray, normals: np.ndarray, size: np.ndarray) -> S
     return Splats(np.stack([u, v], -1).astype(F), depth[v, u], normals[v, u], sizes, index)
 
 
-def merged_splats(depth: np.ndarray, normals: np.ndarray, source: Camera, tolerance: float) -> Splats:
-    """Blocks of 4x4 and of 2x2 pixels on one plane as one splat each, the others by themselves."""
+def merged_splats(
+    depth: np.ndarray, normals: np.ndarray, source: Camera, tolerance: float, view: np.ndarray | None = None
+) -> Splats:
+    """Blocks of 4x4 and of 2x2 pixels on one plane as one splat each, the others by themselves.
+
+    view  (4, 4) source axes to target axes: blocks that bend in it are not merged; None is a view that bends none
+    """
     height, width = depth.shape
     pad = ((0, -height % 4), (0, -width % 4))
     z, n = np.pad(depth, pad), np.pad(normals, (*pad, (0, 0)))
@@ -71,10 +81,13 @@ def merged_splats(depth: np.ndarray, normals: np.ndarray, source: Camera, tolera
                 on_plane &= lies_on_plane(there, off, first_z, slope, tolerance)
         on_plane &= ~drawn[::side, ::side]
         middle = np.full(2, 0.5 * (side - 1), F)
-        w = F(1) / first_z[on_plane] + (slope[on_plane] * middle).sum(-1)
+        centre_z = F(1) / (F(1) / np.where(first_z > 0, first_z, F(1)) + (slope * middle).sum(-1))
+        if view is not None:
+            splat = carry_footprint(corner + middle, centre_z, first_n, intrinsics, view, intrinsics)
+            on_plane &= (splat.inverse_depth > 0) & (splat_bends(splat, splat_reach(F(side), False)) <= FLAT)
         u, v = corner[on_plane].astype(int).T
         sizes = np.full(len(u), side, F)
-        found.append(Splats(corner[on_plane] + middle, F(1) / w, first_n[on_plane], sizes, v * width + u))
+        found.append(Splats(corner[on_plane] + middle, centre_z[on_plane], first_n[on_plane], sizes, v * width + u))
         drawn |= on_plane.repeat(side, 0).repeat(side, 1)
     left = np.where(drawn[:height, :width], F(0), depth)
     found.append(single_splats(left, normals, np.ones(1, F)))
@@ -88,8 +101,9 @@ def covered_pairs(
     shown, reach = splats.size > 0, splat_reach(splats.size, is_round)
     intrinsics = np.array(source.intrinsics, F), np.array(target.intrinsics, F)
     splat = carry_footprint(splats.centre, splats.z, splats.normal, intrinsics[0], view, intrinsics[1])
-    shown &= (splat.inverse_depth > 0) & (splat.inverse_depth * F(near) < 1)
-    extent = footprint_extent(splat.to_target, reach, is_round)
+    bend = splat_bend(splat, reach)
+    shown &= splat_is_ahead(splat, near) & (splat_bends(splat, reach) < ENDLESS)
+    extent = footprint_extent(splat, reach, is_round)
     edge = np.array([target.width, target.height]) - 1
     low = np.maximum(np.ceil(np.maximum(splat.centre - extent, -0.5)).astype(int), 0)
     high = np.minimum(np.floor(np.minimum(splat.centre + extent, edge + 0.5)).astype(int), edge)
@@ -98,7 +112,7 @@ def covered_pairs(
     place = np.arange(len(which)) - np.repeat(np.cumsum(across * down) - across * down, across * down)
     q = low[which] + np.stack([place % np.maximum(across[which], 1), place // np.maximum(across[which], 1)], -1)
     to_source = invert_footprint(splat.to_target)[which]
-    keep = footprint_covers(to_source, q.astype(F) - splat.centre[which], reach[which], is_round)
+    keep = footprint_covers(to_source, bend[which], q.astype(F) - splat.centre[which], reach[which], is_round)
     which = which[keep]
     return Pairs(Footprint(*(part[which] for part in splat)), to_source[keep], splats.source_index[which], q[keep])
 

@@ -19,7 +19,7 @@ from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Splats, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
+from .rasterizers import Pairs, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
@@ -37,6 +37,16 @@ class Lamps(NamedTuple):
     shadow_map: np.ndarray | None
 
 
+class Splatted(NamedTuple):
+    """A frame, and how its points become splats."""
+
+    frame: Frame
+    normals: np.ndarray
+    look: Look
+    rasterizer: str
+    merge: float
+
+
 def render(
     frame: Frame,
     normals: np.ndarray,
@@ -50,8 +60,8 @@ def render(
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    splats, is_round = carried_splats(frame, normals, look, rasterizer, merge), look.splat == "round"
-    pairs = covered_pairs(splats, source, camera, view, eye.near, is_round)
+    points = Splatted(frame, normals, look, rasterizer, merge)
+    pairs = carried_pairs(points, eye)
     surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
         target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
@@ -64,48 +74,50 @@ def render(
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = np.round(colors * 255)
         return image
-    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], frame, splats, is_round, rasterizer)
+    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], points)
     if look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
         lit = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
         viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
-        points = light_points(frame, normals, picture, viewer, lamps, look)
+        light_map = light_points(frame, normals, picture, viewer, lamps, look)
         if look.shading == "flat":
-            lit = texel(points, seen.pixel)
+            lit = texel(light_map, seen.pixel)
         else:
-            lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), points)
+            lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), light_map)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image
 
 
-def carried_splats(frame: Frame, normals: np.ndarray, look: Look, rasterizer: str, merge: float) -> Splats:
-    """Every pixel by itself for the points, pixels on one plane as one for the compute rasteriser."""
+def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
+    """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
+    frame, normals, look, rasterizer, merge = points
+    view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
-        return single_splats(frame.depth, normals, np.asarray(1.0 if look.size is None else look.size, F).ravel())
-    return merged_splats(frame.depth, normals, frame.camera, merge)
+        size = np.asarray(1.0 if look.size is None else look.size, F).ravel()
+        splats = single_splats(frame.depth, normals, size)
+    else:
+        splats = merged_splats(frame.depth, normals, frame.camera, merge, view)
+    return covered_pairs(splats, frame.camera, eye.camera, view, eye.near, look.splat == "round")
 
 
-def hung_up(lights: Sequence[Light], frame: Frame, splats: Splats, is_round: bool, rasterizer: str) -> Lamps:
+def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
     if not any(one.shadow or one.is_spot for one in lights):
         return Lamps(lights, [None] * len(lights), [], None)
-    views, firsts = all_shadow_views(lights, *Scene((Node(PointObject(frame)),)).bounds)
-    return Lamps(lights, firsts, views, draw_views(frame, splats, is_round, rasterizer, views))
+    views, firsts = all_shadow_views(lights, *Scene((Node(PointObject(points.frame)),)).bounds)
+    return Lamps(lights, firsts, views, draw_views(points, views))
 
 
-def draw_views(
-    frame: Frame, splats: Splats, is_round: bool, rasterizer: str, views: Sequence[ShadowView]
-) -> np.ndarray:
+def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
     """The shadow map: 1 - near/z, the views as tiles."""
     columns, side = tiling(views)
     result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
-    for k, ((camera, pose, near), _) in enumerate(views):
-        matrix = view_matrix(frame.pose, pose).astype(F)
-        pairs = covered_pairs(splats, frame.camera, camera, matrix, near, is_round)
-        depths = point_depths(pairs, near, camera, nearest(pairs, camera) if rasterizer == "compute" else None)
+    for k, (eye, _) in enumerate(views):
+        pairs = carried_pairs(points, eye)
+        planes = nearest(pairs, eye.camera) if points.rasterizer == "compute" else None
         left, top = k % columns * side, k // columns * side
-        result[top : top + side, left : left + side] = depths
+        result[top : top + side, left : left + side] = point_depths(pairs, eye.near, eye.camera, planes)
     return result
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ F = np.float32
 MARGIN = F(0.1)
 ASIDE = F(0.02)
 MIN_COSINE = F(0.05)
+FLAT = F(0.1)
+ENDLESS = F(3)
+WIDEST = F(4)
 
 
 class Footprint(NamedTuple):
@@ -20,6 +23,7 @@ class Footprint(NamedTuple):
     to_target: np.ndarray  # (..., 4)
     inverse_depth: np.ndarray  # (...,)
     tilt: np.ndarray  # (..., 2)
+    bend: np.ndarray  # (..., 2)
 
 
 def inverse_depth_slope(normal: np.ndarray, ray: np.ndarray, z: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
@@ -44,18 +48,33 @@ def carry_footprint(
     centre = project(np.concatenate([h[..., :2], safe[..., None]], -1), target)
     change = np.concatenate([h_u[..., 2:], h_v[..., 2:]], -1)
     tilt = (slope * h[..., 2:] - w[..., None] * change) / (safe * safe)[..., None]
-    return Footprint(centre, np.concatenate(columns, -1), np.where(ahead, w / safe, F(0)), tilt)
+    bend = change / safe[..., None]
+    return Footprint(centre, np.concatenate(columns, -1), np.where(ahead, w / safe, F(0)), tilt, bend)
 
 
-def splat_reach(size: np.ndarray, is_round: bool) -> np.ndarray:
+def splat_is_ahead(splat: Footprint, near: float) -> np.ndarray:
+    return (splat.inverse_depth > 0) & (splat.inverse_depth * F(near) < 1)
+
+
+def splat_bends(splat: Footprint, reach: np.ndarray) -> np.ndarray:
+    return reach * np.abs(splat.bend).sum(-1)
+
+
+def splat_bend(splat: Footprint, reach: np.ndarray) -> np.ndarray:
+    return np.where((splat_bends(splat, reach) > FLAT)[..., None], splat.bend, F(0))
+
+
+def splat_reach(size: Any, is_round: bool) -> np.ndarray:
     return size * F(0.70710678 if is_round else 0.5) + MARGIN
 
 
-def footprint_extent(to_target: np.ndarray, reach: np.ndarray, is_round: bool) -> np.ndarray:
-    a, b = to_target[..., :2], to_target[..., 2:]
+def footprint_extent(splat: Footprint, reach: np.ndarray, is_round: bool) -> np.ndarray:
+    a, b = splat.to_target[..., :2], splat.to_target[..., 2:]
+    bends = splat_bends(splat, reach)
+    widening = np.where(bends > FLAT, F(1) / (F(1) - np.minimum(bends, F(1) - F(1) / WIDEST)), F(1))
     if is_round:
-        return reach[..., None] * np.sqrt(a * a + b * b)
-    return reach[..., None] * (np.abs(a) + np.abs(b))
+        return (widening * reach)[..., None] * np.sqrt(a * a + b * b)
+    return (widening * reach)[..., None] * (np.abs(a) + np.abs(b))
 
 
 def invert_footprint(to_target: np.ndarray) -> np.ndarray:
@@ -65,11 +84,19 @@ def invert_footprint(to_target: np.ndarray) -> np.ndarray:
     return np.where((determinant == 0)[..., None], F(0), np.stack([d, -b, -c, a], -1) / safe[..., None])
 
 
-def footprint_covers(to_source: np.ndarray, offset: np.ndarray, reach: np.ndarray, is_round: bool) -> np.ndarray:
+def carry_offset_back(to_source: np.ndarray, bend: np.ndarray, offset: np.ndarray) -> np.ndarray:
     back = to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
-    if is_round:
-        return dot(back, back)[..., 0] <= reach * reach
-    return np.abs(back).max(-1) <= reach
+    ahead = F(1) - dot(bend, back)
+    return np.concatenate([back / np.where(ahead == 0, F(1e-30), ahead), ahead], -1)
+
+
+def footprint_covers(
+    to_source: np.ndarray, bend: np.ndarray, offset: np.ndarray, reach: np.ndarray, is_round: bool
+) -> np.ndarray:
+    back = carry_offset_back(to_source, bend, offset)
+    at = back[..., :2]
+    inside = dot(at, at)[..., 0] <= reach * reach if is_round else np.abs(at).max(-1) <= reach
+    return inside & (back[..., 2] > 0)
 
 
 def footprint_inverse_depth(splat: Footprint, to_source: np.ndarray, offset: np.ndarray) -> np.ndarray:

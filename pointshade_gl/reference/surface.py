@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .camera import pixel_ray, project
-from .splat import MARGIN, Footprint, invert_footprint
+from .splat import MARGIN, Footprint, carry_offset_back, invert_footprint, splat_bend, splat_reach
 from .vectors import dot
 
 F = np.float32
@@ -17,9 +17,9 @@ def pixel_of(index: np.ndarray, columns: int) -> np.ndarray:
 
 
 def source_position(splat: Footprint, pixel: np.ndarray, target_pixel: np.ndarray) -> np.ndarray:
-    to_source = invert_footprint(splat.to_target)
-    offset = target_pixel - splat.centre
-    return pixel + to_source[..., :2] * offset[..., :1] + to_source[..., 2:] * offset[..., 1:]
+    bend = splat_bend(splat, splat_reach(F(1), False))
+    back = carry_offset_back(invert_footprint(splat.to_target), bend, target_pixel - splat.centre)
+    return pixel + back[..., :2]
 
 
 def inverse_depth_at(at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:

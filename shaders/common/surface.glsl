@@ -15,9 +15,9 @@ ivec2 pixel_of(int index, int columns) {
 
 // Position in the source picture that a target pixel shows; inside the splat by construction.
 vec2 source_position(Footprint splat, vec2 pixel, vec2 target_pixel) {
-    vec4 to_source = invert_footprint(splat.to_target);
-    vec2 offset = target_pixel - splat.centre;
-    return pixel + to_source.xy * offset.x + to_source.zw * offset.y;
+    vec2 bend = splat_bend(splat, splat_reach(1.0, false));
+    vec3 back = carry_offset_back(invert_footprint(splat.to_target), bend, target_pixel - splat.centre);
+    return pixel + back.xy;
 }
 
 // 1/z of the tangent plane at a position in the source picture; w and slope are the plane's at pixel.

@@ -15,6 +15,7 @@ from .scene import Placed, PointObject, Scene
 
 Matrix = NDArray[np.float64]
 NEAR = 0.001  # share of the distance to what is shown: what comes closer to the viewer is cut away
+MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
 MERGE = 1e-5  # of 1/z: nothing to see (`bench --speed` charts it), and all the speed on planes
 
 
@@ -77,16 +78,24 @@ def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
 def coarser_step(placed: Placed, eye: Eye) -> int:
     """1, 2, 4 .. : every how many-th pixel of a frame is enough for a view in which several fall into one pixel.
 
-    Judged at the nearest corner of the object's box, so that no part of it is drawn too coarsely.
+    Judged at the nearest corner of the object's box, so that no part of it is drawn too coarsely. At least FEWEST
+    pixels are left on each side of the frame.
     """
-    view, corners, frame = np.linalg.inv(eye.pose), placed.corners, placed.content.frame
+    view, corners, frame = np.linalg.inv(eye.pose), placed.main_corners, placed.content.frame
     depth = (corners @ view[:3, :3].T + view[:3, 3])[:, 2]
     nearest = float(depth.min()) if len(depth) else 0.0
     if nearest <= 0:
         return 1
-    spread = frame.depth_range[1] / frame.camera.fx * placed.rigid_axes[1]  # between neighbours, at most
-    pixels = spread * eye.camera.fx / nearest
-    return int(2 ** np.clip(np.floor(np.log2(1 / pixels)), 0, 5))
+    farthest = float(frame.main_corners[:, 2].max()) * placed.rigid_axes[1]
+    spread = farthest / min(frame.camera.fx, abs(frame.camera.fy))  # between neighbours, world units, at most
+    pixels = spread * max(eye.camera.fx, abs(eye.camera.fy)) / nearest
+    most = min(MOST_COARSE, max(min(frame.depth.shape) // FEWEST, 1))
+    return int(2 ** np.floor(np.log2(np.clip(1 / pixels, 1, most))))
+
+
+def coarser_size(size: float, step: int) -> float:
+    """A splat's size in pixels of a coarser frame: those on the rim reach as far as before."""
+    return 1 + (size - 1) / step if size > 1 else size
 
 
 def coarser(frame: Frame, step: int) -> Frame:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .bounds import box_corners
 from .camera import Camera, check_pose
 
+STRAY = 1.0  # see Frame.main_corners
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
 
@@ -51,23 +52,53 @@ class Frame:
     @cached_property
     def box(self) -> tuple[int, int, int, int]:
         """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 without any."""
-        height, width = self.depth.shape
-        if all(edge.any() for edge in (self.depth[0], self.depth[-1], self.depth[:, 0], self.depth[:, -1])):
-            return 0, 0, width, height
-        rows, columns = (np.flatnonzero(self.depth.any(axis)) for axis in (1, 0))
-        if not len(rows):
-            return 0, 0, 0, 0
-        return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+        return _box_of(self.depth)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """(8, 3) corners of the box round all points, camera axes; (0, 3) without a point."""
-        if not self.points_known:
+        """(8, 3) corners of the box round all pixels with a point, camera axes; (0, 3) without a point."""
+        return self.splat_corners(0.5)
+
+    def splat_corners(self, reach: float) -> NDArray[np.float64]:
+        """The same when each point reaches so many pixels from its middle."""
+        return self._corners(self.box, self.depth_range, reach)
+
+    @cached_property
+    def main_corners(self) -> NDArray[np.float64]:
+        """The same without stray points: depths far beyond those that nearly all points have.
+
+        Shadows and near planes are fitted to it: one wrong pixel at 3 km must not decide about them.
+        """
+        (least, most), (low, high) = self.depth_range, self._usual_range
+        if low <= least and most <= high:
+            return self.corners
+        usual = (self.depth >= low) & (self.depth <= high)
+        depths = self.depth[usual]
+        return self._corners(_box_of(usual), (float(depths.min()), float(depths.max())))
+
+    @cached_property
+    def _usual_range(self) -> tuple[float, float]:
+        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+        step = max(1, round((self.depth.size / PROBE) ** 0.5))
+        known = self.depth[::step, ::step]
+        known = known[known > 0]
+        known = known if known.size else self.depth[self.depth > 0]
+        if not known.size:
+            return 0.0, np.inf
+        low, high = np.quantile(known, (0.01, 0.99)).tolist()
+        reach = STRAY * (high - low) + 0.1 * high
+        return max(low - reach, low / 4), high + reach
+
+    def _corners(
+        self, box: tuple[int, int, int, int], depths: tuple[float, float], reach: float = 0.5
+    ) -> NDArray[np.float64]:
+        """Of the box round the part of the view that these pixels and depths limit; none where there are no pixels."""
+        (left, top, right, bottom), c = box, self.camera
+        if not right:
             return np.zeros((0, 3))
-        (left, top, right, bottom), c, z = self.box, self.camera, self.depth_range
-        x = (np.array([left, right]) - 0.5 - c.cx) / c.fx
-        y = (np.array([top, bottom]) - 0.5 - c.cy) / c.fy
-        at = np.array([[x_ * z_, y_ * z_, z_] for z_ in z for x_ in x for y_ in y])
+        x = (np.array([left - reach, right - 1 + reach]) - c.cx) / c.fx
+        y = (np.array([top - reach, bottom - 1 + reach]) - c.cy) / c.fy
+        at = np.array([[x_ * z, y_ * z, z] for z in depths for x_ in x for y_ in y])
         return box_corners(at.min(0), at.max(0))
 
     @cached_property
@@ -101,6 +132,17 @@ class Frame:
         """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
         ahead = self.pose[:3, 2] @ (self.pivot - self.pose[:3, 3])
         return float(ahead)
+
+
+def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without any."""
+    height, width = known.shape
+    if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
+        return 0, 0, width, height
+    rows, columns = (np.flatnonzero(known.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return 0, 0, 0, 0
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
 
 
 def _check_color(color: Any) -> NDArray[np.uint8]:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from .checks import check_number, check_point
 
-WIDEST_SPOT = 70.0  # degrees; a wider spot casts its shadows as a point light does
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 Vector = tuple[float, float, float]
 
@@ -77,34 +76,39 @@ def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
 
 
 def light_rows(
-    lights: Sequence[Light], axes: NDArray[Any], first_views: Sequence[int | None] | None = None
+    lights: Sequence[Light], axes: NDArray[Any], spans: Sequence[tuple[int, int] | None] | None = None
 ) -> NDArray[np.float32]:
     """Lights as the shaders read them: (n, 5, 4) float32, in the axes of a camera with this pose (4, 4).
 
     lights       each with a position or a direction (see `at_upper_left`)
-    first_views  the number of each light's first shadow view, None without one
+    spans        the number of each light's first shadow view and how many it has, None where it has none
 
     Texel by texel: position, or direction of travel, and whether it is a position; colour times intensity;
     attenuation; direction of a spot and its first shadow view; cosines of the cone and the number of views.
     """
     rows = np.zeros((len(lights), 5, 4))
-    for row, light, first in zip(rows, lights, first_views or [None] * len(lights), strict=True):
+    for row, light, span in zip(rows, lights, spans or [None] * len(lights), strict=True):
         if light.position is not None:
             row[0] = [*(axes[:3, :3].T @ (np.array(light.position) - axes[:3, 3])), 1]
         else:
-            row[0, :3] = axes[:3, :3].T @ np.array(light.direction)
+            row[0, :3] = axes[:3, :3].T @ _shortened(light.direction)
         row[1, :3] = np.array(light.color) * light.intensity
         row[2, :3] = light.attenuation
         if light.is_spot:
-            direction = np.array(light.direction) / np.linalg.norm(np.array(light.direction))
-            row[3, :3] = axes[:3, :3].T @ direction
+            row[3, :3] = axes[:3, :3].T @ unit(light.direction)
             row[4, :2] = np.cos(np.radians(light.cone))
-        row[3, 3] = -1 if first is None else first
-        row[4, 2] = count_views(light)
+        row[3, 3], row[4, 2] = span or (-1, 0)
     return rows.astype(np.float32)
 
 
-def count_views(light: Light) -> int:
-    """How many shadow views a light takes of a scene: six in all directions, else one."""
-    narrow = light.is_spot and light.cone[1] <= WIDEST_SPOT
-    return 1 if light.position is None or narrow else 6
+def unit(direction: Vector | NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """(3,) of length 1. The direction may be as long or as short as numbers are."""
+    array = np.array(direction, np.float64)
+    array /= np.abs(array).max()
+    return array / np.linalg.norm(array)
+
+
+def _shortened(direction: Any) -> NDArray[np.float64]:
+    """The direction, (3,), by a power of two shorter or longer, so that float32 holds it. Its digits stay the same."""
+    array = np.array(direction, np.float64)
+    return np.ldexp(array, -int(np.frexp(np.abs(array).max())[1]))

@@ -95,6 +95,12 @@ class Look:
         return all(isinstance(value, str | int | float | None) for value in (self.normals, self.size, self.noise))
 
     @property
+    def farthest_reach(self) -> float:
+        """Source pixels that the largest splat reaches from its middle."""
+        size = 1.0 if self.size is None else float(np.max(np.asarray(self.size)))
+        return size * (math.sqrt(0.5) if self.splat == "round" else 0.5)
+
+    @property
     def options(self) -> dict[str, Any]:
         """By name, as arguments of `Renderer.render`."""
         return {field.name: getattr(self, field.name) for field in fields(self)}

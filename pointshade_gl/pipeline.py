@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
-from .culling import Shot, coarser, coarser_step, compose, is_alone
+from .culling import Shot, coarser, coarser_size, coarser_step, compose, is_alone
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.frame_store import FrameStore
@@ -23,7 +23,7 @@ from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
 from .scene import Matrix, Placed, PointObject, Scene
-from .shadow_views import ShadowView, all_shadow_views
+from .shadow_views import ShadowView, shadow_views
 
 LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and show their light between them
 Thing = ShownPoints | PlacedMesh
@@ -76,26 +76,28 @@ class Pipeline:
             self._meshes.keep_only(p.content for p in meshes)
         things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
-        frames = [self._as_fine_as_seen(p, shot) for p in objects]
+        steps = [self._coarser_step(p, shot) for p in objects]
+        frames = [self._coarser(p.content.frame, step) for p, step in zip(objects, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
-        for p, frame, textures in zip(objects, frames, self.frames.upload(frames), strict=True):
+        for p, step, frame, textures in zip(objects, steps, frames, self.frames.upload(frames), strict=True):
             look = p.content.look
             self.frames.find_normals(textures, frame, look)
             sizes = check_sizes(look.size, frame.depth.shape)
+            sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
             points = Points(textures.surface, frame.camera, *p.rigid_axes, sizes, look.splat)
             things[p] = ShownPoints(points, textures, textures.lit if look.shading in LIT_EARLY else None, look.shading)
         return things
 
-    def _as_fine_as_seen(self, p: Placed, shot: Shot) -> Frame:
-        """The object's frame, or a coarser one: never of a frame alone, and not where an option is an array."""
-        content: PointObject = p.content
-        step = coarser_step(p, shot.eye) if content.look.is_uniform and not is_alone(shot.scene.things) else 1
+    def _coarser_step(self, p: Placed, shot: Shot) -> int:
+        """1 for all points: of a frame alone, and where an option is an array."""
+        return coarser_step(p, shot.eye) if p.content.look.is_uniform and not is_alone(shot.scene.things) else 1
+
+    def _coarser(self, frame: Frame, step: int) -> Frame:
         if step == 1:
-            return content.frame
-        key = content.frame, step
-        if key not in self._coarse:
-            self._coarse[key] = coarser(content.frame, step)
-        return self._coarse[key]
+            return frame
+        if (frame, step) not in self._coarse:
+            self._coarse[frame, step] = coarser(frame, step)
+        return self._coarse[frame, step]
 
     def _fit_target(self, camera: Camera) -> Target:
         size = camera.width, camera.height
@@ -113,12 +115,12 @@ class Pipeline:
         if not (early or any(light.shadow or light.is_spot for light in lights)):
             return Lamps(lights, shot.scene.ambient)
         shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
-        views, firsts = all_shadow_views(lights, *shot.scene.bounds)
+        views, spans = shadow_views(lights, *shot.scene.bounds)
         if views:
             drawn = (things[p] for p in shot.casting)
             shapes = tuple(thing.points if isinstance(thing, ShownPoints) else thing for thing in drawn)
             self.steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
-        return Lamps(lights, shot.scene.ambient, views, firsts, shadow_map)
+        return Lamps(lights, shot.scene.ambient, views, spans, shadow_map)
 
     def _fill_shadow_map(
         self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PlacedMesh, ...]

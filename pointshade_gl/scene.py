@@ -102,8 +102,19 @@ class Placed:
     def corners(self) -> NDArray[np.float64]:
         """(8, 3) corners of a box round the content, world; (0, 3) when it has no points."""
         content: PointObject | Mesh = self.content
-        corners, axes = (content.frame if isinstance(content, PointObject) else content).corners, self.axes
-        return corners @ axes[:3, :3].T + axes[:3, 3]
+        if isinstance(content, PointObject):
+            reach = content.look.farthest_reach
+            return self._to_world(content.frame.corners if reach <= 0.5 else content.frame.splat_corners(reach))
+        return self._to_world(content.corners)
+
+    @cached_property
+    def main_corners(self) -> NDArray[np.float64]:
+        """The same without a frame's stray points."""
+        is_frame = isinstance(self.content, PointObject)
+        return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
+
+    def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return points @ self.axes[:3, :3].T + self.axes[:3, 3]
 
     @cached_property
     def rigid_axes(self) -> tuple[Matrix, float]:
@@ -174,8 +185,8 @@ class Scene:
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
-        """Centre (3,) and radius of a sphere round all things, world; radius 1 round the origin without any."""
-        return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.corners for p in self.things)]))
+        """Centre (3,) and radius of a sphere round all things but stray points, world; radius 1 without any."""
+        return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)]))
 
     def framed(self) -> Scene:
         """The scene with a camera: its own, or one that looks as its pose does and sees everything."""

@@ -7,7 +7,7 @@ import pytest
 
 import pointshade_gl as ps
 
-from .frames import single_pixel
+from .frames import single_pixel, sphere
 
 SQUARE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], np.float32)
 FACES = np.array([(0, 1, 2), (0, 2, 3)])
@@ -128,3 +128,22 @@ def test_impossible_point_objects_are_refused(values):
 
 def test_a_scene_without_anything_is_a_scene():
     assert list(ps.Scene().placed()) == []
+
+
+@pytest.mark.parametrize("depth", [10, 300, 3000, 0.01])
+def test_one_stray_pixel_moves_no_bounds(depth):
+    frame = sphere()
+    stray = frame.depth.copy()
+    stray[60, 80] = depth
+    plain, spoilt = (
+        ps.Scene((ps.Node(ps.PointObject(ps.Frame(None, d, frame.camera))),)).bounds for d in (frame.depth, stray)
+    )
+    np.testing.assert_allclose(spoilt[0], plain[0], atol=1e-3)
+    assert spoilt[1] == pytest.approx(plain[1], rel=1e-3)
+
+
+def test_bounds_hold_all_points_where_none_is_stray():
+    frame = sphere()
+    np.testing.assert_array_equal(frame.main_corners, frame.corners)
+    slanted = ps.Frame(None, np.linspace(1, 9, 160 * 120).reshape(120, 160), frame.camera)
+    np.testing.assert_array_equal(slanted.main_corners, slanted.corners)

@@ -73,3 +73,46 @@ def test_meshes_and_points_hide_each_other(renderer):
     behind = known & (board_z > frame.depth[60] + 0.01)
     assert in_front.sum() > 5 and behind.sum() > 5
     assert row[in_front].all() and not row[behind].any()
+
+
+@pytest.mark.parametrize("far", [10, 300, 3000])
+def test_one_stray_pixel_leaves_the_shadows_where_they_are(renderer, far):
+    frame = ps.load_frame("vase")
+    depth = frame.depth.copy()
+    depth[300, 320] = far
+    light = ps.Light(position=(-0.6, -0.7, 0.1), shadow=True)
+    pose = ps.orbit_pose(None, frame.pivot, 20, 10)
+    plain, spoilt = (
+        renderer.render(ps.Frame(frame.color, d, frame.camera), light, pose=pose).astype(int)
+        for d in (frame.depth, depth)
+    )
+    assert (np.abs(plain - spoilt).max(-1) > 16).mean() <= 0.001
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-30, 1e30, 1e300])
+def test_directions_of_any_length_light_the_same(renderer, scale):
+    frame = frames.sphere_before_wall()
+    for cone in ({}, {"position": (-0.5, -0.5, 0), "cone": (20, 40)}):
+        direction = np.array((0.5, 0.5, 1.0))
+        usual, extreme = (
+            renderer.render(frame, ps.Light(direction=tuple(d), shadow=True, **cone))
+            for d in (direction, direction * scale)
+        )
+        assert usual.any() and np.abs(usual.astype(int) - extreme).max() <= 1
+
+
+def test_more_lights_than_a_texture_has_rows_are_refused(renderer):
+    limit = renderer.context.limits()["largest texture"]
+    with pytest.raises(ValueError, match=f"{limit + 1} lights are too many"):
+        renderer.render(frames.single_pixel(), [ps.Light(position=(0, 0, 0))] * (limit + 1))
+    assert renderer.render(frames.sphere()).any()
+
+
+def test_a_texture_of_a_mesh_that_is_too_large_is_named(renderer):
+    limit = renderer.context.limits()["largest texture"]
+    corners = [(-1, -1, 2), (1, -1, 2), (0, 1, 2)]
+    texture = np.zeros((1, limit + 1, 3), np.uint8)
+    mesh = ps.Mesh(corners, [(0, 1, 2)], uv=[(0, 0), (1, 0), (0, 1)], texture=texture)
+    with pytest.raises(ValueError, match="larger than this GPU's textures"):
+        renderer.render(ps.Scene((ps.Node(mesh),), camera=frames.CAMERA))
+    assert renderer.render(frames.sphere()).any()

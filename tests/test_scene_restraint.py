@@ -103,6 +103,48 @@ def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):
     assert np.abs(exact.astype(int) - image)[both].mean() < 4
 
 
+def test_splats_larger_than_their_pixel_stay_as_large_in_the_distance(fresh):
+    """Drawn from fewer points, each of them grows by less: the outline is the same."""
+    depth = np.zeros((120, 160), np.float32)
+    depth[40:80, 60:100] = 1.5
+    board = ps.Node(ps.PointObject(ps.Frame(None, depth, frames.CAMERA), size=21))
+    far = ps.orbit_pose(None, (0, 0, 1.5), 0, 0, -6)
+    alone, among = (ps.Scene((board, *rest), camera=frames.CAMERA, pose=far) for rest in ((), (at(0, 0, -90),)))
+    assert coarser_step(among.things[0], Eye(frames.CAMERA, far, 0.01)) == 4
+    exact, image = (fresh.render(scene)[..., 3] > 0 for scene in (alone, among))
+    assert exact.sum() > 60 and (exact != image).sum() <= 0.15 * exact.sum()
+
+
+def test_a_large_splat_is_seen_when_its_pixel_is_out_of_view(fresh):
+    depth = np.zeros((120, 160), np.float32)
+    depth[60, 2] = 1.5
+    frame = ps.Frame(None, depth, frames.CAMERA)
+    aside = np.eye(4)
+    aside[0, 3] = 0.1  # the pixel is 6 pixels beyond the left rim of the view
+    for size, seen in ((1, False), (40, True)):
+        scene = ps.Scene((ps.Node(ps.PointObject(frame, size=size)), at(0, 0, -90)), camera=frames.CAMERA, pose=aside)
+        assert fresh.render(scene).any() == seen
+
+
+@pytest.mark.parametrize(("fx", "fy"), [(131, 20), (20, 131), (131, -20)])
+def test_pixels_that_are_not_square_are_judged_by_their_longer_side(fx, fy):
+    """Of such a frame neighbours lie far apart in one direction: it is drawn coarser only when these fall together."""
+    frame = ps.Frame(None, np.full((120, 160), 1.5), ps.Camera(fx, fy, 79.5, 59.5, 160, 120))
+    (placed,) = ps.Scene((ps.Node(ps.PointObject(frame)),)).things
+    away = np.eye(4)
+    away[2, 3] = -8
+    pixels = 1.5 / 20 * 131 / 9.5  # between neighbours, in the view
+    assert 1 / pixels < 2 and coarser_step(placed, Eye(frames.CAMERA, away, 0.01)) == 1
+
+
+@pytest.mark.parametrize(("shape", "away"), [((12, 12), 2000), ((3, 100), 300), ((100, 3), 300), ((1, 1), 1e5)])
+def test_small_and_thin_frames_far_away_are_drawn(fresh, shape, away):
+    camera = ps.Camera(20, 20, shape[1] / 2, shape[0] / 2, shape[1], shape[0])
+    frame = ps.Frame(None, np.ones(shape), camera)
+    scene = ps.Scene((at(0, 0, away, ps.PointObject(frame)), at(0, 0, 2)), camera=frames.CAMERA)
+    assert fresh.render(scene).shape == (120, 160, 4)
+
+
 def test_a_frame_alone_is_drawn_from_all_its_points_at_any_distance(fresh):
     far = ps.orbit_pose(None, FRAME.pivot, 0, 0, -6)
     alone = ps.Scene((ps.Node(ps.PointObject(FRAME)),), camera=frames.CAMERA)

@@ -86,7 +86,11 @@ def edges_of(mask, reach):
 
 @pytest.mark.parametrize("light", [SPOT, SUN, POINT], ids=["spot", "sun", "point"])
 def test_the_shadow_lies_where_the_rays_say(rasterizer, source, light):
-    """At 15 degrees, by how much darker the picture is with the shadow than without: IoU >= 0.97."""
+    assert overlap(rasterizer, source, light) >= 0.97
+
+
+def overlap(rasterizer, source, light):
+    """At 15 degrees, by how much darker the picture is with the shadow than without: the IoU with traced shadows."""
     pose, seen, visible = view(source, 15)
     shaded, known = known_shadow(seen, light, source)
     lit, dark = (
@@ -101,7 +105,23 @@ def test_the_shadow_lies_where_the_rays_say(rasterizer, source, light):
     assert (shaded & judged).mean() > 0.01
     iou = both.sum() / union.sum()
     print(f"IoU {iou:.4f}")
-    assert iou >= 0.97
+    return iou
+
+
+AWAY = np.array((-0.55, -0.65, -0.5)) / np.linalg.norm((-0.55, -0.65, -0.5))  # from the scene's middle to the lights
+
+
+@pytest.mark.parametrize(
+    ("kind", "radii"),
+    [*(("point", radii) for radii in (1.2, 2.5, 4, 12, 50)), ("spot", 12), ("wide spot", 1.2), ("wide spot", 50)],
+)
+def test_shadows_of_lights_outside_the_scene_stay_sharp_however_far(renderer, source, kind, radii):
+    centre, radius = scene_of(source, []).bounds
+    position = centre + radii * radius * AWAY
+    cone = {"point": None, "spot": (50, 60), "wide spot": (70, 85)}[kind]
+    aim = {} if cone is None else {"direction": tuple(-AWAY), "cone": cone}
+    light = ps.Light(position=tuple(position), color=(0.8, 0.7, 0.6), shadow=True, **aim)
+    assert overlap(renderer, source, light) >= 0.97
 
 
 @pytest.mark.parametrize("yaw", [0, 15])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..light import Light
+from ..light import Light, unit
 from .checks import numbers
 from .extras import options, switch
 
@@ -111,7 +111,7 @@ def light_place(light: Light) -> Matrix:
     if light.position is not None:
         place[:3, 3] = light.position
     if light.direction is not None:
-        z = -np.array(light.direction) / np.linalg.norm(light.direction)
+        z = -unit(light.direction)
         if np.abs(z + AHEAD).max() > 1e-12:
             side = np.cross((0, 1, 0) if abs(z[1]) < 0.9 else (1, 0, 0), z)
             side /= np.linalg.norm(side)

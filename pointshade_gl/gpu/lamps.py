@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..light import Light, light_rows
-from ..shadow_views import ShadowView
+from ..shadow_views import ShadowView, Span
 from .shadows import ShadowMap
 
 
@@ -34,11 +34,11 @@ class Lamps(NamedTuple):
     lights: list[Light]
     ambient: tuple[float, float, float]
     views: Sequence[ShadowView] = ()
-    firsts: Sequence[int | None] | None = None  # the number of each light's first view, None where it has none
+    spans: Sequence[Span | None] | None = None  # which of the views are each light's
     shadow_map: ShadowMap | None = None  # None: the lights are plain, no spot and no shadow among them
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
         """The lights in the axes of a camera with this pose (4, 4)."""
-        rows, shadow_map = light_rows(self.lights, axes, self.firsts), self.shadow_map
+        rows, shadow_map = light_rows(self.lights, axes, self.spans), self.shadow_map
         shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
         return Lighting(rows, self.ambient, shadows)

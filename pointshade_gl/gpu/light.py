@@ -11,6 +11,8 @@ from ..camera import Camera
 from .lamps import Lighting
 from .passes import FullscreenPass, data_texture
 
+SURELY_HELD = 1024  # rows of a texture, by every driver
+
 
 class LightPass:
     """Lights the pixels of a view, or the points of a frame for shading models that show light between points."""
@@ -60,6 +62,8 @@ class LightPass:
     def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
         """A texture of rows (n, m, 4), read texel by texel: one row at least, others say how many of them count."""
         table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
+        if size[1] > SURELY_HELD and size[1] > (limit := self._context.info["GL_MAX_TEXTURE_SIZE"]):
+            raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")
         if table is None or table.size != size:
             if table is not None:
                 del self._tables[name]

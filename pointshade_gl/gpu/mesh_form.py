@@ -13,7 +13,7 @@ from ..mesh import Mesh
 from .passes import bind_textures
 from .programs import build_program, set_uniforms
 from .shadows import Tile
-from .textures import SurfaceImage
+from .textures import SurfaceImage, check_size
 
 
 class PlacedMesh(NamedTuple):
@@ -122,6 +122,7 @@ class MeshBuffers:
         self.lit = array(programs.lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
         self.shadow = array(programs.shadow, "3f 32x", "position")
         texture = np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture
+        check_size(context, texture.shape[1], texture.shape[0])
         self.picture = context.texture(
             (texture.shape[1], texture.shape[0]), texture.shape[2], texture.tobytes(), alignment=1
         )

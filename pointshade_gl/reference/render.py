@@ -14,7 +14,7 @@ from ..frame import Frame
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
-from ..shadow_views import ShadowView, all_shadow_views
+from ..shadow_views import ShadowView, Span, shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .lights import light_surface
@@ -32,7 +32,7 @@ class Lamps(NamedTuple):
     """The lights with their shadow map; no views where the lights are plain."""
 
     lights: Sequence[Light]  # each with a position or a direction
-    firsts: Sequence[int | None]  # number of each one's first view
+    spans: Sequence[Span | None]  # of each one's views
     views: Sequence[ShadowView]
     shadow_map: np.ndarray | None
 
@@ -105,8 +105,8 @@ def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
     if not any(one.shadow or one.is_spot for one in lights):
         return Lamps(lights, [None] * len(lights), [], None)
-    views, firsts = all_shadow_views(lights, *Scene((Node(PointObject(points.frame)),)).bounds)
-    return Lamps(lights, firsts, views, draw_views(points, views))
+    views, spans = shadow_views(lights, *Scene((Node(PointObject(points.frame)),)).bounds)
+    return Lamps(lights, spans, views, draw_views(points, views))
 
 
 def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
@@ -151,7 +151,7 @@ def light(
 
     viewer (3,) in the axes of the camera, whose pose `axes` is.
     """
-    strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.firsts)
+    strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.spans)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
     common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
     if lamps.shadow_map is None:

@@ -5,7 +5,7 @@
 // texel 1 colour times intensity, linear
 // texel 2 attenuation (constant, linear, quadratic)
 // texel 3 direction of a spot, 0 for other lights; w is the number of its first shadow view, -1 without
-// texel 4 cosines of a spot's inner and outer cone; how many shadow views it has, 1 or 6
+// texel 4 cosines of a spot's inner and outer cone; how many shadow views it has: 0, 1 or 6
 // The last two are for shadowed_lights.glsl: here no light is a spot or casts a shadow.
 
 vec3 light_surface(

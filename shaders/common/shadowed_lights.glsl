@@ -2,7 +2,7 @@
 #include "common/shadow.glsl"
 
 // As light_surface in lights.glsl, which tells how a row of `lights` is laid out, with spots and shadows.
-// to_world turns into the axes in which the six views of a point light stand.
+// to_world turns into the axes in which the six views of a light stand that shines to all sides.
 
 // Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
 float spot_cone(vec3 direction, vec3 l, vec2 cosines) {

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
+from .checks import check_float
 from .frame import Frame
 from .light import Light, at_upper_left
 from .scene import Placed, PointObject, Scene
@@ -58,9 +59,7 @@ def near_plane(scene: Scene, pose: Matrix) -> float:
 
 def check_merge(merge: float) -> float:
     """The tolerance of merged splats, a share of 1/z. Raises ValueError outside 0 to 0.01."""
-    if not 0 <= merge <= 0.01:
-        raise ValueError(f"merge must be a share of the inverse depth from 0 to 0.01, got {merge}")
-    return float(merge)
+    return check_float(merge, "merge must be a share of the inverse depth from 0 to 0.01", 0, 0.01)
 
 
 def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:

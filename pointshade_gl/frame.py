@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bounds import box_corners
 from .camera import Camera, check_pose
+from .checks import as_given, check_type, shown
 
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
@@ -35,7 +36,7 @@ class Frame:
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
 
     def __init__(self, color: ArrayLike | None, depth: ArrayLike, camera: Camera, pose: ArrayLike | None = None):
-        object.__setattr__(self, "camera", camera)
+        object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
         object.__setattr__(self, "color", None if color is None else _check_color(color))
         object.__setattr__(self, "depth", _check_depth(depth, camera))
@@ -104,9 +105,10 @@ class Frame:
 
 
 def _check_color(color: Any) -> NDArray[np.uint8]:
-    array = np.asarray(color)
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
-        raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}")
     if array.dtype != np.uint8:
         hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
         raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
@@ -116,7 +118,10 @@ def _check_color(color: Any) -> NDArray[np.uint8]:
 
 
 def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
-    array = np.asarray(depth)
+    array = as_given(depth, "depth must have shape (h, w)")
+    if array.dtype.kind not in "fiub":
+        got = shown(depth) if array.ndim == 0 else array.dtype
+        raise TypeError(f"depth must be floating point metres, got {got}")
     if array.ndim != 2 or 0 in array.shape:
         raise ValueError(f"depth must have shape (h, w), got {array.shape}")
     if array.dtype.kind in "iu":

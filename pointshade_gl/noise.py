@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import ABOVE_0, as_array, check_float, shown
 from .wording import option
 
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
@@ -86,8 +88,13 @@ def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
         known = ", ".join(SENSORS)
-        raise ValueError(f"unknown sensor {name!r} for {option('noise')}: known are {known}; or pass metres")
+        raise ValueError(f"unknown sensor {shown(name)} for {option('noise')}: known are {known}; or pass metres")
     return name
+
+
+def check_noise(noise: Any) -> float:
+    """One standard deviation for all of a frame. Raises ValueError unless it is metres above 0."""
+    return check_float(noise, f"{option('noise')} must be metres above 0", ABOVE_0)
 
 
 def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
@@ -99,9 +106,10 @@ def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32
         return None
     if isinstance(noise, str):
         return SENSORS[check_sensor(noise)](depth).astype(np.float32)
-    array = np.asarray(noise, dtype=np.float32)
+    complaint = f"noise must be one number or have the depth's shape {depth.shape}"
+    array = as_array(noise, complaint, np.float32)
     if array.shape not in ((), depth.shape):
-        raise ValueError(f"noise must be one number or have the depth's shape {depth.shape}, got {array.shape}")
+        raise ValueError(f"{complaint}, got {array.shape}")
     array = array.reshape(array.shape or (1, 1))
     wrong = ~((array > 0) & (array < np.inf))
     if array.shape == depth.shape:

@@ -7,13 +7,14 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
+import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose
-from .checks import check_choice
+from .checks import check_choice, check_count, check_type, shown
 from .culling import MERGE, check_merge
 from .errors import ContextError
 from .estimators import check_method
@@ -26,9 +27,6 @@ from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
 from .scene import Node, PointObject, Scene
-
-if TYPE_CHECKING:
-    import moderngl
 
 RASTERIZERS = ("auto", "points", "compute")
 
@@ -47,7 +45,7 @@ class Renderer:
     merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are carried into
              the view as one splat. Colours and normals stay those of the pixels. 0 carries each pixel by itself.
 
-    Raises ContextError without OpenGL 3.3.
+    Raises ContextError without OpenGL 3.3, TypeError or ValueError for arguments of another kind.
     """
 
     def __init__(
@@ -55,6 +53,9 @@ class Renderer:
     ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         check_merge(merge)
+        if not isinstance(context, moderngl.Context | None):
+            raise TypeError(f"context must be a moderngl.Context, got {shown(context)}")
+        check_count(device, "device")
         self.context = Context(context, device)
         can_compute = self.context.gl.version_code >= 430 and rasterizer != "points"
         if rasterizer == "compute" and not can_compute:
@@ -131,16 +132,18 @@ class Renderer:
 
         It belongs to this renderer and holds the picture until the next call.
         """
+        material = Material() if material is None else material
+        options = material, normals, shading, size, splat, max_depth_step, noise
         if isinstance(frame, Frame):
-            look = Look(material or Material(), normals, shading, size, splat, max_depth_step, noise)
-            scene = self._scene_of(frame, look)
+            scene = self._scene_of(frame, Look(*options))
         elif isinstance(frame, Scene):
+            _check_plain(options)
             scene = frame.framed()
         else:
-            raise TypeError(f"frame must be a Frame or a Scene, got {type(frame).__name__}: load_frame reads one")
+            raise TypeError(f"frame must be a Frame or a Scene, got {shown(frame)}: load_frame reads one")
         lights = check_lights(light if light is not None else scene.lights or None)
-        camera, pose = camera or scene.camera, np.asarray(scene.pose) if pose is None else check_pose(pose)
-        assert camera is not None  # the scene was framed
+        camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
+        pose = np.asarray(scene.pose) if pose is None else check_pose(pose)
         with self._in_use():
             return self._pipeline.draw(scene, lights, camera, pose).color
 
@@ -173,6 +176,7 @@ class Renderer:
 
         Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
         """
+        check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
             (textures,) = self._pipeline.frames.upload([frame])
@@ -203,6 +207,18 @@ class Renderer:
                 yield gl
             finally:
                 bound.use()
+
+
+def _check_plain(options: tuple[Any, ...]) -> None:
+    """Raises ValueError for options of a Look that were passed with a scene: its objects have their own."""
+    plain = Look().options
+    changed = [
+        name
+        for (name, before), value in zip(plain.items(), options, strict=True)
+        if not (value is before or (isinstance(value, str | Material) and value == before))
+    ]
+    if changed:
+        raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
 
 
 _mine = threading.local()  # one Renderer a thread, made when it is first needed

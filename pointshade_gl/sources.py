@@ -9,6 +9,7 @@ from functools import partial
 from itertools import islice, repeat
 from typing import Any
 
+from .checks import shown
 from .files.builtin import builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder, find_pairs
@@ -53,6 +54,8 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
     The threads end with the iteration, also when the consumer leaves it early.
     """
+    if not isinstance(source, Iterable):
+        raise TypeError(f"source must be an iterable of frames, got {shown(source)}")
     if isinstance(source, Sequence):
         jobs: Iterator[Callable[[], Frame | None]] = (partial(source.__getitem__, k) for k in range(len(source)))
         workers = max(1, ahead)

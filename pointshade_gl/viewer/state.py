@@ -8,7 +8,7 @@ marker is always drawn where the mouse has to be for this light, at every zoom a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,6 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, orbit_pose
+from ..checks import (
+    LARGEST,
+    check_color,
+    check_flag,
+    check_number,
+    check_numbers,
+    check_point,
+    check_type,
+)
 from ..frame import PROBE, Frame
 from ..light import Light
 from ..look import Look
@@ -26,6 +35,7 @@ FARTHEST = math.radians(175)  # radians from the viewer's direction: straight be
 DEGREES = 120.0  # around the object, for a drag across the window's smaller side
 WHEEL = 1.1  # factor on distances per step of the wheel
 UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
+NEAREST = 1e-6  # of a distance: it must not be 0
 Pair = tuple[float, float]
 
 
@@ -81,7 +91,8 @@ class State:
     shadows       whether lights cast shadows
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
 
-    Raises ValueError for a look with arrays: the next frame of a sequence may have another size.
+    Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
+    another size.
     """
 
     yaw: float = 0.0
@@ -100,6 +111,20 @@ class State:
     panel: bool = False
 
     def __post_init__(self) -> None:
+        def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
+            object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
+
+        for name in ("yaw", "pitch"):
+            checked(check_number, name, -LARGEST)
+        for name in ("distance", "light_reach"):
+            checked(check_number, name, NEAREST)
+        for name in ("pan", "light_at"):
+            checked(_check_pair, name)
+        checked(check_color, "light_color")
+        checked(check_number, "light_intensity", 0)
+        for name in ("light_mode", "lit", "shadows", "help", "panel"):
+            checked(check_flag, name)
+        check_type(self.look, Look, "state look")
         if not self.look.is_uniform:
             raise ValueError("the viewer's look must have one value for all pixels: no arrays for normals, size, noise")
 
@@ -135,8 +160,8 @@ class State:
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
         """The light in another direction: (3,) from the object's middle, view axes, of any length."""
-        angle = math.atan2(math.hypot(towards[0], towards[1]), -towards[2])
-        around = math.atan2(towards[1], towards[0])
+        x, y, z = check_point(towards, "direction")
+        angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
 
@@ -203,6 +228,11 @@ class State:
             self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
             light_at=fresh.light_at, light_reach=fresh.light_reach,
         )  # fmt: skip
+
+
+def _check_pair(value: Any, name: str) -> Pair:
+    x, y = check_numbers(value, 2, f"{name} must be two finite numbers")
+    return x, y
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:

@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..checks import check_flag, check_fps, check_path, check_size, check_type, shown
 from ..files.pictures import save_image
 from ..frame import Frame
-from ..light import Light
+from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
+from ..wording import option
 from .controls import Mouse, press_key
 from .events import Event
 from .panel import MISSING
@@ -66,6 +68,15 @@ class Viewer:
         record: str | Path | None = None,
         panel: bool = False,
     ):
+        if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
+            raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+        if not isinstance(title, str):
+            raise TypeError(f"title must be a text, got {shown(title)}")
+        size = None if size is None else check_size(size)
+        state = State() if state is None else check_type(state, State, "state")
+        lights = check_lights(lights)
+        fps = None if fps is None else check_fps(fps, option("fps"), "frames")
+        check_flag(panel, "panel")
         self._events: list[Event] = []
         self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
         self._told: set[str] = set()
@@ -74,13 +85,13 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
-            self._recorder = None if record is None else Recorder(Path(record), fps or RATE)
+            self._recorder = None if record is None else Recorder(check_path(record), fps or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
             self._playback = None
             self.frame: Frame | Scene
             self.held: Light | None = None  # the kind of light that the mouse holds; None: a point light
-            self.state = state or State()
+            self.state = state
             if isinstance(source, Frame):
                 self.frame = source
             elif isinstance(source, Scene):

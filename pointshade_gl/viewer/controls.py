@@ -138,7 +138,9 @@ def _reset(viewer: Viewer, _: str) -> None:
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
     on = not viewer.state.shadows
-    _change(viewer, "shadows on" if on else "shadows off", replace(viewer.state, shadows=on))
+    none = on and not any(light.shadow for light in (viewer.held, *viewer.lights))
+    text = "shadows on, but no light casts any" if none else "shadows on" if on else "shadows off"
+    _change(viewer, text, replace(viewer.state, shadows=on))
 
 
 MOUSE = (

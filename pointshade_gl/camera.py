@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from .checks import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point
 from .wording import option
 
-SMALLEST_FOV = 1e-6  # degrees: below, the focal length has no end
+SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Camera:
     """A pinhole camera: focal lengths and principal point in pixels, size in pixels.
 
     `fy` may be negative (a picture whose rows run upwards, as in ICL-NUIM).
-    Raises TypeError for anything but numbers, ValueError for a focal length or a size that no camera has.
+    Raises TypeError for anything but numbers, ValueError for impossible focal lengths and sizes.
     """
 
     fx: float
@@ -50,7 +50,10 @@ class Camera:
 
     @classmethod
     def from_fov(cls, fov_y_degrees: float, width: int, height: int) -> Camera:
-        """A camera with square pixels and a centred principal point from its vertical field of view."""
+        """A camera with square pixels and a centred principal point, from its vertical field of view.
+
+        Raises ValueError or TypeError for an impossible field of view or size.
+        """
         complaint = f"{option('fov')} must lie between 0 and 180 degrees"
         fov = check_float(fov_y_degrees, complaint, ABOVE_0, math.nextafter(180, 0))
         if fov < SMALLEST_FOV:
@@ -107,7 +110,7 @@ def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64
         raise ValueError(f"{name} must be finite, its translation below {LARGEST:g}, got {np.abs(matrix).max():g}")
     rotation = matrix[:3, :3]
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(rotation.T @ rotation - np.eye(3)).max() > 0.01:
-        raise ValueError(f"{name} must be camera-to-world, a rotation and a translation over (0, 0, 0, 1)")
+        raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
     matrix.flags.writeable = False
@@ -127,13 +130,15 @@ def orbit_pose(
     dolly: float = 0.0,
     upright: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """The pose after the camera went round a point of the world, still looking at it as before.
+    """The pose after the camera moved round a point of the world. The point stays where it is in the picture.
 
     pivot   (3,) world point
     yaw     degrees; above 0 the camera moves to its right and sees more of the object's right side
     pitch   degrees; above 0 the camera moves up and looks down
-    dolly   share of the way to the pivot: 0.5 goes half the way, below 0 goes away; must stay below 1
-    upright (3,) world axis, either way along it, that yaw turns round; None is the camera's own vertical
+    dolly   share of the way to the pivot: 0.5 moves half the way, below 0 moves away; must be below 1
+    upright (3,) world axis that yaw turns round, in either direction; None is the camera's own vertical
+
+    Raises ValueError or TypeError for anything else.
     """
     yaw, pitch, dolly = check_turns(yaw, pitch, dolly)
     start = check_pose(pose)

@@ -158,7 +158,7 @@ def as_array(value: Any, complaint: str, dtype: Any = np.float64) -> NDArray[Any
 
 
 def check_numbers(value: Any, count: int, complaint: str, low: float = -LARGEST) -> tuple[float, ...]:
-    """So many numbers as floats. Raises ValueError with the complaint unless all lie between low and 1e18."""
+    """Exactly `count` numbers, as floats. Raises ValueError with the complaint unless all lie between low and 1e18."""
     array = as_array(value, complaint)
     if array.shape != (count,) or not ((array >= low) & (array <= LARGEST)).all():
         raise ValueError(f"{complaint}, got {shown(value)}")

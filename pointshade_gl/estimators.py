@@ -1,4 +1,4 @@
-"""Which normal estimators there are, and the options they take. No GL here: GPU and mirror read the same list."""
+"""The normal estimators and their options. No GL here: the GPU and its mirror read the same list."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def parse_max_depth_step(value: float | str | None) -> Step:
 
 
 def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Normals that the caller brings: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero.
+    """The caller's own normals: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero.
 
     Raises ValueError for another shape and for components that are infinite or above 1e18, TypeError without numbers.
     """

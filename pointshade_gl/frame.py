@@ -51,7 +51,7 @@ class Frame:
 
     @cached_property
     def box(self) -> tuple[int, int, int, int]:
-        """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 without any."""
+        """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 if none has."""
         height, width = self.depth.shape
         if all(edge.any() for edge in (self.depth[0], self.depth[-1], self.depth[:, 0], self.depth[:, -1])):
             return 0, 0, width, height
@@ -62,7 +62,7 @@ class Frame:
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """(8, 3) corners of the box round all points, camera axes; (0, 3) without a point."""
+        """(8, 3) corners of the box round all points, camera axes; (0, 3) without points."""
         if not self.points_known:
             return np.zeros((0, 3))
         (left, top, right, bottom), c, z = self.box, self.camera, self.depth_range
@@ -79,7 +79,7 @@ class Frame:
 
     @cached_property
     def pivot(self) -> NDArray[np.float64]:
-        """(3,) the middle of the object, world: the median of the known points, (0, 0, 1) ahead without any.
+        """(3,) the middle of the object, world: the median of the known points; 1 unit ahead without any.
 
         Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
         """
@@ -134,8 +134,8 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
             f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
         )
     with np.errstate(over="ignore", invalid="ignore"):
-        result = array.astype(np.float32, order="C")  # always a copy: the caller may go on writing into hers
-        # one test for all that is missing: NaN compares false, what overflows float32 has become infinite
+        result = array.astype(np.float32, order="C")  # always a copy: callers may change their own
+        # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
         result[~((result > 0) & (result < np.inf))] = 0
     return result
 

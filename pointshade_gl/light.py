@@ -27,7 +27,7 @@ class Light:
     shadow             whether objects in its way cast a shadow
 
     With neither position nor direction the light sits at the viewing camera's upper left, far away.
-    Raises ValueError for values that no light can have, TypeError for values of another kind.
+    Raises ValueError for impossible values, TypeError for values of another kind.
     """
 
     position: Vector | None = None
@@ -78,7 +78,7 @@ def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
 
 
 def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
-    """The light, with a direction if it has no place: from the upper left of the viewing camera, world axes."""
+    """The light. One without place and direction gets a direction: from the viewing camera's upper left, world axes."""
     if light.position is not None or light.direction is not None:
         return light
     x, y, z = target_pose[:3, :3] @ UPPER_LEFT
@@ -114,6 +114,6 @@ def light_rows(
 
 
 def count_views(light: Light) -> int:
-    """How many shadow views a light takes of a scene: six in all directions, else one."""
+    """How many shadow views a light needs: six if it shines in all directions, else one."""
     narrow = light.is_spot and light.cone[1] <= WIDEST_SPOT
     return 1 if light.position is None or narrow else 6

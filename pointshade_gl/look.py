@@ -41,7 +41,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Look:
-    """All choices about how one point object is drawn, besides its place and the light.
+    """All choices about how one point object is drawn, except its place and the light.
 
     material  how its surface answers light
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes

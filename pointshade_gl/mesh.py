@@ -83,6 +83,6 @@ def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, read-only: it is a copy, so that the caller may go on writing into theirs."""
+    """The array, read-only. It is a copy: callers may change their own."""
     array.flags.writeable = False
     return array

@@ -42,8 +42,8 @@ class Renderer:
     device   which GPU, counted by EGL (Linux)
     rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
              other than 1 and round splats to the points; "auto" is compute where the driver has it
-    merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are carried into
-             the view as one splat. Colours and normals stay those of the pixels. 0 carries each pixel by itself.
+    merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are drawn as
+             one splat. Colours and normals stay those of the pixels. 0 draws each pixel by itself.
 
     Raises ContextError without OpenGL 3.3, TypeError or ValueError for arguments of another kind.
     """
@@ -92,8 +92,8 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
-        The array is a Picture: a notebook shows it. In place of a frame there may be a Scene; of the options it takes
-        light (instead of its own), camera and pose, for its objects have the others themselves.
+        The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
+        (which replaces its own), camera and pose may be passed, because its objects have a look of their own.
 
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera. Its size is the picture's.
@@ -165,16 +165,16 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
-        method          "auto" measures the noise of the depth and takes "star" (sharp at edges, for clean depth) or
-                        "adaptive" (planes as wide as the noise asks). "star-borrow" is a little better and slower than
-                        "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many triangles),
-                        "central", "one-sided", "plane-fit-3" to "plane-fit-13".
+        method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
+                        "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
+                        than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
+                        triangles), "central", "one-sided", "plane-fit-3" to "plane-fit-13".
         max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
                         pixel's depth; None is no limit. The others find edges by themselves.
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
                         sensor's name ("kinect"); None measures it
 
-        Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
+        Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
@@ -221,7 +221,7 @@ def _check_plain(options: tuple[Any, ...]) -> None:
         raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
 
 
-_mine = threading.local()  # one Renderer a thread, made when it is first needed
+_mine = threading.local()  # one Renderer for each thread, made when it is first needed
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 

@@ -31,7 +31,7 @@ ROUNDING = 1e-12  # a scale this near to 1 is 1
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    look  how it is drawn; in its place its values may be named: `PointObject(frame, shading="flat", size=2)`
+    look  how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
     The frame's own pose places it under the node's transform.
 
@@ -119,7 +119,7 @@ class Placed:
 
     @cached_property
     def axes(self) -> Matrix:
-        """(4, 4) from the axes of the content's own points to the world: of a point object its frame's camera."""
+        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
     @cached_property
@@ -140,7 +140,7 @@ class Placed:
         if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
             raise ValueError(
                 f"node {self.node.name!r}: a point object takes rotation, translation and one scale for all axes, "
-                f"got\n{np.round(linear, 4).tolist()}"
+                f"got {np.round(linear, 4).tolist()}"
             )
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
         rigid = self.axes.copy()
@@ -153,8 +153,8 @@ class Placed:
 class Scene:
     """Nodes, and who looks at them.
 
-    camera   who looks when `render` is told nothing else; None is one that sees everything, turned as the pose is
-    pose     (4, 4) camera-to-world of it
+    camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
+    pose     (4, 4) camera-to-world of that camera
     ambient  linear RGB light from everywhere
 
     Raises TypeError or ValueError for anything else, and for a node that is below itself.
@@ -198,16 +198,16 @@ class Scene:
 
     @cached_property
     def things(self) -> tuple[Placed, ...]:
-        """All visible content but lights."""
+        """All visible content except lights."""
         return tuple(p for p in self._placed if not isinstance(p.content, Light))
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
-        """Centre (3,) and radius of a sphere round all things, world; radius 1 round the origin without any."""
+        """Centre (3,) and radius of a sphere round all things, world; without things radius 1 round the origin."""
         return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.corners for p in self.things)]))
 
     def framed(self) -> Scene:
-        """The scene with a camera: its own, or one that looks as its pose does and sees everything."""
+        """The scene with a camera: its own, or one that sees everything, turned like its pose."""
         if self.camera is not None:
             return self
         centre, radius = self.bounds
@@ -234,13 +234,13 @@ class Scene:
 
     @property
     def upright(self) -> NDArray[np.float64]:
-        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y where it leans beyond 60 degrees."""
+        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y if it leans over 60 degrees."""
         own = np.asarray(self.pose)[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @cached_property
     def lights(self) -> list[Light]:
-        """Those of the visible nodes, in world axes."""
+        """The lights of the visible nodes, in world axes."""
         found = []
         for p in self.placed():
             if isinstance(p.content, Light):

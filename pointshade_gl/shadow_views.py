@@ -1,4 +1,4 @@
-"""The pictures that a light takes of a scene for its shadows: their cameras. No GL here."""
+"""The cameras of the pictures that lights take of a scene for their shadows. No GL here."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .camera import Camera, Eye
 from .light import Light, count_views
 
 Matrix = NDArray[np.float64]
-FAR_AWAY = 1000.0  # radii of the scene from it to a directional light's camera: its rays are parallel to 0.001
+FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
 CONTACT = 0.003  # of the scene's radius: a nearer occluder touches the surface and casts no shadow on it
 SHADOW_SIDE = 1024  # pixels of a shadow view
 SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
@@ -30,9 +30,9 @@ class ShadowView(NamedTuple):
 def all_shadow_views(
     lights: Sequence[Light], centre: NDArray[np.float64], radius: float
 ) -> tuple[list[ShadowView], list[int | None]]:
-    """The views of all lights of what lies within a sphere, all of one size, and the number of each light's first.
+    """The views that lights take of a sphere, all of one size, and the number of each light's first view.
 
-    A light that casts no shadow has none.
+    A light that casts no shadow has no view.
     """
     count = sum(count_views(light) for light in lights if light.shadow)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(count)), 1))
@@ -43,7 +43,7 @@ def all_shadow_views(
 
 
 def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side: int) -> list[ShadowView]:
-    """The pictures that a light takes of what lies within a sphere: one, or six of a point light. side in pixels."""
+    """The views that a light takes of a sphere: one, or six for a point light. side: of a view, in pixels."""
     if light.position is None:
         direction = np.array(light.direction, np.float64) / np.linalg.norm(np.array(light.direction))
         distance = FAR_AWAY * radius
@@ -64,7 +64,7 @@ def shadow_views(light: Light, centre: NDArray[np.float64], radius: float, side:
 
 
 def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
-    """The pose of a camera at a position that looks along a direction, turned round it much the same for its like."""
+    """The pose of a camera at a position, looking along a direction. Similar directions get similar poses."""
     z = direction / np.linalg.norm(direction)
     x = np.cross(z, np.eye(3)[int(abs(z[0]) > 0.7)])
     x /= np.linalg.norm(x)

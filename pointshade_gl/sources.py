@@ -24,12 +24,13 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     """The frame or the sequence of frames of a folder, or of a built-in name.
 
     A sequence lies in folders depth/ and color/, in the lists of the TUM benchmark or in numbered files (see
-    `find_pairs`). It has one camera for all; the poses are those of the folder (see `find_poses`).
+    `find_pairs`). All frames have the same camera. The poses come from the folder (see `find_poses`).
 
-    load_options  as for `load_frame`; with depth= or color= it is one frame. Of each kind of note the first is told.
+    load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
+                  printed.
 
-    Raises ValueError, TypeError or OSError as `load_frame`, for a sequence when not even its first, middle or last
-    frame can be read.
+    Raises ValueError, TypeError or OSError as `load_frame`; for a sequence if none of its first, middle and last frame
+    can be read.
     """
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:

@@ -225,7 +225,7 @@ def test_the_choice_is_said_in_words(renderer, scene):
     renderer.estimate_normals(frame_of(scene[0]), noise=0.001)
     assert "noise was given" in describe(renderer.choice)
     renderer.estimate_normals(frame_of(scene[0]), "central")
-    assert describe(renderer.choice) == "central: as asked"
+    assert describe(renderer.choice) == "central: as requested"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Boxes and spheres round things: what culling, shadows and cameras are fitted to."""
+"""Boxes and spheres round things. Culling, shadows and cameras are fitted to them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def box_corners(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def sphere_round(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Centre (3,) and radius of a sphere round points (n, 3); radius 1 round the origin without any."""
+    """Centre (3,) and radius of a sphere round points (n, 3); without points radius 1 round the origin."""
     if not len(points):
         return np.zeros(3), 1.0
     centre = (points.min(0) + points.max(0)) / 2

@@ -16,7 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point
 from .wording import option
+
+SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,7 @@ class Camera:
     """A pinhole camera: focal lengths and principal point in pixels, size in pixels.
 
     `fy` may be negative (a picture whose rows run upwards, as in ICL-NUIM).
-    Raises ValueError for a focal length or a size that no camera has.
+    Raises TypeError for anything but numbers, ValueError for impossible focal lengths and sizes.
     """
 
     fx: float
@@ -36,26 +39,27 @@ class Camera:
 
     def __post_init__(self) -> None:
         for name in ("fx", "fy", "cx", "cy"):
-            value = float(getattr(self, name))
-            if not math.isfinite(value):
-                raise ValueError(f"camera {name} must be a finite number of pixels, got {value}")
+            value = check_float(getattr(self, name), f"camera {name} must be a finite number of pixels")
             object.__setattr__(self, name, value)
         if self.fx <= 0:
             raise ValueError(f"camera fx must be above 0 pixels, got {self.fx:g}")
         if self.fy == 0:
             raise ValueError("camera fy must not be 0 pixels")
         for name in ("width", "height"):
-            value = getattr(self, name)
-            if int(value) != value or value < 1:
-                raise ValueError(f"camera {name} must be a whole number of pixels above 0, got {value}")
-            object.__setattr__(self, name, int(value))
+            object.__setattr__(self, name, _check_side(getattr(self, name), name))
 
     @classmethod
     def from_fov(cls, fov_y_degrees: float, width: int, height: int) -> Camera:
-        """A camera with square pixels and a centred principal point from its vertical field of view."""
-        if not 0 < fov_y_degrees < 180:
-            raise ValueError(f"{option('fov')} must lie between 0 and 180 degrees, got {fov_y_degrees:g}")
-        focal = height / 2 / math.tan(math.radians(fov_y_degrees) / 2)
+        """A camera with square pixels and a centred principal point, from its vertical field of view.
+
+        Raises ValueError or TypeError for an impossible field of view or size.
+        """
+        complaint = f"{option('fov')} must lie between 0 and 180 degrees"
+        fov = check_float(fov_y_degrees, complaint, ABOVE_0, math.nextafter(180, 0))
+        if fov < SMALLEST_FOV:
+            raise ValueError(f"{option('fov')} must be at least {SMALLEST_FOV:g} degrees, got {fov:g}")
+        width, height = _check_side(width, "width"), _check_side(height, "height")
+        focal = height / 2 / math.tan(math.radians(fov) / 2)
         return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
     @property
@@ -65,16 +69,22 @@ class Camera:
 
     def resized(self, width: int, height: int) -> Camera:
         """The same view on another grid of pixels; the picture's outer edges stay where they are."""
+        width, height = _check_side(width, "width"), _check_side(height, "height")
         sx, sy = width / self.width, height / self.height
         cx, cy = (self.cx + 0.5) * sx - 0.5, (self.cy + 0.5) * sy - 0.5
         return Camera(self.fx * sx, self.fy * sy, cx, cy, width, height)
 
     def fitted(self, width: int, height: int) -> Camera:
         """The whole view, undistorted, in the middle of a picture of another size and shape."""
+        width, height = _check_side(width, "width"), _check_side(height, "height")
         scale = min(width / self.width, height / self.height)
         cx = (self.cx - (self.width - 1) / 2) * scale + (width - 1) / 2
         cy = (self.cy - (self.height - 1) / 2) * scale + (height - 1) / 2
         return Camera(self.fx * scale, self.fy * scale, cx, cy, width, height)
+
+
+def _check_side(value: int, name: str) -> int:
+    return check_count(value, f"camera {name}", 1, "of pixels ")
 
 
 class Eye(NamedTuple):
@@ -88,16 +98,19 @@ class Eye(NamedTuple):
 def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64]:
     """A camera-to-world matrix as float64 (4, 4), read-only; None is the identity.
 
-    Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass).
+    Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
+    anything but numbers.
     """
-    matrix = np.eye(4) if pose is None else np.array(pose, dtype=np.float64)
+    matrix = np.eye(4) if pose is None else as_array(pose, f"{name} must be numbers of shape (4, 4)")
     if matrix.shape != (4, 4):
         raise ValueError(f"{name} must have shape (4, 4), got {matrix.shape}")
     if not np.isfinite(matrix).all():
         raise ValueError(f"{name} must be finite, got {np.count_nonzero(~np.isfinite(matrix))} NaN or infinite entries")
+    if np.abs(matrix).max() > LARGEST:
+        raise ValueError(f"{name} must be finite, its translation below {LARGEST:g}, got {np.abs(matrix).max():g}")
     rotation = matrix[:3, :3]
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(rotation.T @ rotation - np.eye(3)).max() > 0.01:
-        raise ValueError(f"{name} must be camera-to-world, a rotation and a translation over (0, 0, 0, 1)")
+        raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
     matrix.flags.writeable = False
@@ -117,24 +130,24 @@ def orbit_pose(
     dolly: float = 0.0,
     upright: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """The pose after the camera went round a point of the world, still looking at it as before.
+    """The pose after the camera moved round a point of the world. The point stays where it is in the picture.
 
     pivot   (3,) world point
     yaw     degrees; above 0 the camera moves to its right and sees more of the object's right side
     pitch   degrees; above 0 the camera moves up and looks down
-    dolly   share of the way to the pivot: 0.5 goes half the way, below 0 goes away; must stay below 1
-    upright (3,) world axis, either way along it, that yaw turns round; None is the camera's own vertical
+    dolly   share of the way to the pivot: 0.5 moves half the way, below 0 moves away; must be below 1
+    upright (3,) world axis that yaw turns round, in either direction; None is the camera's own vertical
+
+    Raises ValueError or TypeError for anything else.
     """
-    if not all(math.isfinite(x) for x in (yaw, pitch, dolly)) or dolly >= 1:
-        angles = f"{option('yaw')} and {option('pitch')}"
-        raise ValueError(f"{angles} must be finite and {option('dolly')} below 1, got {yaw}, {pitch}, {dolly}")
+    yaw, pitch, dolly = check_turns(yaw, pitch, dolly)
     start = check_pose(pose)
     a, b = math.radians(yaw), math.radians(pitch)
     x, y, z = axis = _down(start, upright)
     across = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
     turn_y = math.cos(a) * np.eye(3) + (1 - math.cos(a)) * np.outer(axis, axis) + math.sin(a) * across
     turn_x = np.array([[1, 0, 0], [0, math.cos(b), math.sin(b)], [0, -math.sin(b), math.cos(b)]])
-    target = np.asarray(pivot, np.float64)
+    target = np.array(check_point(pivot, "pivot"))
     seen = start[:3, :3].T @ (target - start[:3, 3])  # the pivot in the camera's own axes
     turn = turn_y @ turn_x
     result = np.eye(4)
@@ -143,9 +156,19 @@ def orbit_pose(
     return result
 
 
+def check_turns(yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
+    """The three as floats. Raises ValueError unless they are finite and dolly below 1, TypeError without numbers."""
+    complaint = f"{option('yaw')} and {option('pitch')} must be finite and {option('dolly')} below 1"
+    dolly = check_float(dolly, complaint, high=math.nextafter(1, 0))
+    return check_float(yaw, complaint), check_float(pitch, complaint), dolly
+
+
 def _down(pose: NDArray[np.float64], upright: ArrayLike | None) -> NDArray[np.float64]:
     """The vertical as a camera sees it, (3,) in its axes, pointing down its picture."""
     if upright is None:
         return np.array([0.0, 1.0, 0.0])
-    axis = pose[:3, :3].T @ np.asarray(upright, np.float64)
+    vertical = np.array(check_point(upright, "upright"))
+    if not vertical.any():
+        raise ValueError("upright must not be (0, 0, 0): it is the axis that yaw turns round")
+    axis = pose[:3, :3].T @ (vertical / np.abs(vertical).max())
     return axis / (np.linalg.norm(axis) * (1 if axis[1] >= 0 else -1))

@@ -129,11 +129,12 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
-    state, lights, size = State(look=look.look()), look.lights(), size_from(window.size)
+    state, size = State(look=look.look()), size_from(window.size)
+    lights = [replace(light, shadow=True) for light in look.lights()]
     source = _load(frame, sequence=True, scene=True)
     if isinstance(source, Scene):
         _check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
-    Viewer(
+    viewer = Viewer(
         source,
         title=f"pointshade: {frame.input or frame.depth or 'vase'}",
         size=size,
@@ -142,7 +143,10 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
         fps=window.fps,
         record=window.record,
         panel=window.panel,
-    ).run()
+    )
+    if not isinstance(source, Scene):
+        viewer.state = replace(viewer.state, shadows=False)  # until the key S switches them on
+    viewer.run()
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Texts of the command line become values. Each error names the option and shows the text."""
+"""Turns texts of the command line into values. Each error names the option and shows the text."""
 
 from __future__ import annotations
 

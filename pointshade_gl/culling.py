@@ -1,4 +1,4 @@
-"""What of a scene is drawn, and how finely: what is in view, how near it may come, which points are enough."""
+"""Decides what of a scene is drawn: what is in view, where the near plane lies, how many points are enough."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
+from .checks import check_float
 from .frame import Frame
 from .light import Light, at_upper_left
 from .scene import Placed, PointObject, Scene
@@ -16,7 +17,7 @@ from .scene import Placed, PointObject, Scene
 Matrix = NDArray[np.float64]
 NEAR = 0.001  # share of the distance to what is shown: what comes closer to the viewer is cut away
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
-MERGE = 1e-5  # of 1/z: nothing to see (`bench --speed` charts it), and all the speed on planes
+MERGE = 1e-5  # of 1/z: invisible (`bench --speed` charts it), and gives planes their full speed
 
 
 class Shot(NamedTuple):
@@ -26,7 +27,7 @@ class Shot(NamedTuple):
     lights: list[Light]  # each with a position or a direction, world axes
     scene: Scene
     shown: Sequence[Placed]  # in view
-    casting: Sequence[Placed]  # may cast shadows; none when no light asks for them
+    casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
 
 
 def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Shot:
@@ -40,15 +41,15 @@ def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix)
 
 
 def is_alone(things: Sequence[Placed]) -> bool:
-    """A single frame: it is drawn wherever the viewer is, from all of its points, at any size of the picture."""
+    """Whether this is a single frame: that is always drawn, from all of its points, at any size of the picture."""
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
 def near_plane(scene: Scene, pose: Matrix) -> float:
-    """How near to a viewer at this pose things may come, world units along its axis.
+    """The near plane of a viewer at this pose, world units along its axis.
 
-    A thousandth of the distance: of one frame alone that from which it was taken, wherever the viewer is; of several
-    things that to their middle, or their radius where it is more.
+    For a frame alone it is a thousandth of the distance from which the frame was taken, wherever the viewer is. For
+    several things it is a thousandth of the distance to their middle, or of their radius if that is more.
     """
     if is_alone(scene.things):
         alone = scene.things[0]
@@ -59,13 +60,11 @@ def near_plane(scene: Scene, pose: Matrix) -> float:
 
 def check_merge(merge: float) -> float:
     """The tolerance of merged splats, a share of 1/z. Raises ValueError outside 0 to 0.01."""
-    if not 0 <= merge <= 0.01:
-        raise ValueError(f"merge must be a share of the inverse depth from 0 to 0.01, got {merge}")
-    return float(merge)
+    return check_float(merge, "merge must be a share of the inverse depth from 0 to 0.01", 0, 0.01)
 
 
 def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
-    """Whether a box (8, 3), world, may show in the picture: False only when it lies wholly outside one side of it."""
+    """Whether a box (8, 3), world, may be visible: False only if it lies completely outside one side of the picture."""
     if not len(corners):
         return False
     view, camera = np.linalg.inv(eye.pose), eye.camera
@@ -76,9 +75,9 @@ def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
 
 
 def coarser_step(placed: Placed, eye: Eye) -> int:
-    """1, 2, 4 .. : every how many-th pixel of a frame is enough for a view in which several fall into one pixel.
+    """1, 2, 4, ...: it is enough to draw every step-th pixel of a frame, as several fall into one pixel of the view.
 
-    Judged at the nearest corner of the object's box, so that no part of it is drawn too coarsely. At least FEWEST
+    Measured at the nearest corner of the object's box, so that no part of it is drawn too coarsely. At least FEWEST
     pixels are left on each side of the frame.
     """
     view, corners, frame = np.linalg.inv(eye.pose), placed.main_corners, placed.content.frame
@@ -99,7 +98,7 @@ def coarser_size(size: float, step: int) -> float:
 
 
 def coarser(frame: Frame, step: int) -> Frame:
-    """Every step-th pixel of a frame; the colours stay as fine as they are."""
+    """A frame of every step-th pixel, with all of its colours."""
     first, c = (step - 1) // 2, frame.camera
     depth = frame.depth[first::step, first::step]
     height, width = depth.shape

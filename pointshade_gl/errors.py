@@ -1,4 +1,4 @@
-"""The two errors that Python has no word for; everything else is ValueError, TypeError or OSError."""
+"""The two kinds of error that Python itself does not have. All others are ValueError, TypeError or OSError."""
 
 
 class ContextError(RuntimeError):

@@ -1,4 +1,4 @@
-"""Which normal estimators there are, and the options they take. No GL here: GPU and mirror read the same list."""
+"""The normal estimators and their options. No GL here: the GPU and its mirror read the same list."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import LARGEST, as_array, shown
 from .wording import option
 
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
@@ -18,8 +19,8 @@ NO_LIMIT: Step = (3.0e38, 0.0)
 
 def check_method(method: str) -> str:
     """The method's name, or a ValueError that lists the known ones."""
-    if method not in METHODS:
-        raise ValueError(f"unknown {option('normals')} method {method!r}: known are {', '.join(METHODS)}")
+    if not (isinstance(method, str) and method in METHODS):
+        raise ValueError(f"unknown {option('normals')} method {shown(method)}: known are {', '.join(METHODS)}")
     return method
 
 
@@ -30,22 +31,29 @@ def parse_max_depth_step(value: float | str | None) -> Step:
     """
     if value is None:
         return NO_LIMIT
-    text = str(value).strip()
     try:
+        text = str(value).strip()
         number = float(text.removesuffix("%"))
     except ValueError:
-        number = math.nan
-    if not (number > 0 and math.isfinite(number)):
+        text, number = "", math.nan
+    if not 0 < number <= LARGEST:
         name = option("max_depth_step")
-        raise ValueError(f"{name} must be metres above 0 or a share such as '3%', got {value!r}")
+        raise ValueError(f"{name} must be metres above 0 or a share such as '3%', got {shown(value)}")
     return (0.0, number / 100) if text.endswith("%") else (number, 0.0)
 
 
 def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Normals that the caller brings: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero."""
-    array = np.array(normals, dtype=np.float32)
+    """The caller's own normals: (h, w, 3) float32, unit length, (0, 0, 0) where they are NaN or zero.
+
+    Raises ValueError for another shape and for components that are infinite or above 1e18, TypeError without numbers.
+    """
+    complaint = f"normals must be a method's name or have shape {(*shape, 3)}"
+    array = as_array(normals, complaint, np.float32)
     if array.shape != (*shape, 3):
-        raise ValueError(f"normals must be a method's name or have shape {(*shape, 3)}, got {array.shape}")
+        raise ValueError(f"{complaint}, got {array.shape}")
+    if (np.abs(array) > 1.01 * LARGEST).any():  # NaN passes
+        longest = np.nanmax(np.abs(array))
+        raise ValueError(f"normals must be finite and below {LARGEST:g}, NaN where missing, got {longest:g}")
     length = np.linalg.norm(array, axis=-1, keepdims=True)
     return np.where(length > 0, array / np.where(length > 0, length, 1), 0).astype(np.float32)
 

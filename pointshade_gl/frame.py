@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bounds import box_corners
 from .camera import Camera, check_pose
+from .checks import as_given, check_type, shown
 
 STRAY = 1.0  # see Frame.main_corners
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
@@ -36,7 +37,7 @@ class Frame:
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
 
     def __init__(self, color: ArrayLike | None, depth: ArrayLike, camera: Camera, pose: ArrayLike | None = None):
-        object.__setattr__(self, "camera", camera)
+        object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
         object.__setattr__(self, "color", None if color is None else _check_color(color))
         object.__setattr__(self, "depth", _check_depth(depth, camera))
@@ -109,7 +110,7 @@ class Frame:
 
     @cached_property
     def pivot(self) -> NDArray[np.float64]:
-        """(3,) the middle of the object, world: the median of the known points, (0, 0, 1) ahead without any.
+        """(3,) the middle of the object, world: the median of the known points; 1 unit ahead without any.
 
         Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
         """
@@ -146,9 +147,10 @@ def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
 
 
 def _check_color(color: Any) -> NDArray[np.uint8]:
-    array = np.asarray(color)
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
     if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
-        raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}")
     if array.dtype != np.uint8:
         hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
         raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
@@ -158,7 +160,10 @@ def _check_color(color: Any) -> NDArray[np.uint8]:
 
 
 def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
-    array = np.asarray(depth)
+    array = as_given(depth, "depth must have shape (h, w)")
+    if array.dtype.kind not in "fiub":
+        got = shown(depth) if array.ndim == 0 else array.dtype
+        raise TypeError(f"depth must be floating point metres, got {got}")
     if array.ndim != 2 or 0 in array.shape:
         raise ValueError(f"depth must have shape (h, w), got {array.shape}")
     if array.dtype.kind in "iu":
@@ -171,8 +176,8 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
             f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
         )
     with np.errstate(over="ignore", invalid="ignore"):
-        result = array.astype(np.float32, order="C")  # always a copy: the caller may go on writing into hers
-        # one test for all that is missing: NaN compares false, what overflows float32 has become infinite
+        result = array.astype(np.float32, order="C")  # always a copy: callers may change their own
+        # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
         result[~((result > 0) & (result < np.inf))] = 0
     return result
 

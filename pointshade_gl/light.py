@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .checks import check_number, check_point
+from .checks import check_color, check_direction, check_flag, check_number, check_numbers, check_point, items_of, shown
 
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 Vector = tuple[float, float, float]
@@ -26,7 +25,7 @@ class Light:
     shadow             whether objects in its way cast a shadow
 
     With neither position nor direction the light sits at the viewing camera's upper left, far away.
-    Raises ValueError for values that no light can have.
+    Raises ValueError for impossible values, TypeError for values of another kind.
     """
 
     position: Vector | None = None
@@ -38,20 +37,23 @@ class Light:
     shadow: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("position", "direction", "color", "attenuation"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, check_point(getattr(self, name), f"light {name}"))
-        if self.direction is not None and not any(self.direction):
-            raise ValueError("light direction must not be (0, 0, 0)")
-        if min(self.color) < 0:
-            raise ValueError(f"light color must not be negative, got {self.color}")
-        if min(self.attenuation) < 0 or not any(self.attenuation):
-            raise ValueError(f"light attenuation must be >= 0 and not all 0, got {self.attenuation}")
-        check_number(self.intensity, "light intensity", 0, math.inf)
-        cone = np.asarray(self.cone, dtype=np.float64)
-        if cone.shape != (2,) or not 0 <= cone[0] <= cone[1] <= 90 or cone[1] == 0:
-            raise ValueError(f"light cone must be two half angles, 0 <= inner <= outer <= 90 degrees, got {self.cone}")
-        object.__setattr__(self, "cone", (float(cone[0]), float(cone[1])))
+        if self.position is not None:
+            object.__setattr__(self, "position", check_point(self.position, "light position"))
+        if self.direction is not None:
+            object.__setattr__(self, "direction", check_direction(self.direction, "light direction"))
+        object.__setattr__(self, "color", check_color(self.color, "light color"))
+        complaint = "light attenuation must be three numbers, 0 or above and not all 0"
+        attenuation = check_numbers(self.attenuation, 3, complaint, low=0)
+        if not any(attenuation):
+            raise ValueError(f"{complaint}, got {attenuation}")
+        object.__setattr__(self, "attenuation", attenuation)
+        object.__setattr__(self, "intensity", check_number(self.intensity, "light intensity", 0))
+        complaint = "light cone must be two half angles, 0 <= inner <= outer <= 90 degrees"
+        inner, outer = check_numbers(self.cone, 2, complaint)
+        if not 0 <= inner <= outer <= 90 or outer == 0:
+            raise ValueError(f"{complaint}, got {self.cone}")
+        object.__setattr__(self, "cone", (inner, outer))
+        object.__setattr__(self, "shadow", check_flag(self.shadow, "light shadow"))
 
     @property
     def is_spot(self) -> bool:
@@ -60,15 +62,18 @@ class Light:
 
 def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
     """One light, several, or the default one for None, as a list. Raises TypeError if one is not a Light."""
-    lights: list[Any] = [Light()] if light is None else [light] if isinstance(light, Light) else list(light)
+    given: Any = Light() if light is None else light
+    lights = items_of(given)
+    lights = [given] if lights is None else lights
     for one in lights:
         if not isinstance(one, Light):
-            raise TypeError(f"light must be a Light or several of them, got {one!r}: try Light(position=(x, y, z))")
+            got = shown(one)
+            raise TypeError(f"light must be a Light or several of them, got {got}: try Light(position=(x, y, z))")
     return lights
 
 
 def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
-    """The light, with a direction if it has no place: from the upper left of the viewing camera, world axes."""
+    """The light. One without place and direction gets a direction: from the viewing camera's upper left, world axes."""
     if light.position is not None or light.direction is not None:
         return light
     x, y, z = target_pose[:3, :3] @ UPPER_LEFT

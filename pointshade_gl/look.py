@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import check_choice, check_number
+from .checks import LARGEST, as_array, check_choice, check_float, check_number, check_type, shown
 from .estimators import check_method, check_normals, parse_max_depth_step
-from .noise import check_sensor, parse_noise
+from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
@@ -29,8 +28,10 @@ class Material:
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):
-            check_number(getattr(self, name), option(name, of="material"), 0, math.inf)
-        check_number(self.shininess, option("shininess", of="material"), 0.001, 10_000)
+            strength = check_number(getattr(self, name), option(name, of="material"), 0)
+            object.__setattr__(self, name, strength)
+        shininess = check_number(self.shininess, option("shininess", of="material"), 0.001, 10_000)
+        object.__setattr__(self, "shininess", shininess)
 
     @property
     def strengths(self) -> tuple[float, float, float, float]:
@@ -40,7 +41,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Look:
-    """All choices about how one point object is drawn, besides its place and the light.
+    """All choices about how one point object is drawn, except its place and the light.
 
     material  how its surface answers light
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
@@ -49,8 +50,8 @@ class Look:
     splat     "footprint" carries the pixel's square into the view, "round" the circle round it
     max_depth_step, noise  as for `Renderer.estimate_normals`
 
-    Raises ValueError for unknown names and for numbers that make no sense. Arrays are checked by `for_frame`, which
-    knows their shape.
+    Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
+    checked by `for_frame`, which knows their shape.
     """
 
     material: Material = Material()
@@ -62,14 +63,20 @@ class Look:
     noise: float | ArrayLike | str | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.material, Material):
-            raise TypeError(f"material must be a Material, got {type(self.material).__name__}")
+        check_type(self.material, Material, "material")
         check_choice(option("shading"), self.shading, SHADINGS)
         check_choice(option("splat"), self.splat, SPLATS)
         if isinstance(self.normals, str):
             check_method(self.normals)
+        elif _is_single(self.normals):
+            raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
+        if self.size is not None and _is_single(self.size):
+            size = check_float(self.size, "size must be a number of source pixels, 0 or above", 0)
+            object.__setattr__(self, "size", size)
         if isinstance(self.noise, str):
             check_sensor(self.noise)
+        elif self.noise is not None and _is_single(self.noise):
+            object.__setattr__(self, "noise", check_noise(self.noise))
         parse_max_depth_step(self.max_depth_step)
 
     def for_frame(self, depth: NDArray[np.float32]) -> Look:
@@ -98,7 +105,7 @@ class Look:
     def farthest_reach(self) -> float:
         """Source pixels that the largest splat reaches from its middle."""
         size = 1.0 if self.size is None else float(np.max(np.asarray(self.size)))
-        return size * (math.sqrt(0.5) if self.splat == "round" else 0.5)
+        return size * (0.5**0.5 if self.splat == "round" else 0.5)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -108,14 +115,18 @@ class Look:
 
 def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Splat sizes in source pixels as (1,) or (h*w,) float32; None is 1. Raises ValueError for an impossible size."""
-    sizes = np.atleast_1d(np.asarray(1.0 if size is None else size, dtype=np.float32))
+    complaint = f"size is the splats' size in source pixels, one number or an array of {shape}"
+    sizes = np.atleast_1d(as_array(1.0 if size is None else size, complaint, np.float32))
     if sizes.shape not in ((1,), shape):
-        raise ValueError(
-            f"size is the splats' size in source pixels, one number or an array of {shape}, got {sizes.shape}"
-        )
-    if not (np.isfinite(sizes).all() and (sizes >= 0).all()):
+        raise ValueError(f"{complaint}, got {sizes.shape}")
+    if not ((sizes >= 0) & (sizes <= LARGEST)).all():
         raise ValueError("size must be finite and not negative everywhere")
     return sizes.ravel()
+
+
+def _is_single(value: Any) -> bool:
+    """Whether a value is no array."""
+    return type(value) in (int, float) or not (isinstance(value, list | tuple) or np.ndim(value))
 
 
 def _frozen(array: Any) -> NDArray[Any]:

@@ -1,13 +1,15 @@
-"""The noise of a depth picture: what the caller tells, what was measured, and how that is said."""
+"""The noise of a depth picture: what the caller says, what was measured, and how to describe it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .checks import ABOVE_0, as_array, check_float, shown
 from .wording import option
 
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
@@ -22,10 +24,10 @@ class Noise:
     """What was measured on a frame; lengths in the unit of the depth.
 
     sigma, relative  median standard deviation of depth, and over depth
-    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" when none was found
-    correlation      noise that neighbours share over noise that they do not, median of the blocks
-    misplaced        pixels (standard deviation) by which depths stand off: the picture was enlarged or moved to
-                     another camera's pixels; 0 when as taken
+    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" if none was found
+    correlation      noise that neighbours share, divided by noise that they do not share; median of the blocks
+    misplaced        pixels (standard deviation) by which depths are displaced, because the picture was enlarged or
+                     moved to another camera's pixels; 0 if it was not
     share            share of the blocks with so much noise that it tilts normals visibly
     grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
                      rounding; grid[..., 2] is the block's own correlation
@@ -49,7 +51,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller told it."""
+    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller gave it."""
 
     method: str
     noise: Noise | None = None
@@ -60,7 +62,7 @@ def describe(choice: Choice) -> str:
     """What ran and why, in one sentence."""
     noise = choice.noise
     if noise is None:
-        return f"{choice.method}: as asked"
+        return f"{choice.method}: as requested"
     if choice.told:
         found = f"{option('noise')} was given"
     elif noise.is_clean:
@@ -74,7 +76,7 @@ def describe(choice: Choice) -> str:
     if noise.misplaced:
         found += ", lines are repeated"
     if noise.correlation:
-        found += ", neighbours share part of it"
+        found += ", neighbours share part of the noise"
     return f"{choice.method}: {found}"
 
 
@@ -86,26 +88,32 @@ def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
         known = ", ".join(SENSORS)
-        raise ValueError(f"unknown sensor {name!r} for {option('noise')}: known are {known}; or pass metres")
+        raise ValueError(f"unknown sensor {shown(name)} for {option('noise')}: known are {known}; or pass metres")
     return name
 
 
-def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
-    """The standard deviation of depth that the caller tells, (1, 1) or (h, w) float32 metres; None when not told.
+def check_noise(noise: Any) -> float:
+    """One standard deviation for all of a frame. Raises ValueError unless it is metres above 0."""
+    return check_float(noise, f"{option('noise')} must be metres above 0", ABOVE_0)
 
-    noise  a number or (h, w) in metres, or the name of a sensor. Raises ValueError for what is no noise.
+
+def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
+    """The caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; None if the caller gives none.
+
+    noise  a number or (h, w) in metres, or the name of a sensor. Raises ValueError for impossible noise.
     """
     if noise is None:
         return None
     if isinstance(noise, str):
         return SENSORS[check_sensor(noise)](depth).astype(np.float32)
-    array = np.asarray(noise, dtype=np.float32)
+    complaint = f"noise must be one number or have the depth's shape {depth.shape}"
+    array = as_array(noise, complaint, np.float32)
     if array.shape not in ((), depth.shape):
-        raise ValueError(f"noise must be one number or have the depth's shape {depth.shape}, got {array.shape}")
+        raise ValueError(f"{complaint}, got {array.shape}")
     array = array.reshape(array.shape or (1, 1))
     wrong = ~((array > 0) & (array < np.inf))
     if array.shape == depth.shape:
-        wrong &= depth > 0  # nobody knows the noise of a depth that is missing
+        wrong &= depth > 0  # missing depth has no noise
     if wrong.any():
         raise ValueError(f"{option('noise')} must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
     return np.where(array > 0, array, 1).astype(np.float32)

@@ -1,4 +1,4 @@
-"""From the measured blocks of a depth picture to its noise and the estimator that it asks for; small arrays only."""
+"""Finds the noise of a depth picture from its measured blocks, and the estimator that it needs. Small arrays only."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a blo
 
 QUARTILE = 0.31864  # a quarter of |N(0, 1)| lies below
 STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / depth times focal length in pixels
-MARGIN = 1.1  # on the level: planes fail their fit where the noise is underrated, overrating it costs little
+MARGIN = 1.1  # factor on the level: plane fits fail if the noise is underestimated; overestimating costs little
 WORTH = np.radians(0.1)  # less tilt than this is not worth the second estimator
-LATTICE_VOTES = 0.2  # share of the blocks that must see a lattice of depths, and how well their quartiles must agree
+LATTICE_VOTES = 0.2  # share of the blocks that must find a lattice of depths, and how well their quartiles must agree
 LATTICE_SPREAD = 1.05
-JUMP_SHARE = 0.01  # share of the patches with an isolated jump that makes a frame a rounded one
-FULL_WIDTH, NO_WIDTH = 0.1, 0.5  # steps per pixel at which rounding errors are common to a neighbourhood, or random
-# Noise of random rounding errors in steps: 1 / sqrt(12), a third more as they are not normal.
+JUMP_SHARE = 0.01  # a frame counts as rounded if this share of its patches has an isolated jump
+# Steps per pixel: up to the first, a neighbourhood shares its rounding error; from the second on, errors are random.
+FULL_WIDTH, NO_WIDTH = 0.1, 0.5
+# Noise of random rounding errors in steps: 1 / sqrt(12), and a third more because they are not normally distributed.
 ROUNDED = 1.3 / np.sqrt(12)
-COARSE = 7  # pixels, beyond the 5x5 that are averaged: what neighbours share shows up here, and not between neighbours
-# Growth of the noise from neighbours to COARSE pixels that proves nothing: in a lower quartile of the frame what the
-# noise is overrated by anyway, in a block alone what structure of its size adds, which passes third differences too.
+COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours share shows only at such a distance
+# By these factors noise may grow from neighbours to COARSE pixels without proving that neighbours share noise. For the
+# lower quartile of a frame, noise is overestimated by as much anyway. For a single block, structure of the block's size
+# adds as much, because third differences let such structure pass.
 FRAME_GROWTH, BLOCK_GROWTH = MARGIN, 2.0
-STRUCTURE = 2.0  # times the frame's shared noise that a block may have of its own
-COPY_BLOCKS = 0.2  # share of the blocks that must be able to tell whether lines are repeated; some edges seem to
-COPY_SHARE = 0.05  # of the lines repeated, in most blocks: what was enlarged or moved repeats them all over the picture
+STRUCTURE = 2.0  # a block may have this many times the shared noise of the frame
+COPY_BLOCKS = 0.2  # share of the blocks that must show whether lines are repeated; some edges only look so
+COPY_SHARE = 0.05  # share of repeated lines, in most blocks: enlarged or moved pictures repeat lines everywhere
 
 
 def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -52,7 +54,7 @@ def median3(values: Array, known: NDArray[np.bool_]) -> Array:
 
 
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
-    """Return the step of z on which the depths of a 16-bit picture lie, 0.0 for any other picture."""
+    """Return the step between the depths of a 16-bit picture, 0.0 for any other picture."""
     votes = np.sort(lattice[lattice > 0])
     if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
         return 0.0
@@ -61,7 +63,7 @@ def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
 
 
 def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
-    """Return (step, domain) of the plateaus: the lattice of z, or steps that are even in 1 / z or in z."""
+    """Return (step, domain) of the plateaus: the lattice of z, or steps of equal size in 1 / z or in z."""
     jump_w = levels[..., 2][jumps]
     jump_z = jump_w * z[jumps] ** 2
     middle_w, middle_z = np.median(jump_w), np.median(jump_z)
@@ -74,29 +76,30 @@ def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: floa
 
 
 def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
-    """Return per block the noise that neighbours share, over `near`, the level that the averaging starts from.
+    """Return per block the noise that neighbours share, divided by `near`, the level that the averaging starts from.
 
-    far, seen: noise of w measured between COARSE pixels and between neighbours. Between neighbours only what they do
-    not share is seen: a rounding error or a matching error that is the same over several pixels is not.
+    far, seen: noise of w measured between COARSE pixels and between neighbours. Neighbours show only the noise that
+    they do not share: a rounding or matching error that is the same over several pixels does not show between them.
     """
     far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
     block = median3(far - BLOCK_GROWTH**2 * seen, known)
     frame = np.quantile((far - FRAME_GROWTH**2 * seen)[known], 0.25) if known.any() else 0.0
-    # A block far above the calmest quarter of the frame holds structure, no noise: curved surfaces differ over COARSE.
+    # A block far above the calmest quarter of the frame holds structure, not noise: curved surfaces differ over COARSE.
     return np.sqrt(np.maximum(np.maximum(np.minimum(block, STRUCTURE**2 * frame), frame), 0))
 
 
 def misplaced_pixels(copied: Array) -> float:
-    """Return by how many pixels (standard deviation) depths stand off, from each block's share of copied lines."""
+    """Return by how many pixels (standard deviation) depths are displaced, from each block's share of copied lines."""
     votes = copied[copied >= 0]
     if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
         return 0.0
-    # A line of the taken picture covers 1 / (1 - share) lines of this one, and the nearest is off evenly by half of it.
+    # A line of the original picture covers 1 / (1 - share) lines of this one. The nearest of them is off by up to half
+    # of that, all distances being equally likely.
     return float(1 / (1 - min(np.median(votes), 0.75)) / np.sqrt(12))
 
 
 def noise_power(z: Array, sigma_z: Array) -> float:
-    """Return the power of z with which the noise of depth grows, 0 to 2, 1 where the picture cannot tell."""
+    """Return the power of z with which the noise of depth grows, 0 to 2; 1 if the picture does not show it."""
     if z.size < 6:
         return 1.0
     log_z, log_sigma = np.log(z), np.log(sigma_z)
@@ -129,7 +132,7 @@ def choose_estimator(
 
     coarse_levels, coarse_counts = measure_coarse()
     misplaced = misplaced_pixels(coarse_counts[..., 0])
-    # Where lines are repeated, isolated jumps are the slope of the surface, no rounding.
+    # Where lines are repeated, isolated jumps are the slope of the surface, not rounding.
     plateaus = plateaus and not misplaced
     step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
     in_w, in_z = np.log(np.maximum(raw, 1e-30)), np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
@@ -137,7 +140,7 @@ def choose_estimator(
     power = noise_power(z[noisy], np.exp(in_z[noisy]))
     powers = (power - 1, -1.0 if domain == "z" else 1.0)
     level = np.exp(median3((1 - power / 2) * in_z + power / 2 * in_w, measured)) if measured.any() else np.zeros_like(z)
-    # Where noise begins inside a block its quartile reads clean: calm blocks beside noisy ones count as noisy.
+    # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
     calm = level * z ** powers[0] < worth
     level = np.where(calm, neighbours3(level).max(0), level)
     density = median3(counts[..., 2], seen)

@@ -1,4 +1,4 @@
-"""Pictures that show themselves in notebooks."""
+"""Pictures that notebooks show."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .files.pictures import encode_png
 
 
 class Picture(np.ndarray):
-    """An array like any other; a notebook shows it while it is a picture, (h, w, 3|4) uint8."""
+    """An array that a notebook shows as a picture, as long as it is one: (h, w, 3|4) uint8."""
 
     def _repr_png_(self) -> bytes | None:
         if self.dtype != np.uint8 or self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:

@@ -25,15 +25,15 @@ from .mesh import Mesh
 from .scene import Matrix, Placed, PointObject, Scene
 from .shadow_views import ShadowView, shadow_views
 
-LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and show their light between them
+LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and mix that light
 Thing = ShownPoints | PlacedMesh
 
 
 class Pipeline:
     """Draws scenes, and keeps what the next picture can use again.
 
-    A single point object under plain lights is lit while its pixels are looked up. Otherwise all things write the
-    surfaces that are seen, and these are lit once a pixel. `gpu/point_form.py` and `gpu/mesh_form.py` draw things.
+    A single point object under plain lights is lit while its pixels are looked up. Otherwise all things write their
+    visible surfaces first, and each pixel is lit once. `gpu/point_form.py` and `gpu/mesh_form.py` draw things.
     """
 
     def __init__(self, context: Context, can_compute: bool, merge: float):
@@ -68,7 +68,7 @@ class Pipeline:
         return self._target.read()
 
     def _prepare(self, shot: Shot) -> dict[Placed, Thing]:
-        """What is shown or casts a shadow, on the GPU: points with their normals, as fine as the view shows them."""
+        """Puts what is shown or casts a shadow on the GPU: points with their normals, as many as the view needs."""
         self.steps.counts["culled"] += len(shot.scene.things) - len(shot.shown)
         used = [p for p in shot.scene.things if p in shot.shown or p in shot.casting]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
@@ -109,7 +109,7 @@ class Pipeline:
         return self._target
 
     def _draw_shadows(self, shot: Shot, things: dict[Placed, Thing]) -> Lamps:
-        """The lights; what those that cast shadows see of the scene is in the shadow map."""
+        """The lights, with the shadow map of those that cast shadows."""
         lights = shot.lights
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in shot.shown)
         if not (early or any(light.shadow or light.is_spot for light in lights)):
@@ -136,7 +136,7 @@ class Pipeline:
                 self._count(thing)
 
     def _light_points(self, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
-        """Light of the points themselves, for shading models that show it between them; in their object's axes."""
+        """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
         for p, thing in zip(shot.shown, shown, strict=True):
             if isinstance(thing, ShownPoints) and thing.light:
                 self.steps.always("light", self._light_some, thing, p.content.look.material, shot.eye, lamps)
@@ -145,7 +145,7 @@ class Pipeline:
         points, light = thing.points, thing.light
         assert light is not None
         viewer = (np.linalg.inv(points.pose) @ eye.pose)[:3, 3]
-        empty(light.target, points.surface.window)  # nothing undefined beside the points: it is weighted by 0
+        empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
         self._light.draw(
             light.target, points.surface.texture, thing.textures.color, points.source, lamps.seen_from(points.pose),
             np.array([material.strengths]), (viewer, points.scale),
@@ -153,7 +153,7 @@ class Pipeline:
         light.raise_version()
 
     def _draw_single(self, target: Target, thing: Thing, shot: Shot, lamps: Lamps) -> None:
-        """The picture of one point object; a new view is lit at once, for most see one light only."""
+        """The picture of one point object. A new view is lit at once, because most views see only one light."""
         assert isinstance(thing, ShownPoints)
         run, always, form, eye = self.steps.run, self.steps.always, self._points, shot.eye
         before = target.splats.version
@@ -170,7 +170,7 @@ class Pipeline:
             self._light_pixels(target, shot, lamps)
 
     def _draw_surfaces(self, target: Target, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
-        """The surfaces that are seen, of all things, with the numbers of their materials."""
+        """The visible surfaces of all things, with the numbers of their materials."""
         materials = _materials(shot)
         numbers = tuple(1 + materials.index(_material(p)) for p in shot.shown)
         early = any(isinstance(thing, PlacedMesh) and thing.mesh.shading in LIT_EARLY for thing in shown)
@@ -228,5 +228,5 @@ def _material(p: Placed) -> Material:
 
 
 def _materials(shot: Shot) -> list[Material]:
-    """Of all that is shown, each once; never empty."""
+    """The materials of all that is shown, each once; never empty."""
     return list(dict.fromkeys(map(_material, shot.shown))) or [Material()]

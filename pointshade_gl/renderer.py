@@ -7,13 +7,14 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
+import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose
-from .checks import check_choice
+from .checks import check_choice, check_count, check_type, shown
 from .culling import MERGE, check_merge
 from .errors import ContextError
 from .estimators import check_method
@@ -26,9 +27,6 @@ from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
 from .scene import Node, PointObject, Scene
-
-if TYPE_CHECKING:
-    import moderngl
 
 RASTERIZERS = ("auto", "points", "compute")
 
@@ -44,10 +42,10 @@ class Renderer:
     device   which GPU, counted by EGL (Linux)
     rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
              other than 1 and round splats to the points; "auto" is compute where the driver has it
-    merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are carried into
-             the view as one splat. Colours and normals stay those of the pixels. 0 carries each pixel by itself.
+    merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are drawn as
+             one splat. Colours and normals stay those of the pixels. 0 draws each pixel by itself.
 
-    Raises ContextError without OpenGL 3.3.
+    Raises ContextError without OpenGL 3.3, TypeError or ValueError for arguments of another kind.
     """
 
     def __init__(
@@ -55,6 +53,9 @@ class Renderer:
     ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         check_merge(merge)
+        if not isinstance(context, moderngl.Context | None):
+            raise TypeError(f"context must be a moderngl.Context, got {shown(context)}")
+        check_count(device, "device")
         self.context = Context(context, device)
         can_compute = self.context.gl.version_code >= 430 and rasterizer != "points"
         if rasterizer == "compute" and not can_compute:
@@ -91,8 +92,8 @@ class Renderer:
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
-        The array is a Picture: a notebook shows it. In place of a frame there may be a Scene; of the options it takes
-        light (instead of its own), camera and pose, for its objects have the others themselves.
+        The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
+        (which replaces its own), camera and pose may be passed, because its objects have a look of their own.
 
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera. Its size is the picture's.
@@ -131,16 +132,18 @@ class Renderer:
 
         It belongs to this renderer and holds the picture until the next call.
         """
+        material = Material() if material is None else material
+        options = material, normals, shading, size, splat, max_depth_step, noise
         if isinstance(frame, Frame):
-            look = Look(material or Material(), normals, shading, size, splat, max_depth_step, noise)
-            scene = self._scene_of(frame, look)
+            scene = self._scene_of(frame, Look(*options))
         elif isinstance(frame, Scene):
+            _check_plain(options)
             scene = frame.framed()
         else:
-            raise TypeError(f"frame must be a Frame or a Scene, got {type(frame).__name__}: load_frame reads one")
+            raise TypeError(f"frame must be a Frame or a Scene, got {shown(frame)}: load_frame reads one")
         lights = check_lights(light if light is not None else scene.lights or None)
-        camera, pose = camera or scene.camera, np.asarray(scene.pose) if pose is None else check_pose(pose)
-        assert camera is not None  # the scene was framed
+        camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
+        pose = np.asarray(scene.pose) if pose is None else check_pose(pose)
         with self._in_use():
             return self._pipeline.draw(scene, lights, camera, pose).color
 
@@ -162,17 +165,18 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
-        method          "auto" measures the noise of the depth and takes "star" (sharp at edges, for clean depth) or
-                        "adaptive" (planes as wide as the noise asks). "star-borrow" is a little better and slower than
-                        "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many triangles),
-                        "central", "one-sided", "plane-fit-3" to "plane-fit-13".
+        method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
+                        "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
+                        than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
+                        triangles), "central", "one-sided", "plane-fit-3" to "plane-fit-13".
         max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
                         pixel's depth; None is no limit. The others find edges by themselves.
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
                         sensor's name ("kinect"); None measures it
 
-        Raises ValueError for an unknown method and for noise or a step that is none. What ran and why is in `choice`.
+        Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
+        check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
             (textures,) = self._pipeline.frames.upload([frame])
@@ -205,7 +209,19 @@ class Renderer:
                 bound.use()
 
 
-_mine = threading.local()  # one Renderer a thread, made when it is first needed
+def _check_plain(options: tuple[Any, ...]) -> None:
+    """Raises ValueError for options of a Look that were passed with a scene: its objects have their own."""
+    plain = Look().options
+    changed = [
+        name
+        for (name, before), value in zip(plain.items(), options, strict=True)
+        if not (value is before or (isinstance(value, str | Material) and value == before))
+    ]
+    if changed:
+        raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
+
+
+_mine = threading.local()  # one Renderer for each thread, made when it is first needed
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 

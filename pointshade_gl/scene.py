@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bounds import sphere_round
 from .camera import Camera, check_pose
+from .checks import LARGEST, as_array, check_color, check_flag, check_type, items_of, shown
 from .frame import Frame
 from .light import Light
 from .look import Look, Material
@@ -30,9 +31,11 @@ ROUNDING = 1e-12  # a scale this near to 1 is 1
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    look  how it is drawn; in its place its values may be named: `PointObject(frame, shading="flat", size=2)`
+    look  how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
     The frame's own pose places it under the node's transform.
+
+    Raises TypeError or ValueError as `Look` and `Look.for_frame`.
     """
 
     frame: Frame
@@ -41,7 +44,10 @@ class PointObject:
     def __init__(self, frame: Frame, material: Material | None = None, *, look: Look | None = None, **options: Any):
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
-        look = look or Look(material or Material(), **options)
+        if look is None:
+            look = Look(Material() if material is None else material, **options)
+        check_type(frame, Frame, "frame")
+        check_type(look, Look, "look")
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "look", look.for_frame(frame.depth))
 
@@ -55,6 +61,8 @@ class Node:
                of them, or nothing
     visible    False hides the node and all below it
     shadow     whether the node's content casts shadows
+
+    Raises TypeError or ValueError, naming the node, for anything else.
     """
 
     content: PointObject | Mesh | Light | tuple[PointObject | Mesh | Light, ...] | None = None
@@ -65,23 +73,39 @@ class Node:
     shadow: bool = True
 
     def __post_init__(self) -> None:
-        matrix = np.array(self.transform, dtype=np.float64)
-        where = f"node {self.name!r}"
+        where = f"node {shown(self.name)}"
+        if not isinstance(self.name, str):
+            raise TypeError(f"{where}: its name must be a text")
+        if isinstance(self.content, list):
+            object.__setattr__(self, "content", tuple(self.content))
         for item in self.content if isinstance(self.content, tuple) else (self.content,):
             if not isinstance(item, PointObject | Mesh | Light | None):
-                kind = type(item).__name__
-                raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {kind}")
+                got = shown(item)
+                raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
+        matrix = as_array(self.transform, f"{where}: its transform must be numbers of shape (4, 4)")
         if matrix.shape != (4, 4):
             raise ValueError(f"{where}: its transform must have shape (4, 4), got {matrix.shape}")
         if not np.isfinite(matrix).all():
             raise ValueError(f"{where}: its transform holds NaN or infinite numbers")
+        if np.abs(matrix).max() > LARGEST:
+            raise ValueError(f"{where}: its transform must be below {LARGEST:g}, got {np.abs(matrix).max():g}")
         if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
             raise ValueError(f"{where}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}")
         if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: its transform has a scale of zero")
         matrix.flags.writeable = False
         object.__setattr__(self, "transform", matrix)
-        object.__setattr__(self, "children", tuple(self.children))
+        object.__setattr__(self, "children", _check_nodes(self.children, f"{where}: its children"))
+        for name in ("visible", "shadow"):
+            object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
+
+
+def _check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:
+    items = items_of(nodes)
+    for item in [nodes] if items is None else items:
+        if items is None or not isinstance(item, Node):
+            raise TypeError(f"{name} must be Nodes in a tuple or a list, got {shown(item)}")
+    return tuple(items or ())
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +119,7 @@ class Placed:
 
     @cached_property
     def axes(self) -> Matrix:
-        """(4, 4) from the axes of the content's own points to the world: of a point object its frame's camera."""
+        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
     @cached_property
@@ -127,7 +151,7 @@ class Placed:
         if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
             raise ValueError(
                 f"node {self.node.name!r}: a point object takes rotation, translation and one scale for all axes, "
-                f"got\n{np.round(linear, 4).tolist()}"
+                f"got {np.round(linear, 4).tolist()}"
             )
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
         rigid = self.axes.copy()
@@ -140,9 +164,11 @@ class Placed:
 class Scene:
     """Nodes, and who looks at them.
 
-    camera   who looks when `render` is told nothing else; None is one that sees everything, turned as the pose is
-    pose     (4, 4) camera-to-world of it
+    camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
+    pose     (4, 4) camera-to-world of that camera
     ambient  linear RGB light from everywhere
+
+    Raises TypeError or ValueError for anything else, and for a node that is below itself.
     """
 
     nodes: tuple[Node, ...] = ()
@@ -151,8 +177,11 @@ class Scene:
     ambient: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nodes", tuple(self.nodes))
-        object.__setattr__(self, "pose", check_pose(self.pose))
+        object.__setattr__(self, "nodes", _check_nodes(self.nodes, "scene nodes"))
+        object.__setattr__(self, "pose", check_pose(self.pose, "scene pose"))
+        object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
+        if self.camera is not None:
+            check_type(self.camera, Camera, "scene camera")
         self._placed  # noqa: B018 - names the node that lies below itself
 
     def placed(self) -> Iterator[Placed]:
@@ -180,7 +209,7 @@ class Scene:
 
     @cached_property
     def things(self) -> tuple[Placed, ...]:
-        """All visible content but lights."""
+        """All visible content except lights."""
         return tuple(p for p in self._placed if not isinstance(p.content, Light))
 
     @cached_property
@@ -189,7 +218,7 @@ class Scene:
         return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)]))
 
     def framed(self) -> Scene:
-        """The scene with a camera: its own, or one that looks as its pose does and sees everything."""
+        """The scene with a camera: its own, or one that sees everything, turned like its pose."""
         if self.camera is not None:
             return self
         centre, radius = self.bounds
@@ -216,13 +245,13 @@ class Scene:
 
     @property
     def upright(self) -> NDArray[np.float64]:
-        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y where it leans beyond 60 degrees."""
+        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y if it leans over 60 degrees."""
         own = np.asarray(self.pose)[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @cached_property
     def lights(self) -> list[Light]:
-        """Those of the visible nodes, in world axes."""
+        """The lights of the visible nodes, in world axes."""
         found = []
         for p in self.placed():
             if isinstance(p.content, Light):
@@ -244,9 +273,14 @@ class Scene:
             stack.extend(((*path, k), child) for k, child in reversed(list(enumerate(node.children))))
 
     def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
-        """The scene with one node changed (`visible=False`, `transform=...`)."""
+        """The scene with one node changed (`visible=False`, `transform=...`).
+
+        path  which child of which child, as in `every_node`. Raises ValueError if there is no node.
+        """
 
         def changed(nodes: tuple[Node, ...], rest: tuple[int, ...]) -> tuple[Node, ...]:
+            if not rest or not 0 <= rest[0] < len(nodes):
+                raise ValueError(f"the scene has no node at the path {path}")
             node = nodes[rest[0]]
             new = (
                 replace(node, **changes) if len(rest) == 1 else replace(node, children=changed(node.children, rest[1:]))

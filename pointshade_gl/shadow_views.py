@@ -1,4 +1,4 @@
-"""The pictures that a light takes of a scene for its shadows: their cameras. No GL here."""
+"""The cameras of the pictures that lights take of a scene for their shadows. No GL here."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .light import Light, unit
 
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
-FAR_AWAY = 1000.0  # radii of the scene from it to a directional light's camera: its rays are parallel to 0.001
+FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
 CONTACT = 0.003  # of the scene's radius: a nearer occluder touches the surface and casts no shadow on it
 SHADOW_SIDE = 1024  # pixels of a shadow view
 SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
@@ -36,7 +36,7 @@ def shadow_views(
 ) -> tuple[list[ShadowView], list[Span | None]]:
     """The views that the lights take of what lies within a sphere, all of one size, and which are each light's.
 
-    A light that casts no shadow has none.
+    A light that casts no shadow has no view.
     """
     looks = [_directions(light, centre, radius) if light.shadow else [] for light in lights]
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))

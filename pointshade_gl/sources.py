@@ -9,6 +9,7 @@ from functools import partial
 from itertools import islice, repeat
 from typing import Any
 
+from .checks import shown
 from .files.builtin import builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder, find_pairs
@@ -23,12 +24,13 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     """The frame or the sequence of frames of a folder, or of a built-in name.
 
     A sequence lies in folders depth/ and color/, in the lists of the TUM benchmark or in numbered files (see
-    `find_pairs`). It has one camera for all; the poses are those of the folder (see `find_poses`).
+    `find_pairs`). All frames have the same camera. The poses come from the folder (see `find_poses`).
 
-    load_options  as for `load_frame`; with depth= or color= it is one frame. Of each kind of note the first is told.
+    load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
+                  printed.
 
-    Raises ValueError, TypeError or OSError as `load_frame`, for a sequence when not even its first, middle or last
-    frame can be read.
+    Raises ValueError, TypeError or OSError as `load_frame`; for a sequence if none of its first, middle and last frame
+    can be read.
     """
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
@@ -53,6 +55,8 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
     The threads end with the iteration, also when the consumer leaves it early.
     """
+    if not isinstance(source, Iterable):
+        raise TypeError(f"source must be an iterable of frames, got {shown(source)}")
     if isinstance(source, Sequence):
         jobs: Iterator[Callable[[], Frame | None]] = (partial(source.__getitem__, k) for k in range(len(source)))
         workers = max(1, ahead)

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import orbit_pose
+from .camera import check_pose, check_turns, orbit_pose
+from .checks import check_size, check_type
 from .frame import Frame
-from .light import Light
+from .light import Light, check_lights
 from .look import Look
 from .scene import Scene
 
@@ -28,6 +29,8 @@ class View:
             `orbit_pose`
     size    (width, height) of the picture in pixels; None: that of the depth
     look    how frames are drawn; the objects of a scene have their own
+
+    Raises TypeError or ValueError for anything else.
     """
 
     lights: Sequence[Light] = ()
@@ -37,6 +40,13 @@ class View:
     dolly: float = 0.0
     size: tuple[int, int] | None = None
     look: Look = field(default_factory=Look)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lights", check_lights(self.lights))
+        object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
+        check_turns(self.yaw, self.pitch, self.dolly)
+        object.__setattr__(self, "size", None if self.size is None else check_size(self.size))
+        check_type(self.look, Look, "look")
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""

@@ -29,7 +29,7 @@ def as_command_line() -> Iterator[None]:
 
 @contextmanager
 def as_python() -> Iterator[None]:
-    """Inside, they name them as Python does, and files that take over its names."""
+    """Inside, messages name options as Python does. Files use these names, too."""
     with _speaking(False):
         yield
 

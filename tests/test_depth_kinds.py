@@ -177,7 +177,10 @@ def test_8_bit_depth_is_refused_with_a_way_out(filed):
         choose_scale(U8, "z", None, filed, refuse)
 
 
-@pytest.mark.parametrize("scale", [0, -1, np.nan, np.inf, "1000"])
-def test_depth_scale_is_a_number_above_0(scale):
-    with pytest.raises(ValueError, match=f"depth_scale must be a finite number above 0, got {scale!r}"):
+@pytest.mark.parametrize(
+    ("scale", "error"),
+    [(0, ValueError), (-1, ValueError), (np.nan, ValueError), (np.inf, ValueError), ("1000", TypeError)],
+)
+def test_depth_scale_is_a_number_above_0(scale, error):
+    with pytest.raises(error, match=f"depth_scale must be a finite number above 0, got {scale!r}"):
         choose_scale(U16, "z", scale, None, refuse)

@@ -225,13 +225,13 @@ def test_the_choice_is_said_in_words(renderer, scene):
     renderer.estimate_normals(frame_of(scene[0]), noise=0.001)
     assert "noise was given" in describe(renderer.choice)
     renderer.estimate_normals(frame_of(scene[0]), "central")
-    assert describe(renderer.choice) == "central: as asked"
+    assert describe(renderer.choice) == "central: as requested"
 
 
 @pytest.mark.parametrize(
     ("noise", "complaint"),
     [
-        (0, "noise must be metres above 0 wherever depth is known, got 0"),
+        (0, "noise must be metres above 0, got 0"),
         (-0.001, "got -0.001"),
         (np.nan, "got nan"),
         (np.inf, "got inf"),

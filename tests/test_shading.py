@@ -15,8 +15,8 @@ from pointshade_gl.look import check_sizes
     [
         ({"position": (0, 0)}, "light position must be three finite numbers"),
         ({"position": (0, 0, math.nan)}, "three finite numbers"),
-        ({"direction": (0, 0, 0)}, "must not be"),
-        ({"color": (1, -1, 1)}, "must not be negative"),
+        ({"direction": (0, 0, 0)}, r"direction must not be \(0, 0, 0\)"),
+        ({"color": (1, -1, 1)}, r"color must be three numbers from 0 to 1e\+18, got \(1, -1, 1\)"),
         ({"intensity": -1}, "intensity must be a number from 0"),
         ({"intensity": math.nan}, "got nan"),
         ({"attenuation": (0, 0, 0)}, "not all 0"),

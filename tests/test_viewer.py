@@ -104,6 +104,15 @@ class TestView:
         assert (picture[seen] == expected[seen][:, :3]).all()
         assert picture[~seen].max(initial=0) < 60
 
+    @pytest.mark.parametrize("size", [(1, 1), (7, 5), (40, 3), (2, 200)])
+    def test_the_help_fits_into_a_window_of_a_few_pixels(self, open_viewer, monkeypatch, size):
+        viewer = quiet(open_viewer())
+        monkeypatch.setattr(Window, "picture_size", property(lambda _: size))
+        press(viewer, "H")
+        viewer.step(wait=False)
+        table = viewer.screen._drawings["help"][1]
+        assert table.width <= size[0] and table.height <= size[1]
+
     def test_minimised_it_draws_nothing_sleeps_and_comes_back(self, open_viewer, monkeypatch):
         viewer = quiet(open_viewer())
         shown(viewer)

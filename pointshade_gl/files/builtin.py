@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..checks import check_path
 from .content import FilePath
 
 FRAMES = ("vase",)
@@ -12,12 +13,12 @@ SCENES = {"demo": "scene/scene.gltf"}
 
 def builtin_folder(source: FilePath) -> Path:
     """The folder of a built-in frame for its name; any other text is a path already."""
-    return asset(source) if isinstance(source, str) and source in FRAMES else Path(source)
+    return asset(source) if isinstance(source, str) and source in FRAMES else check_path(source)
 
 
 def builtin_scene(source: FilePath) -> Path:
     """The file of a built-in scene for its name; any other text is a path already."""
-    return asset(SCENES[source]) if isinstance(source, str) and source in SCENES else Path(source)
+    return asset(SCENES[source]) if isinstance(source, str) and source in SCENES else check_path(source)
 
 
 def asset(name: str) -> Path:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks import check_path
+
 FilePath = str | PathLike[str]
 
 
@@ -19,7 +21,7 @@ def read_head(path: FilePath, size: int = 64) -> bytes:
 
     Raises OSError for what is no file, ValueError for an empty one and for a git-LFS pointer.
     """
-    path = Path(path)
+    path = check_path(path)
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder, expected a file")
     try:

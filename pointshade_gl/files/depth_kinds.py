@@ -24,8 +24,7 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
     given is the caller's, filed that of the intrinsics file. Raises ValueError for 8-bit depth without the caller's.
     """
     if given is not None:
-        check_positive(given, option("depth_scale"))
-        return given
+        return check_positive(given, option("depth_scale"))
     metric = kind not in ("inverse", "disparity")
     if metric and raw.dtype.itemsize == 1:
         raise ValueError(
@@ -92,7 +91,7 @@ def _convert(
     if kind == "disparity":
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
-        check_positive(baseline, option("baseline"))
+        baseline = check_positive(baseline, option("baseline"))
         return camera.fx * baseline * scale / values
     return values / scale
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import check_fps, check_path
 from ..wording import option
 from .content import FilePath
 from .pictures import check_picture, check_writable
@@ -30,7 +31,7 @@ def check_film(path: FilePath) -> Path:
     Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
     folder does not exist.
     """
-    path = Path(path)
+    path = check_path(path)
     if path.suffix.lower() not in FILM_SUFFIXES:
         raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")
     if path.suffix.lower() == ".mp4":
@@ -77,9 +78,7 @@ class Film:
 
     def __init__(self, path: FilePath, fps: float = 25.0):
         self.path = check_film(path).resolve()  # a link stays a link, its target is replaced
-        if not 0 < fps <= 1000:
-            raise ValueError(f"{option('fps')} must be pictures per second, above 0 and up to 1000, got {fps}")
-        self.fps = fps
+        self.fps = check_fps(fps, option("fps"), "pictures")
         self._temporary = hidden_beside(self.path)
         self._writer: _Mp4 | _Gif | None = None
 
@@ -221,8 +220,7 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
 def _flattened(image: ArrayLike) -> Image.Image:
     from PIL import Image
 
-    array = np.asarray(image)
-    check_picture(array, "film")
+    array = check_picture(image, "film")
     picture = Image.fromarray(np.ascontiguousarray(array))
     if picture.mode != "RGBA":
         return picture.convert("RGB")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..camera import Camera
-from ..checks import check_choice, check_positive
+from ..checks import as_given, check_choice, check_positive
 from ..frame import Frame
 from ..wording import option
 from .builtin import builtin_folder
@@ -58,12 +58,12 @@ def load_frame(
     note = notes or print_note
     place = None if folder is None else check_folder(builtin_folder(folder))
     depth, color = _find_pictures(place, depth, color, note)
-    raw = read_depth(depth, note) if _is_path(depth) else one_channel(np.asarray(depth), "depth")
+    raw = read_depth(depth, note) if _is_path(depth) else _check_depth(depth)
     picture = read_color(color) if _is_path(color) else _check_color(color)
     source = _find_intrinsics(place, intrinsics, fov, note)
     camera = _make_camera(source, fov, raw, picture, note)
-    kind = depth_kind or (source and source.depth_kind) or "z"
-    if depth_kind or source is None:
+    kind = depth_kind if depth_kind is not None else (source and source.depth_kind) or "z"
+    if depth_kind is not None or source is None:
         check_choice(option("depth_kind"), kind, KINDS)
     else:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
@@ -96,12 +96,17 @@ def _is_path(value: Any) -> TypeGuard[FilePath]:
     return isinstance(value, str | PathLike)
 
 
+def _check_depth(depth: Any) -> NDArray[Any]:
+    return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
+
+
 def _check_color(color: Any) -> NDArray[Any] | None:
     if color is None:
         return None
-    array = np.asarray(color)
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
     if array.ndim != 3 or 0 in array.shape:
-        raise ValueError(f"color must have shape (h, w, 3) or (h, w, 4), got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}")
     return array
 
 

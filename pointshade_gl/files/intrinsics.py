@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..checks import as_array
 from ..wording import option
 from .content import parse_json, read_numbers, read_text, split_numbers
 from .notes import Note
@@ -47,10 +48,7 @@ def read_intrinsics(source: Any, note: Note) -> Intrinsics:
             return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
         return _read_file(Path(source), note)
-    try:
-        array = np.asarray(source, np.float64)
-    except (TypeError, ValueError):
-        raise TypeError(f"intrinsics must be {_EXPECTED}, got {source!r}") from None
+    array = as_array(source, f"intrinsics must be {_EXPECTED}")
     return _from_numbers(array.ravel(), option("intrinsics"), note)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..checks import as_given, check_path
 from .content import FilePath, read_head
 from .whole import check_place, written_whole
 
@@ -33,7 +34,7 @@ def check_writable(path: FilePath) -> Path:
 
     Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
     """
-    path = Path(path)
+    path = check_path(path)
     if path.suffix.lower() not in (*_FORMATS, ".npy"):
         raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
     return check_place(path)
@@ -50,24 +51,27 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
     FileNotFoundError when the folder does not exist.
     """
     path = check_writable(path)
-    array = np.asarray(image)
     if path.suffix.lower() == ".npy":
-        if array.dtype.hasobject:
+        array = as_given(image, "image must be an array of numbers")
+        if array.dtype.kind not in "biufc":
             raise TypeError(f"image must be an array of numbers, got {array.dtype}")
     else:
-        check_picture(array, _FORMATS[path.suffix.lower()])
+        array = check_picture(image, _FORMATS[path.suffix.lower()])
     with written_whole(path) as temporary, temporary.open("xb") as file:
         _encode(file, array, path.suffix.lower(), small)
 
 
-def check_picture(array: NDArray[Any], kind: str) -> None:
-    """Raises ValueError or TypeError unless the array is a picture of 8 bits that the format holds."""
+def check_picture(image: ArrayLike, kind: str) -> NDArray[np.uint8]:
+    """The picture as an array. Raises ValueError or TypeError unless it has 8 bits and the format can hold it."""
+    expected = "image must have shape (h, w), (h, w, 3) or (h, w, 4)"
+    array = as_given(image, expected)
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
-        raise ValueError(f"image must have shape (h, w), (h, w, 3) or (h, w, 4), got {array.shape}")
+        raise ValueError(f"{expected}, got {array.shape}")
     if array.dtype != np.uint8:
         raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
     if max(array.shape) > _LONGEST.get(kind, np.inf):
         raise ValueError(f"image may have up to {_LONGEST[kind]} pixels a side in {kind}, got {array.shape}")
+    return array
 
 
 def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> None:

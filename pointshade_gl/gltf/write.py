@@ -12,6 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checks import check_path, check_type
 from ..files.content import FilePath
 from ..files.whole import FileSet
 from ..frame import Frame
@@ -31,7 +32,7 @@ NO_NAME = r"\W+"  # what a folder's name goes without
 
 def save_scene(path: FilePath, scene: Scene) -> None:
     """See the package, which imports this module when it is first asked."""
-    path = Path(path)
+    path, scene = check_path(path), check_type(scene, Scene, "scene")
     if path.suffix.lower() not in (".gltf", ".glb"):
         raise ValueError(f"cannot write {path}: its suffix must be .gltf or .glb")
     if not path.parent.is_dir():

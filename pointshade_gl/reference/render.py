@@ -1,4 +1,4 @@
-"""Whole pictures of one point object on the CPU: the passes of pipeline.py in their order, and what light.frag does."""
+"""Whole pictures of one point object on the CPU: the passes of pipeline.py in their order, and light.frag."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ F = np.float32
 
 
 class Lamps(NamedTuple):
-    """The lights with their shadow map; no views where the lights are plain."""
+    """The lights with their shadow map; without views if no light casts shadows."""
 
     lights: Sequence[Light]  # each with a position or a direction
     spans: Sequence[Span | None]  # of each one's views
@@ -56,7 +56,7 @@ def render(
     rasterizer: str = "points",
     merge: float = MERGE,
 ) -> np.ndarray:
-    """What Renderer.render gives, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
+    """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
@@ -147,7 +147,7 @@ def light(
     axes: np.ndarray,
     look: Look,
 ) -> np.ndarray:
-    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, that these pixels (n, 2) of the camera show.
+    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, which these pixels (n, 2) of the camera show.
 
     viewer (3,) in the axes of the camera, whose pose `axes` is.
     """

@@ -27,7 +27,7 @@ class Mouse:
     def __init__(self) -> None:
         self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
         self._last: Pair | None = None
-        self._held_in: Camera | None = None  # camera of the last move that held the light; None: it did not
+        self._held_in: Camera | None = None  # camera of the last move; None if that move did not hold the light
         self._slack: Pair = (0.0, 0.0)  # from the mouse to the light that it holds, rims
 
     def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:
@@ -138,7 +138,9 @@ def _reset(viewer: Viewer, _: str) -> None:
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
     on = not viewer.state.shadows
-    _change(viewer, "shadows on" if on else "shadows off", replace(viewer.state, shadows=on))
+    none = on and not any(light.shadow for light in (viewer.held, *viewer.lights))
+    text = "shadows on, but no light casts any" if none else "shadows on" if on else "shadows off"
+    _change(viewer, text, replace(viewer.state, shadows=on))
 
 
 MOUSE = (

@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
+from ..checks import check_fps, shown
 from ..frame import Frame
 from ..wording import option
 
-PATIENCE = 0.1  # seconds between two checks of a waiting thread whether it should stop
+PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
 
 
 class Playback:
@@ -30,14 +31,12 @@ class Playback:
         skipped: Callable[[str], None] = lambda _: None,
         wake: Callable[[], None] = lambda: None,
     ):
-        if fps is not None and not 0 < fps <= 1000:
-            raise ValueError(f"{option('fps')} must be frames per second, above 0 and up to 1000, got {fps:g}")
+        self._pause = 0.0 if fps is None else 1 / check_fps(fps, option("fps"), "frames")
         self._source, self._skipped, self.wake = source, skipped, wake
-        self._pause = 0.0 if fps is None else 1 / fps
         self._due = 0.0
         self._owed = 0  # frames to show although it is paused
         self._thread: threading.Thread | None = None
-        self.index = -1  # of the current frame in a Sequence; else -1
+        self.index = -1  # of the current frame in a Sequence, otherwise -1
         self.is_paused = False
         self._start()
 
@@ -84,7 +83,7 @@ class Playback:
         for way in range(1, count + 1):
             index = (self.index + way * direction) % count
             try:
-                frame = self._source[index]
+                frame = _checked(self._source[index])
             except (ValueError, OSError) as error:
                 self._skipped(str(error))
                 continue
@@ -96,7 +95,7 @@ class Playback:
         """Stops the thread."""
         if self._thread is not None:
             self._stop.set()
-            self._thread.join(timeout=2)  # a camera may never give another frame; a daemon thread blocks no exit
+            self._thread.join(timeout=2)  # a camera may never give another frame; daemon threads end with it
             self._thread = None
 
     def _start(self, index: int = 0) -> None:
@@ -108,8 +107,10 @@ class Playback:
     def _take(self, item: Any) -> Frame | None:
         if isinstance(item, BaseException):
             raise item
-        self.index, frame = item if item is not None else (self.index, None)
-        return frame
+        if item is None:
+            return None
+        self.index, frame = item
+        return _checked(frame)
 
     def _feed(self, frames: queue.Queue[Any], stop: threading.Event, index: int) -> None:
         """In the thread: puts frames into the queue; then None at the end, or the exception that ended the source."""
@@ -149,6 +150,12 @@ class Playback:
             index = 0
 
 
+def _checked(frame: Any) -> Frame:
+    if not isinstance(frame, Frame):
+        raise TypeError(f"source must give Frames, got {shown(frame)}")
+    return frame
+
+
 class _From(Sequence[Frame]):
     """A sequence from one of its frames on; remembers each frame's index in the whole sequence."""
 
@@ -162,7 +169,7 @@ class _From(Sequence[Frame]):
     def __getitem__(self, index: Any) -> Any:
         if not 0 <= index < len(self):
             raise IndexError(index)
-        frame = self._source[self._start + index]
+        frame = _checked(self._source[self._start + index])
         self._index[frame] = self._start + index
         return frame
 

@@ -119,13 +119,13 @@ def shot(viewer: Viewer, camera: Camera) -> dict[str, Any]:
     """The arguments of `Renderer.render` for what a viewer shows."""
     state, frame = viewer.state, viewer.frame
     held = state.light(viewer.stage, np.asarray(frame.pose), viewer.held)
-    common = {"camera": camera, "pose": np.asarray(frame.pose) @ state.pose(viewer.stage)}
+    lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
+    common = {"camera": camera, "pose": np.asarray(frame.pose) @ state.pose(viewer.stage), "light": lights}
     if isinstance(frame, Scene):
-        lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
         shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
-        return common | {"frame": shaded(frame, shading), "light": lights}
+        return common | {"frame": shaded(frame, shading)}
     shown = state if state.lit else state.with_look(shading="none")
-    return common | {"frame": frame, "light": [held, *viewer.lights], **shown.look.options}
+    return common | {"frame": frame, **shown.look.options}
 
 
 @lru_cache(maxsize=4)

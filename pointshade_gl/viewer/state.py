@@ -8,7 +8,7 @@ marker is always drawn where the mouse has to be for this light, at every zoom a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,8 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, orbit_pose
+from ..checks import (
+    LARGEST,
+    check_color,
+    check_flag,
+    check_number,
+    check_numbers,
+    check_point,
+    check_type,
+)
 from ..frame import PROBE, Frame
-from ..light import Light
+from ..light import Light, at_upper_left
 from ..look import Look
 from ..scene import Scene
 
@@ -26,6 +35,8 @@ FARTHEST = math.radians(175)  # radians from the viewer's direction: straight be
 DEGREES = 120.0  # around the object, for a drag across the window's smaller side
 WHEEL = 1.1  # factor on distances per step of the wheel
 UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
+OWN_LIGHT = Light(position=(0, 0, 0), shadow=True)  # the kind of light that the mouse holds when it is given none
+NEAREST = 1e-6  # of a distance: it must not be 0
 Pair = tuple[float, float]
 
 
@@ -78,10 +89,11 @@ class State:
     light_reach   factor on the light's distance from the object's middle
     light_mode    whether the light follows the mouse while no button is down
     lit           False shows the frame's own colours
-    shadows       whether lights cast shadows
+    shadows       False switches off the shadows of all lights; True leaves each light its own switch
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
 
-    Raises ValueError for a look with arrays: the next frame of a sequence may have another size.
+    Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
+    another size.
     """
 
     yaw: float = 0.0
@@ -100,6 +112,20 @@ class State:
     panel: bool = False
 
     def __post_init__(self) -> None:
+        def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
+            object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
+
+        for name in ("yaw", "pitch"):
+            checked(check_number, name, -LARGEST)
+        for name in ("distance", "light_reach"):
+            checked(check_number, name, NEAREST)
+        for name in ("pan", "light_at"):
+            checked(_check_pair, name)
+        checked(check_color, "light_color")
+        checked(check_number, "light_intensity", 0)
+        for name in ("light_mode", "lit", "shadows", "help", "panel"):
+            checked(check_flag, name)
+        check_type(self.look, Look, "state look")
         if not self.look.is_uniform:
             raise ValueError("the viewer's look must have one value for all pixels: no arrays for normals, size, noise")
 
@@ -135,20 +161,21 @@ class State:
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
         """The light in another direction: (3,) from the object's middle, view axes, of any length."""
-        angle = math.atan2(math.hypot(towards[0], towards[1]), -towards[2])
-        around = math.atan2(towards[1], towards[0])
+        x, y, z = check_point(towards, "direction")
+        angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
 
     def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
-        """The state in which the mouse holds a light of the world. A directional light gives its direction only."""
+        """The state in which the mouse holds a light of the world. A directional light gives its direction only.
+
+        A spot keeps its place, and turns to the object's middle. `light` has the rest, from a light of the same kind.
+        """
         pose = frame_pose @ self.pose(stage)
         state = replace(self, light_color=light.color, light_intensity=light.intensity)
         to_view = stage.upright @ pose[:3, :3].T
-        if light.direction is not None:
-            return state.with_light_direction(-to_view @ np.array(light.direction))
         if light.position is None:
-            return state  # the light stays where it is: at the upper left
+            return state.with_light_direction(-to_view @ np.array(at_upper_left(light, pose).direction))
         place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_pivot(stage)
         reach = max(float(np.linalg.norm(place)) / stage.radius, 1e-3)
         return replace(state, light_reach=reach).with_light_direction(place)
@@ -178,17 +205,22 @@ class State:
         pose[:3, 3] = stage.upright @ (stage.pivot - turn @ self.seen_pivot(stage))
         return pose
 
-    def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light | None = None) -> Light:
-        """The light in the world: a point light, or one like `kind`, directed at the object's middle."""
+    def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
+        """The light in the world, directed at the object's middle.
+
+        kind  says whether it is a point light, a spot or directional, and has its cone, attenuation and shadow switch
+        """
         place = self.seen_pivot(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
         x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
-        moved = replace(kind or Light(), color=self.light_color, intensity=self.light_intensity)
-        if kind is None or kind.direction is None:
-            return replace(moved, position=(float(x), float(y), float(z)), shadow=self.shadows)
         dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
-        moved = replace(moved, direction=(float(dx), float(dy), float(dz)))
-        return replace(moved, position=(float(x), float(y), float(z))) if kind.is_spot else moved
+        return replace(
+            kind,
+            position=None if kind.position is None else (x, y, z),
+            direction=(dx, dy, dz) if kind.position is None or kind.is_spot else None,
+            color=self.light_color,
+            intensity=self.light_intensity,
+        )
 
     def middle(self, stage: Stage, camera: Camera) -> Pair:
         """The object's middle in pixels, kept inside the picture, so that the light stays within reach."""
@@ -203,6 +235,11 @@ class State:
             self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
             light_at=fresh.light_at, light_reach=fresh.light_reach,
         )  # fmt: skip
+
+
+def _check_pair(value: Any, name: str) -> Pair:
+    x, y = check_numbers(value, 2, f"{name} must be two finite numbers")
+    return x, y
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:

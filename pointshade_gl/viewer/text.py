@@ -24,10 +24,10 @@ def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
 def draw_table(
     sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float, width: int, height: int
 ) -> NDArray[np.uint8]:
-    """Sections with a title and rows of two columns: (h, w, 4) uint8, never larger than the window."""
+    """Sections with a title and rows of two columns: (h, w, 4) uint8, shrunk and if need be cut to fit the window."""
     needed = _table(sections, scale)
     fit = min(1.0, width / needed.shape[1], height / needed.shape[0])
-    return needed if fit == 1 else _table(sections, scale * fit * 0.98)
+    return needed if fit == 1 else _table(sections, max(scale * fit * 0.98, 1 / POINTS))[:height, :width]
 
 
 def _table(sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float) -> NDArray[np.uint8]:

@@ -15,18 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..checks import check_flag, check_fps, check_path, check_size, check_type, shown
 from ..files.pictures import save_image
 from ..frame import Frame
-from ..light import Light
+from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
+from ..wording import option
 from .controls import Mouse, press_key
 from .events import Event
 from .panel import MISSING
 from .playback import Playback
 from .record import RATE, Recorder
 from .screen import Screen
-from .state import Stage, State
+from .state import OWN_LIGHT, Stage, State
 from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
@@ -42,7 +44,8 @@ class Viewer:
     title   of the window
     size    (width, height) of the window in screen coordinates; None: that of the frame
     state   what the window shows at first: view, light, look
-    lights  the mouse holds the first one, the others stay where they are
+    lights  the mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
+            casts any
     fps     frames of a stream per second; None: as fast as they come
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
@@ -66,6 +69,15 @@ class Viewer:
         record: str | Path | None = None,
         panel: bool = False,
     ):
+        if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
+            raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+        if not isinstance(title, str):
+            raise TypeError(f"title must be a text, got {shown(title)}")
+        size = None if size is None else check_size(size)
+        state = State() if state is None else check_type(state, State, "state")
+        lights = check_lights(lights)
+        fps = None if fps is None else check_fps(fps, option("fps"), "frames")
+        check_flag(panel, "panel")
         self._events: list[Event] = []
         self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
         self._told: set[str] = set()
@@ -74,20 +86,18 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
-            self._recorder = None if record is None else Recorder(Path(record), fps or RATE)
+            self._recorder = None if record is None else Recorder(check_path(record), fps or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
             self._playback = None
             self.frame: Frame | Scene
-            self.held: Light | None = None  # the kind of light that the mouse holds; None: a point light
-            self.state = state or State()
+            self.state = state
             if isinstance(source, Frame):
                 self.frame = source
             elif isinstance(source, Scene):
                 self.frame = source.framed()
                 self.state = replace(self.state, shadows=True)
-                lights = lights or source.lights or [Light()]
-                self.held = lights[0]
+                lights = lights or source.lights
             else:
                 self._playback = Playback(source, fps, self._said.append)
                 undo.callback(self._playback.close)
@@ -95,6 +105,9 @@ class Viewer:
             self.stage = Stage.of(self.frame)
             if lights:
                 self.state = self.state.with_light(lights[0], self.stage, self.pose)
+            if any(light.shadow for light in lights):
+                self.state = replace(self.state, shadows=True)
+            self.held = lights[0] if lights else OWN_LIGHT  # the kind of light that the mouse holds
             self.lights = tuple(lights[1:])
             size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
@@ -189,8 +202,7 @@ class Viewer:
         left = self.state.light(self.stage, self.pose, self.held)
         following, *others = self.lights
         self.lights = (*others, left)
-        if isinstance(self.frame, Scene):
-            self.held = following
+        self.held = following
         self.state = self.state.with_light(following, self.stage, self.pose)
         self.say(f"the mouse holds another of {len(self.lights) + 1} lights")
 

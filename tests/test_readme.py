@@ -1,0 +1,43 @@
+"""The README's Python examples run as they stand. The viewer's is in test_viewer_application.py."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.files.builtin import asset
+
+from . import frames
+
+README = Path(__file__).resolve().parent.parent / "README.md"
+EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL) if "Viewer" not in text]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The working directory of a user, with the frame and the sequence that the examples name."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(asset("vase"), "my_frame")
+    for kind in ("color", "depth"):
+        Path("my_sequence", kind).mkdir(parents=True)
+    for k in range(2):
+        ps.save_image(f"my_sequence/color/{k}.png", frames.sphere().color)
+        np.save(f"my_sequence/depth/{k}.npy", frames.sphere().depth)
+    c = frames.CAMERA
+    numbers = f'"fx": {c.fx}, "fy": {c.fy}, "cx": {c.cx}, "cy": {c.cy}, "width": {c.width}, "height": {c.height}'
+    Path("my_sequence/intrinsics.json").write_text(f"{{{numbers}}}")
+    return tmp_path
+
+
+@pytest.mark.parametrize("number", range(len(EXAMPLES)))
+def test_an_example_of_the_readme_runs_and_writes_its_files(renderer, folder, number):
+    if "save_scene" in EXAMPLES[number]:
+        pytest.importorskip("pygltflib")
+    if ".mp4" in EXAMPLES[number]:
+        pytest.importorskip("imageio_ffmpeg")
+    exec(EXAMPLES[number], {})
+    written = re.findall(r'(?:save_\w+|Film)\("(.*?)"', EXAMPLES[number])
+    assert written and all((folder / name).stat().st_size for name in written)

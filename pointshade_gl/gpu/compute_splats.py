@@ -6,13 +6,14 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .memory import Owner
 from .programs import build_compute, set_uniforms, source_and_target
 from .textures import Box, PointSurface, SplatImage
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
 
 
-class ComputeSplatPass:
+class ComputeSplatPass(Owner):
     """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
 
     For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself.
@@ -22,11 +23,12 @@ class ComputeSplatPass:
 
     def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
         """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
-        self._context = context
+        super().__init__(context)
         self._is_software = is_software
         self._tolerance = tolerance
-        self._program = build_compute(context, "splats.comp", WINDOW=int(is_software))
-        self._window = context.buffer(reserve=16)
+        with self._all_or_nothing():
+            self._program = self._keep(build_compute(context, "splats.comp", WINDOW=int(is_software)))
+            self._window = self._allocate(context.buffer, reserve=16)
 
     def draw(
         self,
@@ -75,7 +77,3 @@ class ComputeSplatPass:
             self._context.finish()
         else:
             self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
-    def release(self) -> None:
-        self._window.release()
-        self._program.release()

@@ -62,8 +62,7 @@ class LightPass:
         table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
         if table is None or table.size != size:
             if table is not None:
-                del self._tables[name]
-                table.release()
+                self._tables.pop(name).release()
             table = self._tables[name] = data_texture(self._context, *size, 4)
         if len(rows):
             table.write(np.ascontiguousarray(rows, np.float32))

@@ -36,9 +36,9 @@ class Pipeline:
     visible surfaces first, and each pixel is lit once. `gpu/point_form.py` and `gpu/mesh_form.py` draw things.
     """
 
-    def __init__(self, context: Context, can_compute: bool, merge: float):
+    def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):
         self._gl = context.gl
-        self.steps = Steps(context.gl, context.is_software)
+        self.steps = steps
         self.frames = FrameStore(context.gl, self.steps)
         self._points = PointForm(context.gl, context.is_software, can_compute, merge)
         self._light = LightPass(context.gl)
@@ -72,8 +72,8 @@ class Pipeline:
         self.steps.counts["culled"] += len(shot.scene.things) - len(shot.shown)
         used = [p for p in shot.scene.things if p in shot.shown or p in shot.casting]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
-        if self._meshes:
-            self._meshes.keep_only(p.content for p in meshes)
+        if self._meshes and (unused := self._meshes.keep_only(p.content for p in meshes)):
+            self.steps.forget(of=unused)
         things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
         steps = [self._coarser_step(p, shot) for p in objects]
@@ -104,6 +104,7 @@ class Pipeline:
         if self._target is None or self._target.size != size:
             if self._target is not None:
                 self._target.release()
+                self.steps.forget(of=[self._target.splats, self._target.surfaces])
             self._target = None  # stays so when the new one does not fit the GPU
             self._target = Target(self._gl, size)
         return self._target
@@ -210,7 +211,7 @@ class Pipeline:
         self.steps.counts["mesh" if isinstance(thing, PlacedMesh) else "splats"] += 1
 
     def release(self) -> None:
-        """Frees everything on the GPU, in reverse order."""
+        """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
         for item in (self._target, self._shadow_map, self._meshes, self._light, self._points, self.frames):
             if item is not None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import threading
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import wraps
+from functools import partial, wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import moderngl
@@ -37,8 +39,8 @@ class Renderer:
     Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
 
-    context  a moderngl.Context of the caller's. The caller keeps it; after each call their framebuffer is bound again,
-             but all enable flags (depth test, blending) are off. None makes one off screen.
+    context  a moderngl.Context of the caller's. The caller keeps it: what is set and bound in it changes no picture and
+             is left as it was. None makes one off screen.
     device   which GPU, counted by EGL (Linux)
     rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
              other than 1 and round splats to the points; "auto" is compute where the driver has it
@@ -60,15 +62,12 @@ class Renderer:
         can_compute = self.context.gl.version_code >= 430 and rasterizer != "points"
         if rasterizer == "compute" and not can_compute:
             name = self.context.renderer
+            self.context.release()
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
         self._last: tuple[Frame, Look, Scene] | None = None
-        with self.context.gl:
-            self._pipeline = Pipeline(self.context, can_compute, merge)
-
-    @property
-    def steps(self) -> Steps:
-        """What ran, how often, and how long it took."""
-        return self._pipeline.steps
+        self.steps = Steps(self.context.gl, self.context.is_software)  # what ran, how often, and how long it took
+        self._new_pipeline = partial(Pipeline, self.context, self.steps, can_compute, merge)
+        self._pipeline = self._new_pipeline()
 
     @property
     def choice(self) -> Choice | None:
@@ -106,11 +105,11 @@ class Renderer:
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
-        self.draw(
-            frame, light, material, camera, pose, normals, shading, size,
-            splat=splat, max_depth_step=max_depth_step, noise=noise,
-        )  # fmt: skip
         with self._in_use():
+            self.draw(
+                frame, light, material, camera, pose, normals, shading, size,
+                splat=splat, max_depth_step=max_depth_step, noise=noise,
+            )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
     def draw(
@@ -186,27 +185,33 @@ class Renderer:
         return normals
 
     def release(self) -> None:
-        """Frees everything this renderer made, in reverse order."""
-        with self._in_use():
-            self._pipeline.release()
+        """Frees everything this renderer made, in reverse order. Called again it does nothing."""
+        if self.context.is_released:
+            return
+        if not self.context.is_gone:  # with its context a caller has freed all that was in it
+            with self.context.in_use():
+                self._pipeline.release()
         self.context.release()
 
     def __enter__(self) -> Renderer:
+        self.context.check()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.release()
 
     @contextmanager
-    def _in_use(self) -> Iterator[moderngl.Context]:
-        """This renderer's context, current; afterwards the caller's framebuffer is bound again."""
-        self.context.check()
-        with self.context.gl as gl:
-            bound = gl.detect_framebuffer()
+    def _in_use(self) -> Iterator[None]:
+        """The context is ready for this renderer's passes. What fails half way leaves nothing half made."""
+        with self.context.in_use():
             try:
-                yield gl
-            finally:
-                bound.use()
+                yield
+            except (ValueError, TypeError):  # of arguments that do not fit: nothing was begun
+                raise
+            except BaseException:
+                before, self._pipeline = self._pipeline, self._new_pipeline()
+                before.release()
+                raise
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:
@@ -221,9 +226,23 @@ def _check_plain(options: tuple[Any, ...]) -> None:
         raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
 
 
-_mine = threading.local()  # one Renderer for each thread, made when it is first needed
+_mine = threading.local()  # what keeps a Renderer for each thread, made when it is first needed
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
+
+
+class _OfThread:
+    """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
+
+    def __init__(self, renderer: Renderer):
+        self.renderer = renderer
+        weakref.finalize(self, _free, renderer).atexit = False
+
+
+def _free(renderer: Renderer) -> None:
+    """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
+    if renderer.context.is_here and not sys.is_finalizing():
+        renderer.release()
 
 
 def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
@@ -231,9 +250,9 @@ def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Call
 
     @wraps(method)
     def function(*args: _P.args, **options: _P.kwargs) -> _R:
-        if not hasattr(_mine, "renderer"):
-            _mine.renderer = Renderer()
-        return method(_mine.renderer, *args, **options)
+        if not hasattr(_mine, "kept"):
+            _mine.kept = _OfThread(Renderer())
+        return method(_mine.kept.renderer, *args, **options)
 
     signature = inspect.signature(method)
     without_self = list(signature.parameters.values())[1:]

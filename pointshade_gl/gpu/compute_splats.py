@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .memory import Owner
 from .programs import build_compute, set_uniforms, source_and_target
 from .textures import Box, PointSurface, SplatImage
 
@@ -17,7 +18,7 @@ LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 mill
 PIXELS_A_GROUP = 1 << 20  # of the view
 
 
-class ComputeSplatPass:
+class ComputeSplatPass(Owner):
     """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
 
     For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself.
@@ -27,12 +28,13 @@ class ComputeSplatPass:
 
     def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
         """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
-        self._context = context
+        super().__init__(context)
         self._is_software = is_software
         self._tolerance = tolerance
-        self._program = build_compute(context, "splats.comp", WINDOW=int(is_software))
         self._large_program: moderngl.ComputeShader | None = None  # made when there may be a large splat
-        self._large = context.buffer(reserve=4 * (9 + LIST_LENGTH))
+        with self._all_or_nothing():
+            self._program = self._keep(build_compute(context, "splats.comp", WINDOW=int(is_software)))
+            self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
 
     def draw(
         self,
@@ -68,7 +70,8 @@ class ComputeSplatPass:
     def _draw_large(self, inputs: dict[str, Any]) -> None:
         """The splats that the first step has put on its list."""
         if self._large_program is None:
-            self._large_program = build_compute(self._context, "large_splats.comp", WINDOW=int(self._is_software))
+            made = build_compute(self._context, "large_splats.comp", WINDOW=int(self._is_software))
+            self._large_program = self._keep(made)
         set_uniforms(self._large_program, **inputs)
         self._large_program.run_indirect(self._large)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
@@ -87,8 +90,3 @@ class ComputeSplatPass:
             self._context.finish()
         else:
             self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
-    def release(self) -> None:
-        for item in (self._large, self._large_program, self._program):
-            if item is not None:
-                item.release()

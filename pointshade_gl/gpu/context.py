@@ -6,15 +6,20 @@ import ctypes
 import os
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
 
 from ..errors import ContextError
+from .current import current_context, kept, loader_of
+from .state import CallersState
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
+_first_process: int | None = None  # in which OpenGL was used first; a fork of it has none of the driver's threads
 
 
 class Context:
@@ -23,19 +28,36 @@ class Context:
     context  a moderngl.Context of the caller's (a window's, say), or None to make one off screen
     device   which GPU, counted by EGL; Linux only
 
-    Raises ContextError with what to install when no OpenGL 3.3 can be had.
+    Raises ContextError with what to install when no OpenGL 3.3 can be had, and in a forked process.
     """
 
     def __init__(self, context: moderngl.Context | None = None, device: int = 0):
+        _refuse_fork()
         self.owned = context is None
         self.gl = _create(device) if context is None else context
+        _note_process()
         self._thread, self._process = threading.get_ident(), os.getpid()
-        with self.gl:
+        self._is_released = self._is_in_use = False
+        self._identity: tuple[str, int] | None = None
+        self._callers: CallersState | None = None
+        try:
+            with self._made_current():
+                self._identity = current_context()
+                self._start()
+        except BaseException:
+            self.release()
+            raise
+
+    def _start(self) -> None:
+        if self.gl.version_code < 330:
+            name, version = self.gl.info["GL_RENDERER"], self.gl.version_code / 100
+            raise ContextError(f"OpenGL 3.3 is needed, {name} offers {version:.1f}")
+        self._screen = self.gl.detect_framebuffer(0)
+        self._callers = None if self.owned else CallersState(self.gl)
+        with self._set_aside():
             self.info = self.gl.info  # asked of the driver each time, and only right while current
         if self.is_software:
             _keep_freed_memory()
-        if self.gl.version_code < 330:
-            raise ContextError(f"OpenGL 3.3 is needed, {self.renderer} offers {self.gl.version_code / 100:.1f}")
 
     @property
     def renderer(self) -> str:
@@ -57,16 +79,90 @@ class Context:
             "largest point": info["GL_POINT_SIZE_RANGE"][1],
         }
 
+    @contextmanager
+    def in_use(self) -> Iterator[None]:
+        """The context is current inside, in GL's default state; afterwards all is as the caller left it.
+
+        Raises ContextError where it cannot be used.
+        """
+        self.check()
+        if self._is_in_use:
+            yield
+            return
+        with self._made_current(), self._set_aside():
+            self._is_in_use = True
+            try:
+                yield
+            finally:
+                self._is_in_use = False
+
+    @contextmanager
+    def _made_current(self) -> Iterator[None]:
+        """The context is current inside; afterwards the one that was before."""
+        if self._identity is not None and self._identity == current_context():
+            yield
+            return
+        with kept(self._identity[0] if self._identity else loader_of(self.gl)), self.gl:
+            if self._identity not in (None, current_context()):
+                raise ContextError("the OpenGL context cannot be made current: another thread uses it, or it is gone")
+            yield
+
+    @contextmanager
+    def _set_aside(self) -> Iterator[None]:
+        """GL's default state inside; a caller's is restored."""
+        if self._callers is not None:
+            with self._callers.set_aside():
+                yield
+            return
+        try:
+            yield
+        finally:
+            self._screen.use()  # so that no picture of ours is bound when it is freed
+
+    @property
+    def is_released(self) -> bool:
+        return self._is_released
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether its owner has released the moderngl context itself."""
+        return isinstance(self.gl.mglo, moderngl.InvalidObject)
+
+    @property
+    def is_here(self) -> bool:
+        """Whether this is the thread and the process that made it."""
+        return (os.getpid(), threading.get_ident()) == (self._process, self._thread)
+
     def check(self) -> None:
-        """Raises ContextError outside the thread or process that made this context: there GL draws rubbish."""
+        """Raises ContextError where it cannot be used: there GL would draw rubbish, or nothing."""
         if os.getpid() != self._process:
             raise ContextError("this Renderer was made before a fork: make a new one in each process (spawn, not fork)")
-        if threading.get_ident() != self._thread:
+        if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
+        if self._is_released:
+            raise ContextError("this Renderer was released: make a new one")
+        if self.is_gone:
+            raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
 
     def release(self) -> None:
-        if self.owned:
+        """Frees the context if it is ours. Afterwards it cannot be used."""
+        if not self._is_released and self.owned:
             self.gl.release()
+        self._is_released = True
+
+
+def _note_process() -> None:
+    global _first_process
+    _first_process = os.getpid()
+
+
+def _refuse_fork() -> None:
+    """Raises ContextError where a driver would wait for threads that a fork has left behind."""
+    if _first_process not in (None, os.getpid()):
+        raise ContextError(
+            "this process was forked from one that had used OpenGL, which would hang here: start processes by spawn, "
+            "multiprocessing.get_context('spawn'), or use OpenGL only in them"
+        )
 
 
 def _keep_freed_memory() -> None:
@@ -102,7 +198,8 @@ def _create(device: int) -> moderngl.Context:
                 "libgl": libgl,
                 "libegl": "libEGL.so.1",
             }
-            return moderngl.create_context(standalone=True, require=330, **settings)
+            with kept("egl"):
+                return moderngl.create_context(standalone=True, require=330, **settings)
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"

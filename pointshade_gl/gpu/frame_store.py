@@ -26,21 +26,32 @@ class FrameStore:
         self.choice: Choice | None = None
 
     def upload(self, frames: list[Frame]) -> list[FrameTextures]:
-        """The textures of each frame. Those that belong to no frame in use are reused, or freed."""
-        free = [kept for kept in self._kept if not any(kept.frame is frame for frame in frames)]
+        """The textures of each frame; one that comes twice has them twice. All others are reused, or freed."""
+        known: dict[Frame | None, list[FrameTextures]] = {}
+        for textures in self._kept:
+            known.setdefault(textures.frame, []).append(textures)
+        found = [known[frame].pop(0) if known.get(frame) else None for frame in frames]
+        free = [textures for rest in known.values() for textures in rest]
         wanted: list[FrameTextures] = []
-        for frame in frames:
-            kept = next((one for one in self._kept if one.frame is frame and one not in wanted), None)
-            kept = kept or next((one for one in free if one.fits(frame)), None)
-            if kept in free:
-                free.remove(kept)
-            wanted.append(self._add(frame) if kept is None else kept)
+        for frame, textures in zip(frames, found, strict=True):
+            wanted.append(textures or self._take_or_make(free, frame))
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
-        for one in free:
-            self._kept.remove(one)
-            self._steps.forget(of=one)
-            one.release()
+        self._free(free)
         return wanted
+
+    def _take_or_make(self, free: list[FrameTextures], frame: Frame) -> FrameTextures:
+        for textures in free:
+            if textures.fits(frame):
+                free.remove(textures)
+                return textures
+        self._kept.append(FrameTextures(self._context, frame))
+        return self._kept[-1]
+
+    def _free(self, unused: list[FrameTextures]) -> None:
+        for textures in unused:
+            self._kept.remove(textures)
+            textures.release()
+            self._steps.forget(of=[textures, textures.surface, textures.lit])
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
@@ -51,10 +62,6 @@ class FrameStore:
         else:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
             self.choice = Choice("the caller's")
-
-    def _add(self, frame: Frame) -> FrameTextures:
-        self._kept.append(FrameTextures(self._context, frame))
-        return self._kept[-1]
 
     def release(self) -> None:
         for item in (*self._kept, self._surface):

@@ -66,8 +66,7 @@ class LightPass:
             raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")
         if table is None or table.size != size:
             if table is not None:
-                del self._tables[name]
-                table.release()
+                self._tables.pop(name).release()
             table = self._tables[name] = data_texture(self._context, *size, 4)
         if len(rows):
             table.write(np.ascontiguousarray(rows, np.float32))

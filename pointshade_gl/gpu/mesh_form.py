@@ -10,9 +10,12 @@ import numpy as np
 
 from ..camera import Eye
 from ..mesh import Mesh
+from .memory import Owner
 from .passes import bind_textures
 from .programs import build_program, set_uniforms
+from .raw_gl import DEPTH_TEST
 from .shadows import Tile
+from .state import enabled
 from .textures import SurfaceImage, check_size
 
 
@@ -23,16 +26,17 @@ class PlacedMesh(NamedTuple):
     world: np.ndarray  # (4, 4) node-to-world
 
 
-class MeshForm:
+class MeshForm(Owner):
     """Draws meshes into views and into shadow maps, both sides of each triangle. Keeps those of the last scenes."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._programs = MeshPrograms(
-            build_program(context, "mesh.vert", "mesh.frag"),
-            build_program(context, "mesh_lit.vert", "mesh_lit.frag"),
-            build_program(context, "mesh.vert", "mesh_shadow.frag"),
-        )
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._programs = MeshPrograms(
+                self._keep(build_program(context, "mesh.vert", "mesh.frag")),
+                self._keep(build_program(context, "mesh_lit.vert", "mesh_lit.frag")),
+                self._keep(build_program(context, "mesh.vert", "mesh_shadow.frag")),
+            )
         self._kept: dict[Mesh, MeshBuffers] = {}
 
     def add_surface(
@@ -61,17 +65,18 @@ class MeshForm:
         set_uniforms(self._programs.shadow, **_camera(eye, np.linalg.inv(eye.pose) @ placed.world))
         self._draw(tile.target, self._buffers(placed.mesh).shadow)
 
-    def keep_only(self, meshes: Iterable[Mesh]) -> None:
-        """Frees the meshes that are not among these."""
+    def keep_only(self, meshes: Iterable[Mesh]) -> list[Mesh]:
+        """Frees the meshes that are not among these, and returns them."""
         wanted = set(meshes)
-        for mesh in [mesh for mesh in self._kept if mesh not in wanted]:
+        unused = [mesh for mesh in self._kept if mesh not in wanted]
+        for mesh in unused:
             self._kept.pop(mesh).release()
+        return unused
 
     def _draw(self, target: moderngl.Framebuffer, array: moderngl.VertexArray) -> None:
         target.use()
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        array.render(moderngl.TRIANGLES)
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, DEPTH_TEST):
+            array.render(moderngl.TRIANGLES)
 
     def _buffers(self, mesh: Mesh) -> MeshBuffers:
         if mesh not in self._kept:
@@ -80,8 +85,7 @@ class MeshForm:
 
     def release(self) -> None:
         self.keep_only([])
-        for program in reversed(self._programs):
-            program.release()
+        super().release()
 
 
 class MeshPrograms(NamedTuple):
@@ -92,10 +96,11 @@ class MeshPrograms(NamedTuple):
     shadow: moderngl.Program
 
 
-class MeshBuffers:
+class MeshBuffers(Owner):
     """One mesh on the GPU."""
 
     def __init__(self, context: moderngl.Context, mesh: Mesh, programs: MeshPrograms):
+        super().__init__(context)
         faces, positions, uv = mesh.faces, mesh.positions, mesh.uv
         uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
         if mesh.normals is None or mesh.shading == "flat":
@@ -112,26 +117,26 @@ class MeshBuffers:
         if mesh.shading == "flat":
             middle = positions.reshape(-1, 3, 3).mean(1).repeat(3, 0)
         vertices = np.concatenate([positions, normals, uv, middle], -1).astype("f4")
-        self._vertices = context.buffer(vertices.tobytes() or bytes(44))
-        self._faces = context.buffer(np.ascontiguousarray(faces).tobytes() or bytes(12))
+        with self._all_or_nothing():
+            self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(44))
+            self._faces = self._allocate(context.buffer, np.ascontiguousarray(faces).tobytes() or bytes(12))
+            self.surface = self._array(programs.surface, "3f 3f 2f 12x", "position", "normal", "uv")
+            self.lit = self._array(programs.lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
+            self.shadow = self._array(programs.shadow, "3f 32x", "position")
+            self.picture = self._texture(np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture)
 
-        def array(program: moderngl.Program, layout: str, *names: str) -> moderngl.VertexArray:
-            return context.vertex_array(program, [(self._vertices, layout, *names)], self._faces)
+    def _array(self, program: moderngl.Program, layout: str, *names: str) -> moderngl.VertexArray:
+        content = [(self._vertices, layout, *names)]
+        return self._allocate(self._context.vertex_array, program, content, self._faces)
 
-        self.surface = array(programs.surface, "3f 3f 2f 12x", "position", "normal", "uv")
-        self.lit = array(programs.lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
-        self.shadow = array(programs.shadow, "3f 32x", "position")
-        texture = np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture
-        check_size(context, texture.shape[1], texture.shape[0])
-        self.picture = context.texture(
-            (texture.shape[1], texture.shape[0]), texture.shape[2], texture.tobytes(), alignment=1
-        )
-        self.picture.build_mipmaps()
-        self.picture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-
-    def release(self) -> None:
-        for item in (self.picture, self.shadow, self.lit, self.surface, self._faces, self._vertices):
-            item.release()
+    def _texture(self, pixels: np.ndarray) -> moderngl.Texture:
+        height, width, components = pixels.shape
+        check_size(self._context, width, height)
+        make = self._context.texture
+        texture = self._allocate(make, (width, height), components, pixels.tobytes(), alignment=1)
+        texture.build_mipmaps()
+        texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        return texture
 
 
 def _camera(eye: Eye, view: np.ndarray) -> dict[str, Any]:

@@ -9,17 +9,19 @@ import numpy as np
 
 from ..noise import Noise
 from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
+from .memory import Owner
 from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures
 
 
-class NoisePass:
+class NoisePass(Owner):
     """Measures on a quarter of the pixels; only a small grid of blocks is read back."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._patches = FullscreenPass(context, "noise_patches.frag")
-        self._blocks = FullscreenPass(context, "noise_blocks.frag")
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
+            self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
         self._average: dict[bool, FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
@@ -39,16 +41,19 @@ class NoisePass:
         if told is not None:
             grid = grid * np.array([0, 1, 1], np.float32)
         images.grid.write(np.ascontiguousarray(grid))
-        known = np.zeros((1, 1), np.float32) if told is None else told
-        told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
-        told_map.write(np.ascontiguousarray(known))
-        textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
         moved = {"misplaced": noise.misplaced} if noise.misplaced else {}
         if bool(moved) not in self._average:
             average = FullscreenPass(self._context, "depth_average.frag", MISPLACED=int(bool(moved)))
             self._average[bool(moved)] = average
-        self._average[bool(moved)].draw(images.calm_target, textures, powers=noise.powers, first=images.first, **moved)
-        told_map.release()
+        average, target = self._average[bool(moved)], images.calm_target
+        known = np.zeros((1, 1), np.float32) if told is None else told
+        told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
+        try:
+            told_map.write(np.ascontiguousarray(known))
+            textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
+            average.draw(target, textures, powers=noise.powers, first=images.first, **moved)
+        finally:
+            told_map.release()
         return images.calm
 
     def _grid(self, frame: FrameTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
@@ -68,40 +73,36 @@ class NoisePass:
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, *self._average.values(), self._blocks, self._patches):
+        for item in (self._images, *self._average.values()):
             if item is not None:
                 item.release()
+        super().release()
 
 
-class Images:
+class Images(Owner):
     """The textures between the passes, for one size of depth picture."""
 
     def __init__(self, context: moderngl.Context, width: int, height: int):
+        super().__init__(context)
         self.size = width, height
         (columns, rows), self.first = noise_grid(width, height)
         across, down = columns * BLOCK_PATCHES, rows * BLOCK_PATCHES
-        self.patches = data_texture(context, across, down, 4), data_texture(context, across, down, 4)
         self.shape = rows, columns
-        self.blocks = data_texture(context, columns, rows, 4), data_texture(context, columns, rows, 4)
-        self.grid = data_texture(context, columns, rows, 3)
-        self._context = context
-        self.patch_target = context.framebuffer(self.patches)
-        self.block_target = context.framebuffer(self.blocks)
+        with self._all_or_nothing():
+            self.patches = self._texture(across, down, 4), self._texture(across, down, 4)
+            self.blocks = self._texture(columns, rows, 4), self._texture(columns, rows, 4)
+            self.grid = self._texture(columns, rows, 3)
+            self.patch_target = self._allocate(context.framebuffer, self.patches)
+            self.block_target = self._allocate(context.framebuffer, self.blocks)
 
     @cached_property
     def calm(self) -> moderngl.Texture:
         """As large as the frame: made when a frame turns out to be noisy."""
-        return data_texture(self._context, *self.size, 2)
+        return self._texture(*self.size, 2)
 
     @cached_property
     def calm_target(self) -> moderngl.Framebuffer:
-        return self._context.framebuffer([self.calm])
+        return self._allocate(self._context.framebuffer, [self.calm])
 
-    def release(self) -> None:
-        if "calm_target" in self.__dict__:
-            self.calm_target.release()
-            self.calm.release()
-        for target in (self.block_target, self.patch_target):
-            target.release()
-        for texture in (self.grid, *self.blocks, *self.patches):
-            texture.release()
+    def _texture(self, width: int, height: int, components: int) -> moderngl.Texture:
+        return self._keep(data_texture(self._context, width, height, components))

@@ -6,15 +6,20 @@ from typing import Any
 
 import moderngl
 
+from .memory import Owner, allocate
 from .programs import build_program, set_uniforms
+from .state_parts import UNITS
 
 
-class FullscreenPass:
+class FullscreenPass(Owner):
     """A fragment shader drawn over a whole target."""
 
     def __init__(self, context: moderngl.Context, fragment: str, version: int = 330, **constants: int):
-        self._program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
-        self._array = context.vertex_array(self._program, [])
+        super().__init__(context)
+        with self._all_or_nothing():
+            program = build_program(context, "fullscreen.vert", fragment, None, version, **constants)
+            self._program = self._keep(program)
+            self._array = self._allocate(context.vertex_array, program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """textures by the names of their samplers; they may also stand among the uniforms."""
@@ -24,21 +29,18 @@ class FullscreenPass:
         target.use()
         self._array.render(moderngl.TRIANGLES, 3)
 
-    def release(self) -> None:
-        self._array.release()
-        self._program.release()
-
 
 def bind_textures(inputs: dict[str, Any]) -> None:
     """Binds every texture among the inputs and puts the number of its unit in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
+    assert len(names) <= UNITS, "more textures than a caller's state is kept for"
     for unit, name in enumerate(names):
         inputs[name].use(unit)
         inputs[name] = unit
 
 
 def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:
-    """A float32 texture that is read texel by texel."""
-    texture = context.texture((width, height), components, dtype="f4")
+    """A float32 texture that is read texel by texel. Raises MemoryError where it does not fit."""
+    texture = allocate(context, context.texture, (width, height), components, dtype="f4")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture

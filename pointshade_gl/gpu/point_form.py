@@ -10,9 +10,11 @@ import numpy as np
 from ..camera import Camera, Eye
 from .compute_splats import ComputeSplatPass
 from .passes import FullscreenPass
+from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
 from .shadows import Tile
 from .splats import SplatPass
+from .state import enabled
 from .textures import FrameTextures, PointLight, PointSurface, SplatImage, SurfaceImage, confine
 
 
@@ -103,9 +105,8 @@ class PointForm:
             inputs["depth_map"] = self._scratch.depth
         left, top, width, height = self._scratch.window
         confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        self._shadow_pass(look_up).draw(tile.target, {}, **inputs)
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, DEPTH_TEST):
+            self._shadow_pass(look_up).draw(tile.target, {}, **inputs)
         confine(tile.target, None)
 
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:

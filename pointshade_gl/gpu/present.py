@@ -7,7 +7,10 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
+from .memory import Owner, allocate
 from .passes import FullscreenPass
+from .raw_gl import BLEND
+from .state import enabled
 
 
 class Marker(NamedTuple):
@@ -20,13 +23,14 @@ class Marker(NamedTuple):
     is_behind: bool
 
 
-class PresentPass:
+class PresentPass(Owner):
     """Draws into a framebuffer whose first row is at the bottom, as a window's is."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._present = FullscreenPass(context, "present.frag")
-        self._overlay = FullscreenPass(context, "overlay.frag")
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._present = self._keep(FullscreenPass(context, "present.frag"))
+            self._overlay = self._keep(FullscreenPass(context, "overlay.frag"))
 
     def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture, marker: Marker | None) -> None:
         """The picture, as large as the window; where its alpha is 0 the background shows."""
@@ -38,15 +42,11 @@ class PresentPass:
     def lay_over(self, window: moderngl.Framebuffer, drawing: moderngl.Texture, x: int, y: int) -> None:
         """A drawing with straight alpha, its lower left pixel at (x, y) of the window, y upwards."""
         window.viewport = (x, y, *drawing.size)
-        self._context.enable_only(moderngl.BLEND)
         self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-        self._overlay.draw(window, {"drawing": drawing}, corner=(x, y))
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, BLEND):
+            self._overlay.draw(window, {"drawing": drawing}, corner=(x, y))
 
     def upload(self, drawing: np.ndarray) -> moderngl.Texture:
         """A texture of a (h, w, 4) uint8 drawing; whoever asked releases it."""
-        return self._context.texture((drawing.shape[1], drawing.shape[0]), 4, np.ascontiguousarray(drawing))
-
-    def release(self) -> None:
-        self._overlay.release()
-        self._present.release()
+        size, make = (drawing.shape[1], drawing.shape[0]), self._context.texture
+        return allocate(self._context, make, size, 4, np.ascontiguousarray(drawing))

@@ -11,6 +11,8 @@ from ..camera import Camera
 from ..look import SHADINGS
 from .passes import FullscreenPass
 from .programs import source_and_target
+from .raw_gl import DEPTH_TEST
+from .state import enabled
 from .textures import SplatImage, confine, empty
 
 
@@ -69,9 +71,8 @@ class ResolvePass:
             self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
             return
         confine(image, looking.splats.window)
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, DEPTH_TEST):
+            self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
         confine(image, None)
 
     def _draw(

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ..shadow_views import ShadowView
+from .memory import Owner
 from .steps import Versioned
 from .textures import check_size, empty
 
@@ -22,22 +23,20 @@ class Tile(NamedTuple):
     side: int
 
 
-class ShadowMap(Versioned):
+class ShadowMap(Versioned, Owner):
     """1 - near/z of every view of the lights; a single texel until there are any."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
+        super().__init__(context)
         self._layout = 0, 0  # pixels a side, number of views
-        self.texture, self._target = self._make((1, 1))
+        self._make(1, 1)
 
     def fit(self, views: Sequence[ShadowView]) -> None:
         """Makes room for the views, all of one size, and empties it."""
         layout = views[0].eye.camera.width, len(views)
         if layout != self._layout:
-            self.release()
-            self._layout = 0, 0  # stays so when the new one does not fit the GPU
             columns = math.ceil(math.sqrt(len(views)))
-            self.texture, self._target = self._make((columns * layout[0], math.ceil(len(views) / columns) * layout[0]))
+            self._make(columns * layout[0], math.ceil(len(views) / columns) * layout[0])
             self._layout = layout
         self._target.viewport = (0, 0, *self.texture.size)
         empty(self._target)
@@ -63,13 +62,12 @@ class ShadowMap(Versioned):
         columns = math.ceil(math.sqrt(count))
         return k % columns * side, k // columns * side
 
-    def _make(self, size: tuple[int, int]) -> tuple[moderngl.Texture, Any]:
-        check_size(self._context, *size)
-        texture = self._context.depth_texture(size)
-        texture.compare_func = ""
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return texture, self._context.framebuffer([], texture)
-
-    def release(self) -> None:
-        self._target.release()
-        self.texture.release()
+    def _make(self, width: int, height: int) -> None:
+        check_size(self._context, width, height)
+        self.release()
+        self._layout = 0, 0  # stays so when the new one does not fit the GPU
+        with self._all_or_nothing():
+            self.texture = self._allocate(self._context.depth_texture, (width, height))
+            self.texture.compare_func = ""
+            self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            self._target: Any = self._allocate(self._context.framebuffer, [], self.texture)

@@ -6,11 +6,14 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .memory import Owner
 from .programs import build_program, set_uniforms, source_and_target
+from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from .state import enabled
 from .textures import PointSurface, SplatImage
 
 
-class SplatPass:
+class SplatPass(Owner):
     """Draws source ids and depth with GL_POINTS; the only vertex data is the size attribute.
 
     A splat larger than the driver's largest point is drawn at that size round its place in the picture.
@@ -19,10 +22,10 @@ class SplatPass:
     look_up = False
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._program = build_program(context, "splats.vert", "splats.frag")
-        self._sizes = np.ones(1, np.float32)
-        self._make_vertices()
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._program = self._keep(build_program(context, "splats.vert", "splats.frag"))
+            self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
 
     def draw(
         self,
@@ -36,10 +39,10 @@ class SplatPass:
         splat: str,
     ) -> None:
         """view (4, 4) takes source axes to target axes; near in source units; sizes (1,) or (h*w,) float32."""
-        if not np.array_equal(sizes, self._sizes):
-            self._release_vertices()
-            self._sizes = sizes.copy()  # the caller may write into hers
-            self._make_vertices()
+        if not np.array_equal(sizes, self._vertices.sizes):
+            vertices = Vertices(self._context, self._program, sizes)
+            self._vertices.release()
+            self._vertices = vertices
         set_uniforms(
             self._program,
             surface_map=0,
@@ -53,20 +56,22 @@ class SplatPass:
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
-        self._context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
-        self._array.render(moderngl.POINTS, vertices=source.width * source.height)
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
+            self._vertices.array.render(moderngl.POINTS, vertices=source.width * source.height)
         image.raise_version()
 
-    def _make_vertices(self) -> None:
-        self._buffer = self._context.buffer(self._sizes.tobytes())
-        per = "1f/r" if self._sizes.size == 1 else "1f"  # one size for the whole draw, or one a point
-        self._array = self._context.vertex_array(self._program, [(self._buffer, per, "size")])
-
-    def _release_vertices(self) -> None:
-        self._array.release()
-        self._buffer.release()
-
     def release(self) -> None:
-        self._release_vertices()
-        self._program.release()
+        self._vertices.release()
+        super().release()
+
+
+class Vertices(Owner):
+    """The sizes of the splats: one for the whole draw, or one a point."""
+
+    def __init__(self, context: moderngl.Context, program: moderngl.Program, sizes: np.ndarray):
+        super().__init__(context)
+        self.sizes = sizes.copy()  # the caller may write into theirs
+        with self._all_or_nothing():
+            buffer = self._allocate(context.buffer, self.sizes.tobytes())
+            content = [(buffer, "1f/r" if sizes.size == 1 else "1f", "size")]
+            self.array = self._allocate(context.vertex_array, program, content)

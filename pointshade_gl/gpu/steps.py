@@ -68,9 +68,13 @@ class Steps:
         return result
 
     def forget(self, name: str | None = None, of: Any = None) -> None:
-        """The step of that name, or every step on `of`, or every step, will run again."""
-        for key in list(self._done):
-            if name in (None, key[0]) and (of is None or key[1] is of):
+        """The step of that name, or every one, runs again.
+
+        of  only those on this thing, or that have read it; or on one of several, in a list
+        """
+        things = None if of is None else set(map(id, of if isinstance(of, list) else [of]))
+        for key, (state, _) in list(self._done.items()):
+            if name in (None, key[0]) and (things is None or _mentions((key[1], state), things)):
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
@@ -90,6 +94,11 @@ def _state(value: Any) -> Any:
     if isinstance(value, tuple | list):
         return tuple(map(_state, value))
     return (value, value.version) if isinstance(value, Versioned) else value
+
+
+def _mentions(state: Any, things: set[int]) -> bool:
+    """Whether one of these things, by their ids, is among the arguments of a step or in tuples of them."""
+    return id(state) in things or (isinstance(state, tuple) and any(_mentions(part, things) for part in state))
 
 
 def _same(before: Any, now: Any) -> bool:

@@ -8,8 +8,11 @@ import numpy as np
 from ..camera import Camera
 from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice
+from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
+from .raw_gl import DEPTH_TEST
+from .state import enabled
 from .textures import FrameTextures, empty
 
 
@@ -63,11 +66,10 @@ class SurfacePass:
             return Choice("star", noise)
         textures = {"picture": self._noise.calm_depth(frame, noise, told)}
         empty(frame.surface.staged_target, frame.surface.window)
-        self._context.enable_only(moderngl.DEPTH_TEST)
-        for stage in range(4):
-            adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
-            adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
-        self._context.enable_only(moderngl.NOTHING)
+        with enabled(self._context, DEPTH_TEST):
+            for stage in range(4):
+                adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
+                adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
@@ -90,14 +92,12 @@ class SurfacePass:
                 item.release()
 
 
-class Scratch:
+class Scratch(Owner):
     """What surface_star.frag writes for surface_borrow.frag: normal and residual."""
 
     def __init__(self, context: moderngl.Context, width: int, height: int):
+        super().__init__(context)
         self.size = width, height
-        self.image = data_texture(context, width, height, 4)
-        self.target = context.framebuffer([self.image])
-
-    def release(self) -> None:
-        self.target.release()
-        self.image.release()
+        with self._all_or_nothing():
+            self.image = self._keep(data_texture(context, width, height, 4))
+            self.target = self._allocate(context.framebuffer, [self.image])

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import moderngl
 import numpy as np
 
 from ..frame import Frame
+from .memory import Owner, check_memory
 from .steps import Versioned
 
-_Item = TypeVar("_Item")
 Box = tuple[int, int, int, int]  # left, top, width, height
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 
-class Images(Versioned):
+class Images(Versioned, Owner):
     """Textures and framebuffers of one size, each made when it is first used, all released together.
 
     Raises ValueError when the driver cannot hold a picture of that size.
@@ -24,27 +24,17 @@ class Images(Versioned):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         check_size(context, *size)
-        self._context = context
-        self._made: list[Any] = []
+        super().__init__(context)
         self.size = size
         self.window: Box = 0, 0, *size  # the part in which something can be seen: no other is looked at
 
-    def release(self) -> None:
-        while self._made:
-            self._made.pop().release()
-
     def _texture(self, components: int, dtype: str = "f1", size: tuple[int, int] | None = None) -> moderngl.Texture:
-        texture = self._keep(self._context.texture(size or self.size, components, dtype=dtype, alignment=1))
+        texture = self._allocate(self._context.texture, size or self.size, components, dtype=dtype, alignment=1)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
     def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
-        return self._keep(self._context.framebuffer(textures, depth))
-
-    def _keep(self, item: _Item) -> _Item:
-        self._made.append(item)
-        check_memory(self._context)
-        return item
+        return self._allocate(self._context.framebuffer, textures, depth)
 
 
 class FrameTextures(Images):
@@ -59,14 +49,11 @@ class FrameTextures(Images):
         color = NEUTRAL if frame.color is None else frame.color
         check_size(context, *_size(color))
         self._shape = frame.depth.shape, color.shape
-        try:
+        with self._all_or_nothing():
             self.depth = self._texture(1, "f4")
             self.color = self._texture(color.shape[2], size=_size(color))
-            self.surface = PointSurface(context, self.size)
-        except MemoryError:
-            self.release()
-            raise
-        self.lit = PointLight(context, self.size)
+            self.surface = self._keep(PointSurface(context, self.size))
+            self.lit = self._keep(PointLight(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
 
     def fits(self, frame: Frame) -> bool:
@@ -82,13 +69,6 @@ class FrameTextures(Images):
         self.frame = frame
         self.raise_version()
 
-    def release(self) -> None:
-        if "lit" in self.__dict__:
-            self.lit.release()
-        if "surface" in self.__dict__:
-            self.surface.release()
-        super().release()
-
 
 class PointSurface(Images):
     """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
@@ -98,18 +78,16 @@ class PointSurface(Images):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        try:
+        with self._all_or_nothing():
             self.texture = self._texture(4, "f4")
             self.target = self._framebuffer(self.texture)
-        except MemoryError:
-            self.release()
-            raise
         self.confine((0, 0, 0, 0))
 
     @cached_property
     def staged_target(self) -> moderngl.Framebuffer:
         """With a depth buffer, for estimators that answer in several draws."""
-        return self._framebuffer(self.texture, depth=self._keep(self._context.depth_renderbuffer(self.size)))
+        depth = self._allocate(self._context.depth_renderbuffer, self.size)
+        return self._framebuffer(self.texture, depth=depth)
 
     def confine(self, window: Box) -> None:
         """From now on only this part has points."""
@@ -126,7 +104,9 @@ class PointSurface(Images):
     def read_normals(self) -> np.ndarray:
         """(h, w, 3) float32"""
         width, height = self.size
-        return np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)[..., :3].copy()
+        surface = np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)
+        check_memory(self._context)
+        return surface[..., :3].copy()
 
 
 class PointLight(Images):
@@ -147,7 +127,7 @@ class SplatImage(Images):
     @cached_property
     def nearest(self) -> moderngl.Buffer:
         """By the compute rasteriser: one uint a pixel, rows from the top, the bits of the nearest 1/z; 0 is none."""
-        return self._keep(self._context.buffer(reserve=4 * self.size[0] * self.size[1]))
+        return self._allocate(self._context.buffer, reserve=4 * self.size[0] * self.size[1])
 
     @cached_property
     def source_ids(self) -> moderngl.Texture:
@@ -157,7 +137,7 @@ class SplatImage(Images):
     @cached_property
     def depth(self) -> moderngl.Texture:
         """By the points rasteriser: 1 - near/z."""
-        texture = self._keep(self._context.depth_texture(self.size))
+        texture = self._allocate(self._context.depth_texture, self.size)
         texture.compare_func = ""  # read as numbers
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
@@ -188,7 +168,7 @@ class SurfaceImage(Images):
     @cached_property
     def shared_target(self) -> moderngl.Framebuffer:
         """The same with a depth buffer, for several objects."""
-        depth = self._keep(self._context.depth_renderbuffer(self.size))
+        depth = self._allocate(self._context.depth_renderbuffer, self.size)
         return self._framebuffer(self.surface, self.albedo, depth=depth)
 
 
@@ -197,13 +177,13 @@ class Target(Images):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        self.splats = SplatImage(context, size)
-        self.surfaces = SurfaceImage(context, size)
+        self.splats = self._keep(SplatImage(context, size))
+        self.surfaces = self._keep(SurfaceImage(context, size))
 
     @cached_property
     def color(self) -> moderngl.Texture:
         """RGBA8, the picture."""
-        return self._keep(self._context.texture(self.size, 4))
+        return self._allocate(self._context.texture, self.size, 4)
 
     @cached_property
     def picture(self) -> moderngl.Framebuffer:
@@ -214,12 +194,8 @@ class Target(Images):
         width, height = self.size
         picture = np.empty((height, width, 4), np.uint8)
         self.color.read_into(picture)
+        check_memory(self._context)  # some drivers take it only when they draw
         return picture
-
-    def release(self) -> None:
-        super().release()
-        self.surfaces.release()
-        self.splats.release()
 
 
 def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
@@ -242,12 +218,6 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
         raise ValueError(
             f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
         )
-
-
-def check_memory(context: moderngl.Context) -> None:
-    """Raises MemoryError when the GPU could not hold what was made last: GL itself only notes it."""
-    if context.error == "GL_OUT_OF_MEMORY":
-        raise MemoryError("the GPU has no memory left for these pictures: scale them down, or free memory on it")
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

@@ -1,0 +1,62 @@
+"""Memory of the GPU: each allocation is checked, and what is only half made is freed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, ParamSpec, TypeVar
+
+import moderngl
+
+_Item = TypeVar("_Item")
+_P = ParamSpec("_P")
+NO_MEMORY = "the GPU has no memory left for these pictures: scale them down, or free memory on it"
+
+
+class Owner:
+    """Frees what it has made on the GPU, in reverse order."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._made: list[Any] = []
+
+    def release(self) -> None:
+        while self._made:
+            self._made.pop().release()
+
+    def _allocate(self, make: Callable[_P, _Item], *args: _P.args, **options: _P.kwargs) -> _Item:
+        """make(...), a texture or buffer, framebuffer or vertex array. Raises MemoryError where it does not fit."""
+        return self._keep(allocate(self._context, make, *args, **options))
+
+    def _keep(self, item: _Item) -> _Item:
+        self._made.append(item)
+        return item
+
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        """Frees what was made when something inside fails: for constructors, after which nobody else could."""
+        try:
+            yield
+        except BaseException:
+            Owner.release(self)  # that of a class of its own may want what there is not yet
+            raise
+
+
+def allocate(context: moderngl.Context, make: Callable[_P, _Item], *args: _P.args, **options: _P.kwargs) -> _Item:
+    """make(...), something on the GPU. Raises MemoryError where it does not fit."""
+    try:
+        item: Any = make(*args, **options)
+    except moderngl.Error as error:
+        raise MemoryError(f"{NO_MEMORY} ({error})") from error
+    try:
+        check_memory(context)
+    except MemoryError:
+        item.release()
+        raise
+    return item
+
+
+def check_memory(context: moderngl.Context) -> None:
+    """Raises MemoryError when the GPU could not hold what was made last: GL itself only notes it."""
+    if context.error == "GL_OUT_OF_MEMORY":
+        raise MemoryError(NO_MEMORY)

@@ -1,0 +1,264 @@
+"""The parts of OpenGL's state that our passes depend on or change: how each is read, set and restored."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
+
+UNITS = 6  # texture units that our passes use, from 0 on; moderngl uploads through one of its own
+STORAGE_BUFFERS = 2  # bindings that our compute shaders use, from 0 on
+DRAW_BUFFERS = 8  # each has its own blending and colour mask
+
+SWITCHES = {  # off for our passes
+    "DEPTH_TEST": DEPTH_TEST, "PROGRAM_POINT_SIZE": PROGRAM_POINT_SIZE, "STENCIL_TEST": 0x0B90, "CULL_FACE": 0x0B44,
+    "RASTERIZER_DISCARD": 0x8C89, "COLOR_LOGIC_OP": 0x0BF2, "FRAMEBUFFER_SRGB": 0x8DB9, "DEPTH_CLAMP": 0x864F,
+    "POLYGON_SMOOTH": 0x0B41, "POLYGON_OFFSET_FILL": 0x8037, "POLYGON_OFFSET_LINE": 0x2A02,  # llvmpipe heeds all three
+    "POLYGON_OFFSET_POINT": 0x2A01, "PRIMITIVE_RESTART": 0x8F9D, "SAMPLE_MASK": 0x8E51, "SAMPLE_COVERAGE": 0x80A0,
+    "SAMPLE_ALPHA_TO_COVERAGE": 0x809E, **{f"CLIP_DISTANCE{k}": 0x3000 + k for k in range(8)},
+}  # fmt: skip
+PRIMITIVE_RESTART_FIXED_INDEX = 0x8D69  # another of them, from OpenGL 4.3 on
+SET_BY_US = (  # the number's name, and what sets it: a function and its first argument
+    (0x8CA6, "BindFramebuffer", 0x8CA9),  # to draw
+    (0x8CAA, "BindFramebuffer", 0x8CA8),  # to read
+    (0x8CA7, "BindRenderbuffer", 0x8D41),
+    (0x85B5, "BindVertexArray"),
+    (0x8894, "BindBuffer", 0x8892),  # vertices
+    (0x0B72, "DepthMask"),
+    (0x0CF5, "PixelStorei", 0x0CF5),  # alignment of rows, uploaded
+    (0x0D05, "PixelStorei", 0x0D05),  # and read
+)
+NEEDED_BY_US = (  # the same
+    (0x0B74, "DepthFunc"),
+    (0x88ED, "BindBuffer", 0x88EB),  # pixels are read into it
+    (0x88EF, "BindBuffer", 0x88EC),  # pixels are uploaded from it
+    # SWAP_BYTES, LSB_FIRST, ROW_LENGTH, SKIP_ROWS and SKIP_PIXELS of pixels that are uploaded, and read
+    *((name, "PixelStorei", name) for first in (0x0CF0, 0x0D00) for name in range(first, first + 5)),
+)
+LESS = 0x0201
+NEEDED = [LESS] + [0] * (len(NEEDED_BY_US) - 1)
+VECTORS = (  # the name, of which numbers and how many, what sets it, and the value that we need, if we do not set it
+    (0x0BA2, ctypes.c_int, 4, "Viewport", None),
+    (0x0C10, ctypes.c_int, 4, "Scissor", None),
+    (0x0C22, ctypes.c_float, 4, "ClearColor", None),
+    (0x0B73, ctypes.c_double, 1, "ClearDepth", None),
+    (0x0B70, ctypes.c_double, 2, "DepthRange", [0.0, 1.0]),
+)
+GETTERS = {ctypes.c_int: "GetIntegerv", ctypes.c_float: "GetFloatv", ctypes.c_double: "GetDoublev"}
+
+
+class Part(NamedTuple):
+    """A part of the state: `take` reads it and sets what our passes need, `put_back` restores what was read."""
+
+    take: Callable[[], Any]
+    put_back: Callable[[Any], None]
+
+
+def all_parts(gl: GL, version: int, upload_unit: int) -> list[Part]:
+    """version: of OpenGL, as 430; upload_unit: the texture unit through which moderngl uploads."""
+    is_430 = version >= 430
+    parts = [
+        switches(gl, [*SWITCHES.values(), *([PRIMITIVE_RESTART_FIXED_INDEX] if is_430 else [])]),
+        scissor_test(gl), numbers(gl, SET_BY_US, None), numbers(gl, NEEDED_BY_US, NEEDED),
+        *(vector(gl, *names) for names in VECTORS),
+        blending(gl), color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl, [*range(UNITS), upload_unit]),
+    ]  # fmt: skip
+    return parts + [storage_buffers(gl)] * is_430 + [clip_control(gl)] * (version >= 450)
+
+
+def asking(gl: GL, *names: int) -> Callable[[], list[int]]:
+    """A function that asks for numbers by their names."""
+    get, answers = gl.GetIntegerv, (ctypes.c_int * (len(names) + 3))()  # some drivers give more than one
+    questions = [(name, ctypes.byref(answers, 4 * k)) for k, name in enumerate(names)]
+
+    def ask() -> list[int]:
+        for name, answer in questions:
+            get(name, answer)
+        return answers[: len(questions)]
+
+    return ask
+
+
+def set_if_needed(ask: Callable[[], Any], write: Callable[[Any], None], needed: Any) -> Part:
+    """needed: the value that our passes need; None where they set it themselves."""
+    if needed is None:
+        return Part(ask, write)
+
+    def take() -> Any:
+        theirs = ask()
+        if theirs != needed:
+            write(needed)
+        return theirs
+
+    def put_back(theirs: Any) -> None:
+        if theirs != needed:
+            write(theirs)
+
+    return Part(take, put_back)
+
+
+def switches(gl: GL, names: list[int]) -> Part:
+    is_enabled = gl.IsEnabled
+
+    def take() -> list[int]:
+        on = [name for name in names if is_enabled(name)]
+        for name in on:
+            gl.Disable(name)
+        return on
+
+    def put_back(on: list[int]) -> None:
+        for name in on:
+            gl.Enable(name)
+
+    return Part(take, put_back)
+
+
+def scissor_test(gl: GL) -> Part:
+    name = 0x0C11
+    return Part(partial(gl.IsEnabled, name), lambda on: gl.Enable(name) if on else gl.Disable(name))
+
+
+def setting(gl: GL, table: tuple[tuple[Any, ...], ...]) -> Callable[[list[int]], None]:
+    """A function that sets the numbers of a table."""
+    setters = [partial(getattr(gl, setter), *on) for _, setter, *on in table]
+
+    def write(values: list[int]) -> None:
+        for setter, value in zip(setters, values, strict=True):
+            setter(value)
+
+    return write
+
+
+def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> Part:
+    return set_if_needed(asking(gl, *(name for name, *_ in table)), setting(gl, table), needed)
+
+
+def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[float] | None) -> Part:
+    get, write, answer = getattr(gl, GETTERS[kind]), getattr(gl, setter), (kind * count)()
+
+    def ask() -> list[float]:
+        get(name, answer)
+        return answer[:]
+
+    return set_if_needed(ask, lambda value: write(*value), needed)
+
+
+def blending(gl: GL) -> Part:
+    is_enabled = gl.IsEnabledi
+
+    def take() -> list[int]:
+        on = [k for k in range(DRAW_BUFFERS) if is_enabled(BLEND, k)]
+        if on:
+            gl.Disable(BLEND)
+        return on
+
+    def put_back(on: list[int]) -> None:
+        for k in on:
+            gl.Enablei(BLEND, k)
+
+    return Part(take, put_back)
+
+
+def color_masks(gl: GL) -> Part:
+    get, answers = gl.GetBooleani_v, (ctypes.c_ubyte * (4 * DRAW_BUFFERS))()
+    questions = [(k, ctypes.byref(answers, 4 * k)) for k in range(DRAW_BUFFERS)]
+
+    def take() -> bytes:
+        for k, answer in questions:
+            get(0x0C23, k, answer)
+        return bytes(answers)
+
+    def put_back(masks: bytes) -> None:
+        if masks == masks[:4] * DRAW_BUFFERS:
+            gl.ColorMask(*masks[:4])
+        else:
+            for k in range(DRAW_BUFFERS):
+                gl.ColorMaski(k, *masks[4 * k : 4 * k + 4])
+
+    return Part(take, put_back)
+
+
+def polygon_mode(gl: GL) -> Part:
+    """Filled, lines or points, of both sides; only old contexts tell them apart."""
+    front, back, both, fill = 0x0404, 0x0405, 0x0408, 0x1B02
+    answer = (ctypes.c_int * 2)()
+
+    def ask() -> tuple[int, int]:
+        answer[1] = 0
+        gl.GetIntegerv(0x0B40, answer)
+        return answer[0], answer[1] or answer[0]
+
+    def write(modes: tuple[int, int]) -> None:
+        if modes[0] == modes[1]:
+            gl.PolygonMode(both, modes[0])
+        else:
+            gl.PolygonMode(front, modes[0])
+            gl.PolygonMode(back, modes[1])
+
+    return set_if_needed(ask, write, (fill, fill))
+
+
+def program(gl: GL) -> Part:
+    """A program that was deleted while in use is gone as soon as ours is used."""
+
+    def put_back(names: list[int]) -> None:
+        gl.UseProgram(names[0] if gl.IsProgram(names[0]) else 0)
+
+    return Part(asking(gl, 0x8B8D), put_back)
+
+
+def texture_units(gl: GL, units: list[int]) -> Part:
+    """2D textures, and samplers: these filter in place of the textures' own settings."""
+    ask_active, ask_bound = asking(gl, 0x84E0), asking(gl, 0x8069, 0x8919)
+    first, texture_2d, activate = 0x84C0, 0x0DE1, gl.ActiveTexture
+
+    def take() -> tuple[int, list[list[int]]]:
+        active, bound = ask_active()[0], []
+        for unit in units:
+            activate(first + unit)
+            bound.append(ask_bound())
+            if bound[-1][1]:
+                gl.BindSampler(unit, 0)
+        return active, bound
+
+    def put_back(value: tuple[int, list[list[int]]]) -> None:
+        for unit, (texture, sampler) in zip(units, value[1], strict=True):
+            activate(first + unit)
+            gl.BindTexture(texture_2d, texture if texture and gl.IsTexture(texture) else 0)  # ours may be gone by now
+            if sampler:
+                gl.BindSampler(unit, sampler)
+        activate(value[0])
+
+    return Part(take, put_back)
+
+
+def storage_buffers(gl: GL) -> Part:
+    """Of compute shaders, and the one that says how many of them run."""
+    target, indirect = 0x90D2, 0x90EE
+    ask_bound, answer = asking(gl, 0x90D3, 0x90EF), (ctypes.c_int64 * 1)()
+
+    def ask(name: int, k: int) -> int:
+        gl.GetInteger64i_v(name, k, answer)
+        return answer[0]
+
+    def take() -> tuple[list[int], list[list[int]]]:
+        return ask_bound(), [[ask(name, k) for name in (0x90D3, 0x90D4, 0x90D5)] for k in range(STORAGE_BUFFERS)]
+
+    def put_back(value: tuple[list[int], list[list[int]]]) -> None:
+        for k, (buffer, start, size) in enumerate(value[1]):
+            if size:
+                gl.BindBufferRange(target, k, buffer, start, size)
+            else:
+                gl.BindBufferBase(target, k, buffer)
+        gl.BindBuffer(target, value[0][0])
+        gl.BindBuffer(indirect, value[0][1])
+
+    return Part(take, put_back)
+
+
+def clip_control(gl: GL) -> Part:
+    """Where y and depth begin: a caller with reversed depth sets it."""
+    return set_if_needed(asking(gl, 0x935C, 0x935D), lambda value: gl.ClipControl(*value), [0x8CA1, 0x935E])

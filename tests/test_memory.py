@@ -1,0 +1,109 @@
+"""A GPU without memory: whichever allocation fails, the caller is told, and the next call draws the right picture."""
+
+from contextlib import contextmanager
+from itertools import count
+
+import moderngl
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl import shadow_views
+
+from . import frames
+from .test_renderer import living_objects
+
+SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
+CAMERA = frames.CAMERA.fitted(40, 30)
+MAKERS = ("texture", "buffer", "framebuffer", "depth_texture", "depth_renderbuffer", "vertex_array")
+
+
+def small(frame):
+    return ps.Frame(frame.color[::4, ::4], frame.depth[::4, ::4], CAMERA)
+
+
+SMOOTH, NOISY = small(frames.sphere_before_wall()), small(frames.noisy())
+
+
+def scene(shading):
+    corners = np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]])
+    mesh = ps.Mesh(corners, np.array([[0, 1, 2]]), shading=shading, material=ps.Material(specular=0))
+    parts = ps.PointObject(SMOOTH), ps.PointObject(NOISY, normals="star-borrow"), mesh
+    return ps.Scene(tuple(map(ps.Node, parts)), camera=CAMERA)
+
+
+SUN = ps.Light(direction=(1, 1, 2), shadow=True)
+CALLS = {
+    "phong": lambda r: [r.render(SMOOTH, light, normals="star") for light in (None, SUN)][-1],
+    "flat": lambda r: r.render(SMOOTH, shading="flat", pose=SIDE),
+    "own sizes": lambda r: r.render(SMOOTH, size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
+    "adaptive": lambda r: r.render(NOISY, normals="adaptive"),
+    "borrow": lambda r: r.estimate_normals(NOISY, "star-borrow"),
+    "scene": lambda r: r.render(
+        scene("phong"), [SUN, ps.Light(direction=(0, 0, 1), cone=(20, 40), position=(0, 0, 0), shadow=True)]
+    ),
+    "lit corners": lambda r: r.render(scene("gouraud"), SUN),
+}
+
+
+@pytest.fixture(scope="module")
+def context(renderer):
+    context = moderngl.create_context(standalone=True, backend="egl")
+    yield context
+    context.release()
+
+
+@contextmanager
+def noted(nth):
+    """GL notes that memory ran out with the nth thing that is made."""
+    asked = count(1)
+    with pytest.MonkeyPatch.context() as patch:
+        error = property(lambda _: "GL_OUT_OF_MEMORY" if next(asked) == nth else "GL_NO_ERROR")
+        patch.setattr(moderngl.Context, "error", error)
+        yield
+
+
+@contextmanager
+def raised(nth):
+    """moderngl refuses to make the nth thing."""
+    asked = count(1)
+
+    def failing(make):
+        def instead(*args, **options):
+            if next(asked) == nth:
+                raise moderngl.Error("cannot create it")
+            return make(*args, **options)
+
+        return instead
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in MAKERS:
+            patch.setattr(moderngl.Context, name, failing(getattr(moderngl.Context, name)))
+        yield
+
+
+@pytest.mark.parametrize("failing", [noted, raised])
+@pytest.mark.parametrize(
+    ("rasterizer", "name"), [*(("compute", name) for name in CALLS), ("points", "flat"), ("points", "scene")]
+)
+def test_each_allocation_fails_once(context, monkeypatch, rasterizer, failing, name):
+    if rasterizer == "compute" and context.version_code < 430:
+        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    monkeypatch.setattr(shadow_views, "SHADOW_SIDE", 32)
+    with context:
+        with ps.Renderer(context, rasterizer=rasterizer) as renderer:
+            expected = CALLS[name](renderer)
+        before = living_objects(context)
+        for nth in count(1):
+            with ps.Renderer(context, rasterizer=rasterizer) as renderer:
+                try:
+                    with failing(nth):
+                        CALLS[name](renderer)
+                    break
+                except MemoryError as error:
+                    assert "no memory left" in str(error)
+                np.testing.assert_array_equal(CALLS[name](renderer), expected)
+        assert nth > 8
+        after = living_objects(context)
+        assert all(after[kind] <= before[kind] for kind in before)  # GL may keep the last program for a while
+        assert context.error == "GL_NO_ERROR"

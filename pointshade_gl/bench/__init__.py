@@ -1,1 +1,1 @@
-"""Measuring: analytic scenes with exact answers, and what they say about speed and accuracy."""
+"""Measures speed and accuracy on analytic scenes with exact answers."""

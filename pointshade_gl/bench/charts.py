@@ -1,4 +1,4 @@
-"""The results as pictures: error against time, and error against stress. Drawn by matplotlib, imported when called."""
+"""Draws the results: error against time, and error against stress. matplotlib is imported only when it is needed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WIDTH, DPI = 9.0, 200  # inches and dots: sharp on a page 900 pixels wide
 COLUMNS = 3
 LEAST = 1e-3  # degrees; exact answers have no logarithm
 INK, PALE, BAD = "#333333", "#cccccc", "#f6ebe8"
-FAMILIES = {  # by the beginning of a method's name: what the legend says, and the colour
+FAMILIES = {  # start of a method's name: the text in the legend, and the colour
     "auto": ("auto", "#d03a2b"),
     "adaptive": ("adaptive", "#8a4f9e"),
     "star": ("star, star-borrow", "#3d9463"),
@@ -29,7 +29,7 @@ FAMILIES = {  # by the beginning of a method's name: what the legend says, and t
     "triangles": ("triangles, by their number", "#c98a2e"),
     "": ("differences: central, one-sided", "#7d7d7d"),
 }
-CURVES = "plane-fit", "triangles"  # families whose members are one thing in sizes: a line joins them
+CURVES = "plane-fit", "triangles"  # families whose members differ in size only: a line joins them
 CLOCKS = {"gpu_ms": "GPU time", "wall_ms": "wall clock"}
 
 
@@ -50,7 +50,7 @@ def color(method: str) -> str:
 
 
 def short(method: str) -> str:
-    """What stands beside a point: the colour already tells the family."""
+    """The name beside a point: the colour already shows the family."""
     last = method.rsplit("-", 1)[-1]
     return last if last.isdigit() else {"star-borrow": "borrow"}.get(method, method)
 
@@ -103,7 +103,7 @@ def stability_chart(results: dict[str, Any]) -> bytes:
             axes.plot(found["breaks"][method], BROKEN, "x", color=color(method), ms=4, mew=1.2, zorder=5)
     figure.supylabel("mean angular error, degrees", fontsize=8.5)
     cross = {"color": INK, "marker": "x", "lw": 0, "ms": 5, "label": f"breaks: passes {BROKEN:g}°"}
-    legend(figure, methods, f"Error under rising stress; {who_holds(stability, methods)}", cross)
+    legend(figure, methods, f"Error under increasing stress; {who_holds(stability, methods)}", cross)
     for axes, name in settled(figure, panels, stability):
         crosses = [(stability[name]["breaks"][m], BROKEN) for m in broken[name]]
         label_points(axes, np.reshape(crosses, (-1, 2)), [short(m) for m in broken[name]], broken[name], above=True)
@@ -111,7 +111,7 @@ def stability_chart(results: dict[str, Any]) -> bytes:
 
 
 def who_holds(stability: dict[str, Any], methods: Sequence[str]) -> str:
-    """The chart in half a sentence: the methods that break under the fewest stresses."""
+    """The chart in a few words: the methods that break under the fewest stresses."""
     counts = {m: sum(found["breaks"][m] is not None for found in stability.values()) for m in methods}
     fewest = min(counts.values())
     names = ", ".join(m for m in methods if counts[m] == fewest)
@@ -119,7 +119,7 @@ def who_holds(stability: dict[str, Any], methods: Sequence[str]) -> str:
 
 
 def pareto_front(times: Sequence[float], errors: Sequence[float]) -> list[int]:
-    """The numbers of those that nothing else beats in both time and error, by rising time."""
+    """The indices of the methods that no other beats in both time and error, in order of time."""
     front: list[int] = []
     for k in sorted(range(len(times)), key=lambda k: (times[k], errors[k])):
         if not front or errors[k] < errors[front[-1]]:
@@ -136,7 +136,7 @@ def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure,
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
     figure = Figure(figsize=(WIDTH, height * rows + 0.9), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)  # without it a picture is drawn anew each time that a text is measured
+    FigureCanvasAgg(figure)  # otherwise the picture is drawn again for each text that is measured
     panels = list(figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=True).flat)
     for axes in panels[count:]:
         axes.remove()
@@ -145,7 +145,7 @@ def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure,
         axes.spines[["top", "right"]].set_visible(False)
         axes.spines[["left", "bottom"]].set_color(PALE)
         axes.margins(0.08)
-        axes.minorticks_off()  # they take most of the drawing's time, and nobody reads them
+        axes.minorticks_off()  # they take most of the drawing time, and nobody reads them
         axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -158,7 +158,7 @@ def title(axes: Axes, text: str) -> None:
 
 
 def mark(axes: Axes, method: str, x: float, y: float) -> None:
-    """A dot; a ring for auto, so that what it chose shows through."""
+    """A dot; a ring for auto, so that the method that it chose stays visible."""
     if method == "auto":
         axes.plot(x, y, "o", color=color(method), ms=8, mew=2, fillstyle="none", zorder=4)
     else:
@@ -166,17 +166,17 @@ def mark(axes: Axes, method: str, x: float, y: float) -> None:
 
 
 def settled(figure: Figure, panels: Sequence[Axes], names: Iterable[Name]) -> Iterator[tuple[Axes, Name]]:
-    """The panels with their names, once it is known which pixels they cover; they stay there."""
+    """The panels with their names, after their places in pixels are fixed."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     yield from zip(panels, names, strict=True)
 
 
 def label_points(axes: Axes, points: Any, words: Sequence[str], methods: Sequence[str], above: bool = False) -> None:
-    """Writes each point's words beside it, or above all points. points (n, 2) in data coordinates."""
+    """Writes a label beside each point, or above all points. points: (n, 2) in data coordinates."""
     from matplotlib.patheffects import withStroke
 
-    order = sorted(range(len(methods)), key=lambda k: methods[k] != "auto")  # auto takes the best place
+    order = sorted(range(len(methods)), key=lambda k: methods[k] != "auto")  # auto gets the best place
     texts = []
     for k in order:
         strong = methods[k] == "auto"
@@ -192,13 +192,13 @@ def label_points(axes: Axes, points: Any, words: Sequence[str], methods: Sequenc
     for k, text, place, middle, size in zip(order, texts, places, middles, sizes, strict=True):
         text.set_position(to_pixels.inverted().transform(middle))
         gap = np.maximum(np.abs(middle - place) - np.array(size) / 2, 0)
-        if np.hypot(*gap) > DPI / 12:  # so far away that the eye wants a line
+        if np.hypot(*gap) > DPI / 12:  # far away: join them by a line
             ends = to_pixels.inverted().transform([place, middle])
             axes.plot(*ends.T, color=color(methods[k]), lw=0.5, alpha=0.6, zorder=2)
 
 
 def legend(figure: Figure, methods: Sequence[str], headline: str, last: dict[str, Any]) -> None:
-    """What the picture says, the families in use, and one entry more."""
+    """The headline, the families in use, and one more entry."""
     from matplotlib.lines import Line2D
 
     used = [start for start in FAMILIES if any(family(m) == start for m in methods)]

@@ -25,8 +25,8 @@ from .tables import bold, brief, new_table, wide_console
 def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
     """Writes results.json, chart.png, stability.png and, with `images`, images.png to a folder; prints tables.
 
-    only  names of methods, conditions or stresses to measure; empty: all. Methods alone are measured under all
-          conditions and stresses; conditions alone leave out the stresses, and stresses the conditions
+    only  names of methods, conditions or stresses to measure; empty: all. With methods alone, all conditions and
+          stresses are measured; with conditions alone no stresses, and with stresses alone no conditions
 
     Returns one line about what was written. Raises ValueError for unknown names, or without matplotlib.
     """
@@ -35,7 +35,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     check_folder(output)
     plan = QUICK if quick else FULL
     with Renderer(device=device) as renderer:
-        output.mkdir(parents=True, exist_ok=True)  # now, so that a folder that cannot be written fails early
+        output.mkdir(parents=True, exist_ok=True)  # before the long work: it may be impossible
         results = measure(renderer, plan, methods, conditions, stresses, images, seed)
     results["quick"] = quick
     pictures = {}
@@ -141,7 +141,7 @@ def show(results: dict[str, Any]) -> None:
 
 
 def shortened(value: Any) -> Any:
-    """The same with five digits per number: the rest is noise."""
+    """The same, with five digits per number: further digits are noise."""
     if isinstance(value, dict):
         return {key: shortened(item) for key, item in value.items()}
     if isinstance(value, list):

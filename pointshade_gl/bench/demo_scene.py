@@ -1,6 +1,6 @@
 """The demo scene: the built-in vase on a mesh floor beside a mesh column, under a warm spot and a cool sky.
 
-Metres, y up, as glTF has it. `python -m pointshade_gl.bench.demo_scene [FOLDER]` writes scene.gltf and its files.
+Metres, y up, as in glTF. `python -m pointshade_gl.bench.demo_scene [FOLDER]` writes scene.gltf and its files.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..scene import Node, Scene
 from .vase import POSE, UPRIGHT
 
 FOLDER = Path(__file__).parents[2] / "assets" / "scene"
-FLOOR = -0.022  # the vase's frame shows it on a wooden disc that is as thick
+FLOOR = -0.022  # thickness of the wooden disc under the vase in its frame
 STONE = Material(specular=0.1, shininess=12)
 SQUARE = np.array([(0, 1, 2), (0, 2, 3)], np.uint32)
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def column() -> Mesh:
     """A fluted shaft between round mouldings, 62 cm high, standing on y = 0."""
     t = np.linspace(0, 1, 9)
     shaft = np.column_stack([0.062 - 0.012 * t**1.7, 0.062 + 0.47 * t])
-    outlines = [  # radius and height, from below; an edge is where one ends and the next begins
+    outlines = [  # radius and height, from below; there is an edge where one ends and the next begins
         [(0.095, 0), (0.095, 0.03)],
         [(0.095, 0.03), (0.074, 0.03)],
         bulge(0.074, 0.046, 0.016),
@@ -104,7 +104,7 @@ def turned(outline: Array, flutes: int, around: int = 96) -> tuple[Floats, Float
 
 
 def scene() -> Scene:
-    """All of it, with a camera to the right of the one that took the vase."""
+    """The whole scene, with a camera to the right of the one that took the vase."""
     vase = read_points({"frame": "vase"}, FOLDER, {}, print)
     lamp = Light(position=(0, 0, 0), direction=(0, 0, -1), color=(1, 0.72, 0.42), intensity=3.2,
                  attenuation=(0, 0, 1), cone=(20, 32), shadow=True)  # fmt: skip

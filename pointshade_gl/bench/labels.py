@@ -1,4 +1,4 @@
-"""Names beside points, none over another: in pixels, without any drawing library."""
+"""Places names beside points so that none covers another: in pixels, without a drawing library."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Box = tuple[float, float, float, float]  # left, bottom, right, top
-DIRECTIONS, RINGS = 24, 16  # where a label is tried round its point
+DIRECTIONS, RINGS = 24, 16  # places round its point where a label is tried
 OVER_LABEL, OVER_POINT, OUTSIDE = 20.0, 1.0, 100.0  # what a covered pixel costs
 
 
 def place_labels(points: ArrayLike, sizes: Sequence[tuple[float, float]], room: Box, reach: float) -> Array:
-    """(n, 2) middles of n labels of `sizes` (width, height), each near its one of `points` (n, 2).
+    """(n, 2) middles of n labels of `sizes` (width, height), each near its point; `points` is (n, 2).
 
     room   the box they must stay in
     reach  how far labels keep from points
 
-    Labels are placed in the given order, as near as they find room; without any, where they cover least.
+    Labels are placed in the given order, as near as there is room; without room, where they cover least.
     """
     marks = np.asarray(points, float).reshape(-1, 2)
-    angles = np.pi / 2 + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS  # first above
+    angles = np.pi / 2 + np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS  # the first one is above
     around = np.stack([np.cos(angles), np.sin(angles)], -1)
     taken = np.zeros((0, 4))
     obstacles = np.hstack([marks - reach, marks + reach])

@@ -1,4 +1,4 @@
-"""Whole pictures against ray-traced truth: every estimator under every shading model and splat policy."""
+"""Compares whole pictures with ray-traced truth: every estimator with every shading model and shape of splat."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def measure_pictures(
     seed: int,
     advance: Callable[[], None],
 ) -> dict[str, Any]:
-    """PSNR and milliseconds of a sphere before a wall, seen from 15 degrees aside: {condition: [row, ...]}.
+    """PSNR and milliseconds of a sphere before a wall, seen from 15 degrees to the side: {condition: [row, ...]}.
 
-    The time is that of `Renderer.render`, arrays to array, by the wall clock: median of interleaved rounds.
+    The time is that of `Renderer.render`, from arrays to array, by the wall clock: the median of interleaved rounds.
     """
     camera = standard_camera(*size)
     source = trace(sphere_and_wall(), camera)
@@ -60,7 +60,7 @@ def measure_pictures(
         jobs = list(product(methods, LIT, SPLATS))
         laps: dict[tuple[str, str, str], list[float]] = {job: [] for job in jobs}
         rows = []
-        for turn in range(rounds + 1):  # the first one warms up, and is judged
+        for turn in range(rounds + 1):  # the first one warms up; its pictures are scored
             for job in jobs:
                 method, shading, splat = job
                 start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Speed against accuracy of every normal estimator, and how long it stands a rising stress."""
+"""Measures speed and accuracy of every normal estimator, and how much stress it withstands."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ..renderer import Renderer
 from .scenes import SCENES, KnownScene, make_scene, standard_camera, view_rays
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 
-BORDER = 8  # pixels along the picture's border that are not judged: windows have no neighbours there
-LAPS = 2  # timed in a row before the next method's turn, after one that is not
-BROKEN = 10.0  # degrees of mean error at which an estimator no longer says anything useful
+BORDER = 8  # pixels along the picture's border that are not scored: windows lack neighbours there
+LAPS = 2  # runs that are timed before the next method's turn, after one that is not timed
+BROKEN = 10.0  # degrees of mean error from which on an estimator is useless
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is measured. `every`: each how many-eth strength of a stress; `rounds` of timing, interleaved."""
+    """How much is measured. `every`: every how many-th strength of a stress; `rounds` of timing, interleaved."""
 
     size: tuple[int, int]
     scenes: tuple[str, ...]
@@ -52,10 +52,10 @@ class Measurement:
         return self._scenes[name]
 
     def errors(self, scene: KnownScene, frame: Frame) -> dict[str, tuple[float, float | None]]:
-        """Per method the mean angular errors, degrees: of all known pixels, and near depth edges (None: no edge).
+        """Per method the mean angular errors in degrees: of all known pixels, and near depth edges (None: no edge).
 
-        A missing normal counts as the one that faces the viewer. Methods run by their name alone, without options:
-        triangles without a depth step.
+        A missing normal counts as one that faces the viewer. Methods run without options: triangles without a depth
+        step.
         """
         facing = -view_rays(scene.camera)
         facing = (facing / np.linalg.norm(facing, axis=-1, keepdims=True)).astype(np.float32)
@@ -109,8 +109,11 @@ class Measurement:
         return found
 
     def times(self, conditions: Sequence[str]) -> dict[str, Any]:
-        """{method: {condition: {"gpu_ms", "wall_ms"}}}, medians; the methods take turns, so that all have the same
-        weather. GPU times are None where the driver has no timer, or draws on the CPU and later than it says."""
+        """{method: {condition: {"gpu_ms", "wall_ms"}}}, medians.
+
+        The methods take turns, so that all meet the same conditions. GPU times are None if the driver has no timer, or
+        if it draws on the CPU, later than it says.
+        """
         found: dict[str, Any] = {method: {} for method in self.methods}
         scene = self.scene(self.plan.timed_scene)
         for name in conditions:
@@ -140,7 +143,7 @@ class Measurement:
         return estimates * len(self.methods)
 
     def results(self, conditions: Sequence[str], stresses: Sequence[str]) -> dict[str, Any]:
-        """Everything, ready for JSON: what was measured, on what, with what."""
+        """Everything, ready for JSON: what was measured, on which machine, with which versions."""
         times = self.times(conditions)
         gpu = all(time["gpu_ms"] is not None for row in times.values() for time in row.values())
         return {
@@ -165,7 +168,7 @@ class Measurement:
 
 
 def time_normals(renderer: Renderer, frame: Frame, method: str, laps: int) -> tuple[list[float], list[float]]:
-    """Milliseconds of the surface pass alone, by the GPU's timer ([] where there is none) and by the wall clock.
+    """Milliseconds of the surface pass alone, by the GPU's timer ([] without one) and by the wall clock.
 
     The first run, which may compile shaders, is not counted.
     """
@@ -187,7 +190,7 @@ def angle(normals: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def breaking_point(strengths: Sequence[float], errors: Sequence[float]) -> float | None:
-    """The strength at which the error first passes BROKEN, between two measured ones by their logarithms."""
+    """The strength at which the error first exceeds BROKEN, interpolated by logarithms between two strengths."""
     for k, error in enumerate(errors):
         if error > BROKEN:
             if k == 0:

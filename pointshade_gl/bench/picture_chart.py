@@ -1,4 +1,4 @@
-"""The quality of whole pictures as a picture: PSNR against milliseconds."""
+"""Draws the quality of whole pictures: PSNR against milliseconds."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def picture_chart(results: dict[str, Any]) -> bytes:
     cells = [(condition, shading) for condition in SPOILED for shading in LIT]
     figure, panels = new_figure(len(cells), 2.3, shared=True)
     panels[0].set_yscale("linear")
-    panels[0].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # the times lie within one decade
+    panels[0].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # all times lie within one decade
     dots = {}
     for axes, (condition, shading) in zip(panels, cells, strict=True):
         title(axes, f"{shading}, {CONDITIONS[condition].title}")

@@ -9,14 +9,17 @@ import numpy as np
 from ..camera import Camera
 from .tracing import Hits
 
-SAME_DEPTH = 0.01  # two depths this close, relative, are one surface
+SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
 
 
 @dataclass(frozen=True)
 class PictureScore:
-    """psnr in dB over drawn pixels that the source saw, more than 2 pixels away from any edge of a surface;
-    holes, the share of the co-visible pixels where nothing was drawn; spill, the share of the drawn pixels that
-    show one surface where another one or nothing belongs."""
+    """Scores of one picture.
+
+    psnr   dB, of the drawn pixels that the source saw, more than 2 pixels away from any edge of a surface
+    holes  share of the co-visible pixels where nothing was drawn
+    spill  share of the drawn pixels that show one surface where another one or nothing belongs
+    """
 
     psnr: float
     holes: float
@@ -24,7 +27,7 @@ class PictureScore:
 
 
 def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
-    """Pixels within `reach` of another surface or of nothing."""
+    """Pixels within `reach` of another surface or of the empty background."""
     edge = np.zeros(hits.surface.shape, bool)
     for axis in (0, 1):
         step = np.diff(hits.surface, axis=axis) != 0
@@ -56,8 +59,13 @@ def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np
 def score_picture(
     image: np.ndarray, surface: np.ndarray, truth: np.ndarray, hits: Hits, seen: np.ndarray
 ) -> PictureScore:
-    """image (h, w, 4) uint8 and the surface (h, w) that each of its pixels shows, -1 for none, against the truth:
-    sRGB (h, w, 3), 0..255, of `hits`; seen (h, w) from `co_visible`."""
+    """Compares a picture with the truth.
+
+    image    (h, w, 4) uint8
+    surface  (h, w) number of the surface that each pixel shows, -1 for none
+    truth    (h, w, 3) sRGB, 0..255, of `hits`
+    seen     (h, w) from `co_visible`
+    """
     drawn = image[..., 3] > 0
     judged = drawn & seen & ~near_edge(hits)
     error = image[judged][:, :3].astype(float) - np.round(truth[judged])

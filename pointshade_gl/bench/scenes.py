@@ -1,6 +1,6 @@
-"""Scenes whose depth, normals and depth edges are known exactly: what normal estimators are measured on.
+"""Scenes whose depth, normals and depth edges are known exactly. Normal estimators are measured on them.
 
-The world is the camera of `standard_camera`; whatever is 1 to 3 pixels wide is so in that camera.
+The world is the camera of `standard_camera`. Widths in pixels hold for that camera.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from .shapes import box, grey, pose_at, relief, rod, sheet, torus
 from .tracing import Array, Surface, moved, plane, sphere, trace
 
 MIDDLE = 1.5  # metres to the middle of the scenes
-GAP = 0.01  # a pixel whose tangent plane misses its neighbour by more than this share of the depth ends there
-REACH = 2  # pixels from a depth edge that count as its surroundings
+GAP = 0.01  # a surface ends where a pixel's tangent plane misses the neighbour by more than this share of depth
+REACH = 2  # pixels this near to a depth edge count as its surroundings
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class KnownScene:
     """What a perfect camera would see.
 
     depth (h, w) float32 metres, 0 = nothing; normals (h, w, 3) float32, unit, camera axes, towards the camera;
-    edge (h, w), pixels within 2 of a jump in depth. Where a surface leaves the picture's range is no edge.
+    edge (h, w), pixels within 2 of a jump in depth. Where a surface borders on nothing is no edge.
     """
 
     name: str
@@ -37,7 +37,7 @@ class KnownScene:
 
 
 def standard_camera(width: int, height: int) -> Camera:
-    """The view the scenes are composed for: 63 degrees wide, as most depth cameras have it."""
+    """The view that the scenes are composed for: 63 degrees wide, like most depth cameras."""
     focal = width * 525 / 640
     return Camera(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
@@ -51,13 +51,13 @@ def tilted(degrees: float, roll: float, low: float, high: float) -> list[Surface
 
 
 def turned_vase(_: Camera) -> list[Surface]:
-    """The built-in scene, close up and before a wall."""
+    """The built-in scene, close up and in front of a wall."""
     to_camera = pose_at((0, 0.02, -0.22)) @ np.linalg.inv(vase.POSE)
     return [moved(part, to_camera) for part in vase.scene()] + [plane((0.1, 0, -1), (0, 0, 1.1), grey)]
 
 
 def stairs(_: Camera) -> list[Surface]:
-    """Nine steps away from a camera that looks down on them, and five free plates: pure jumps in depth."""
+    """Nine steps away from a camera that looks down on them, and five plates in the air: pure jumps in depth."""
     down = np.linalg.inv(pose_at((0, 0, 0), pitch=12))
     parts = [moved(plane((0, 0, -1), (0, 0, 5), grey), down)]
     for k in range(9):
@@ -71,7 +71,7 @@ def stairs(_: Camera) -> list[Surface]:
 def rods(camera: Camera) -> list[Surface]:
     """Ribbons 1, 2 and 3 pixels wide in five directions, tilted along their length, and 3-pixel rods.
 
-    A rod of 1 or 2 pixels has a normal that no estimator could know from its depth; it would measure luck.
+    No estimator can find the normal of a rod of 1 or 2 pixels from its depth: such rods would measure luck.
     """
     pixel = MIDDLE / camera.fx
     parts = [wall()]
@@ -85,7 +85,7 @@ def rods(camera: Camera) -> list[Surface]:
 
 
 def waves(camera: Camera) -> list[Surface]:
-    """Waves from a fifth of the picture's width down to 5 pixels, 37 degrees steep all the way."""
+    """Waves from a fifth of the picture's width down to 5 pixels, 37 degrees steep everywhere."""
     long, short = 0.19 * camera.width, 5.0
     rate = np.log(long / short) / camera.width
     pixel = MIDDLE / camera.fx
@@ -100,7 +100,7 @@ def waves(camera: Camera) -> list[Surface]:
 
 
 def overlap(_: Camera) -> list[Surface]:
-    """A box and two balls, one before the other, before a wall."""
+    """A box and two balls, one in front of the other, in front of a wall."""
     cube = moved(box((0.3, 0.3, 0.3)), pose_at((0.25, 0.08, 1.75), 40, 25))
     return [wall(), cube, sphere((-0.2, 0.05, 1.15), 0.25, grey), sphere((0.03, -0.2, 1.3), 0.12, grey)]
 
@@ -124,7 +124,7 @@ SCENES: dict[str, Callable[[Camera], list[Surface]]] = {
 
 
 def make_scene(name: str, standard: Camera, camera: Camera | None = None, pose: ArrayLike | None = None) -> KnownScene:
-    """The scene composed for the `standard` camera, seen by any camera (None: by that one) at any pose."""
+    """The scene composed for the `standard` camera, seen by any camera (None: the standard one) at any pose."""
     camera = camera or standard
     hits = trace(SCENES[name](standard), camera, pose)
     normals = hits.normals @ check_pose(pose)[:3, :3]
@@ -135,7 +135,7 @@ def make_scene(name: str, standard: Camera, camera: Camera | None = None, pose: 
 def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = REACH) -> NDArray[np.bool_]:
     """Pixels within `reach` of a jump in depth: two neighbours, each off the other's tangent plane.
 
-    Creases and grazing planes, where depth only changes fast, are none.
+    Creases and grazing planes, where depth only changes fast, do not count.
     """
     rays = view_rays(camera)
     jump = np.zeros(depth.shape, bool)

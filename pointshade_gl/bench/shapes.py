@@ -1,4 +1,4 @@
-"""The shapes that the measured scenes need beside sphere, plane and solid, each in its own axes."""
+"""The other shapes of the measured scenes, besides sphere, plane and solid, each in its own axes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def grey(points: Array) -> Array:
 
 
 def pose_at(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Array:
-    """A pose at `centre`, rolled about z, then turned as a camera that orbits: degrees."""
+    """A pose at `centre`, rolled about z, then turned like an orbiting camera. Angles in degrees."""
     a = np.radians(roll)
     pose = orbit_pose(None, (0, 0, 0), yaw, pitch).copy()
     pose[:2, :3] = [[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] @ pose[:2, :3]

@@ -1,4 +1,4 @@
-"""Shapes by their signed distance, sphere-traced, and the few functions to bend and to paint them."""
+"""Shapes by their signed distance, sphere-traced, and a few functions to bend and to paint them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .tracing import Array, Surface, decode
 
 LATTICE = np.random.default_rng(2001).random((32, 32, 32))
 Vector = tuple[float, ...] | Array
-Sample = tuple[Array, Callable[[], Array]]  # of points: the signed distances, and what finds the albedos
+Sample = tuple[Array, Callable[[], Array]]  # of points: the signed distances, and a function for their albedos
 
 
 def noise(points: Array, *scale: float) -> Array:
@@ -43,7 +43,7 @@ def rgb(code: str) -> Array:
 
 
 def ellipsoid(p: Array, radii: Vector) -> Array:
-    """About the distance to an ellipsoid at the origin (Quilez 2008)."""
+    """The approximate distance to an ellipsoid at the origin (Quilez 2008)."""
     k0, k1 = np.linalg.norm(p / radii, axis=-1), np.linalg.norm(p / np.square(radii), axis=-1)
     return k0 * (k0 - 1) / np.maximum(k1, 1e-12)
 
@@ -51,7 +51,7 @@ def ellipsoid(p: Array, radii: Vector) -> Array:
 def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4) -> Surface:
     """A sphere-traced surface that stays within `margin` of the points `hull`.
 
-    Each step is `caution` times the distance, for most shapes only come near their true distance.
+    Each step is `caution` times the distance, because the distance of most shapes is only approximate.
     """
     centre = np.mean(hull, 0)
     radius = np.linalg.norm(hull - centre, axis=-1).max() + margin
@@ -69,7 +69,7 @@ def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution:
             t = t + caution * d / np.sqrt(a)
             on = (np.abs(d) >= 1e-9) & (t < end)
             index, t, end, a, ahead = index[on], t[on], end[on], a[on], ahead[on]
-        close = np.abs(shape(origin + t[:, None] * ahead)[0]) < 1e-6  # grazing rays take for ever
+        close = np.abs(shape(origin + t[:, None] * ahead)[0]) < 1e-6  # grazing rays never arrive
         result.flat[index[close]] = t[close]
         hit = np.isfinite(result)
         at = origin + result[hit][:, None] * rays[hit]
@@ -81,7 +81,7 @@ def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution:
 
 
 def nearest(curve: Array, p: Array) -> tuple[Array, Array, Array]:
-    """Where a quadratic Bezier curve (3, 3) comes nearest to p: parameter, offset to p, tangent."""
+    """The nearest place to p on a quadratic Bezier curve (3, 3): parameter, offset to p, tangent."""
     a, b, c = curve[0], 2 * (curve[1] - curve[0]), curve[0] - 2 * curve[1] + curve[2]
     starts = np.linspace(0, 1, 9)[:, None]
     away = p[..., None, :] - (a + starts * (b + starts * c))

@@ -1,4 +1,4 @@
-"""How fast: each stage beside the memory bandwidth that it cannot beat, cost over the number of points, merging."""
+"""Measures speed: each stage beside its limit, the memory bandwidth; cost over the number of points; merging."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320))  # 80
 QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
 YAW = 15.0
-PATIENCE = 30.0  # seconds for one size and rasteriser; a slower one is left out, and that is said
+PATIENCE = 30.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 Advance = Callable[[], None]
@@ -58,7 +58,7 @@ def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
 
 
 def gpu_bandwidth(renderer: Renderer) -> float:
-    """Bytes a second, read and written, that the driver copies from one buffer to another: the best of several."""
+    """Bytes per second, read and written, at which the driver copies from buffer to buffer: the best of several."""
     gl, found = renderer.context.gl, []
     with gl:
         source, target = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
@@ -74,7 +74,7 @@ def gpu_bandwidth(renderer: Renderer) -> float:
 
 
 def cpu_bandwidth() -> float:
-    """The same of NumPy's copy in main memory."""
+    """The same for NumPy's copy in main memory."""
     source, target, found = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8), []
     for _ in range(8):
         start = time.perf_counter()
@@ -86,8 +86,8 @@ def cpu_bandwidth() -> float:
 def stage_bytes(points: int, pixels: int) -> dict[str, int]:
     """What each stage must at least read and write, bytes.
 
-    A point has depth (4), colour (3), and once its normal is known a surface (16); a pixel of the view has the nearest
-    1/z (4), for a second light a surface (16) with albedo (8), and a colour (4).
+    A point has depth (4), colour (3) and, once its normal is known, a surface (16). A pixel of the view has the nearest
+    1/z (4), a colour (4) and, for a second light, a surface (16) with albedo (8).
     """
     return {
         "Frame": 14 * points,  # depth and colour are copied
@@ -165,8 +165,8 @@ def measure_points(
 ) -> list[dict[str, Any]]:
     """For each size and rasteriser: live (a new frame to NumPy), view (another camera), light (another light), ms.
 
-    splats_ms is the rasterising alone, by the GPU's timer where there is one. memory_mb is what textures and buffers
-    hold. A rasteriser that would take too long is left out of the larger sizes.
+    splats_ms is the rasterising alone, by the GPU's timer if there is one. memory_mb is the size of textures and
+    buffers. A rasteriser that would take too long is left out of the larger sizes.
     """
     rows = []
     renderers = {}
@@ -195,7 +195,7 @@ def measure_points(
 
 
 def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -> dict[str, list[float]]:
-    """The times of `measure_points`, one of each a repeat."""
+    """The times of `measure_points`, one of each kind per repeat."""
     poses = [orbit_pose(None, (0, 0, 2), YAW + k) for k in range(3)]
     laps: dict[str, list[float]] = {"live_ms": [], "view_ms": [], "light_ms": [], "splats_ms": []}
 
@@ -224,13 +224,13 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
 
 
 def held_bytes(points: int, pixels: int, rasterizer: str) -> int:
-    """Bytes of the textures and buffers: of points depth, colour and surface, of pixels all that the passes leave."""
+    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels."""
     left = 4 if rasterizer == "compute" else 8
     return points * (4 + 3 + 16) + pixels * (left + 16 + 8 + 4)
 
 
 def peak_memory_mb() -> float | None:
-    """The most that this process has held so far, main memory; None where nobody counts it."""
+    """The most main memory that this process has held so far; None if the system does not count it."""
     try:
         import resource
     except ImportError:
@@ -240,9 +240,9 @@ def peak_memory_mb() -> float | None:
 
 
 def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
-    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR turned by 15 degrees.
+    """For each scene and tolerance: splats drawn, ms of the splats step, PSNR in a view turned by 15 degrees.
 
-    PSNR is against ray-traced truth for the analytic scene, against the picture without merging for the others.
+    PSNR compares with ray-traced truth for the analytic scene, with the picture without merging for the others.
     """
     camera = Camera(525, 525, 319.5, 239.5, 640, 480)
     source = trace(sphere_and_wall(), camera)
@@ -282,7 +282,7 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
 
 
 def truth_psnr(renderer: Renderer, frame: Frame, source: Any, camera: Camera) -> float:
-    """PSNR off edges of the sphere and the wall, lit by a point light."""
+    """PSNR of the sphere and the wall, away from edges, lit by a point light."""
     light, pose = Light(position=(-1.0, -1.0, -0.5)), orbit_pose(None, (0, 0, 1.8), YAW)
     seen = trace(sphere_and_wall(), camera, pose)
     truth = encode(shade(seen, light, Material(), pose[:3, 3]))

@@ -1,4 +1,4 @@
-"""The speed as tables and as a picture."""
+"""Shows the speed: as tables and as a chart."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
 
 
 def show_speed(results: dict[str, Any], console: Console) -> None:
-    """Prints the tables, and what they were measured on."""
+    """Prints the tables, and on what they were measured."""
     name = results["gl"]["renderer"]
-    where = f"{name}, a software renderer: these are figures of this CPU" if results["is_software"] else name
+    where = f"{name}, a software renderer: these figures are those of the CPU" if results["is_software"] else name
     console.print(where, soft_wrap=True)
     table = new_table("milliseconds for one new frame of 640x480 points, turned by 15 degrees", "stage")
     for column in ("ms", "limit ms", "times the limit", "clock"):
@@ -36,7 +36,7 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
         cells = [row["live_ms"], rate, row["view_ms"], row["light_ms"], row["splats_ms"], row["memory_mb"]]
         table.add_row(f"{row['points']:,}".replace(",", " "), row["rasterizer"], *map(brief, cells))
     console.print(table)
-    table = new_table("merging pixels of one plane, seen from 15 degrees aside", "scene")
+    table = new_table("merging pixels of one plane, seen from 15 degrees to the side", "scene")
     for column in ("tolerance", "splats", "share", "splats ms", "PSNR dB"):
         table.add_column(column, justify="right")
     for row in results["merging"]:

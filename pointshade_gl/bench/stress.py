@@ -1,4 +1,4 @@
-"""What goes wrong with depth: noise, rounding, holes, odd units and odd cameras, each with a rising strength."""
+"""What goes wrong with depth: noise, rounding, holes, odd units and odd cameras, each with increasing strength."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BLOB_RADII = 2.0, 6.0  # pixels
 
 
 def generator(seed: int, *names: str) -> Generator:
-    """Random numbers that depend on what they are for, not on what was measured before."""
+    """Random numbers that depend on their purpose (names), not on what was measured before."""
     return np.random.default_rng([seed, *(crc32(name.encode()) for name in names)])
 
 
@@ -31,7 +31,7 @@ def add_noise(depth: Depth, millimetres: float, random: Generator) -> Depth:
 
 
 def add_smooth_noise(depth: Depth, millimetres: float, random: Generator) -> Depth:
-    """Noise that neighbours share, as filters in cameras leave it: blurred over 5 pixels, as strong as without."""
+    """Noise that neighbours share, like that of filters in cameras: blurred over 5 pixels, then as strong as before."""
     noise = random.normal(0, 1, depth.shape)
     for axis in (0, 1):
         noise = sum((w * np.roll(noise, k, axis) for k, w in enumerate((1, 4, 6, 4, 1))), np.zeros_like(noise))
@@ -39,7 +39,7 @@ def add_smooth_noise(depth: Depth, millimetres: float, random: Generator) -> Dep
 
 
 def add_outliers(depth: Depth, percent: float, random: Generator) -> Depth:
-    """Single pixels that are up to a tenth of their depth off."""
+    """Single pixels that are wrong by up to a tenth of their depth."""
     wrong = random.random(depth.shape) * 100 < percent
     return np.where(wrong, depth * random.uniform(0.9, 1.1, depth.shape), depth)
 
@@ -76,7 +76,7 @@ def drop_blobs(depth: Depth, percent: float, random: Generator) -> Depth:
 
 
 def drop_both(depth: Depth, percent: float, random: Generator) -> Depth:
-    """Half of the share as single pixels, half as blobs."""
+    """Half of the share are single pixels, half are blobs."""
     return drop_blobs(drop_pixels(depth, percent / 2, random), percent / 2, random)
 
 
@@ -108,7 +108,7 @@ def wide_angle(camera: Camera, factor: float) -> tuple[Camera, ArrayLike]:
 
 @dataclass(frozen=True)
 class Condition:
-    """One thing done to depth, at one strength."""
+    """One kind of damage to depth, at one strength."""
 
     title: str
     spoil: Spoil
@@ -117,7 +117,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Stress:
-    """One thing done at rising strengths: to the depth (`spoil`), or to the camera (`look`)."""
+    """One kind of damage at increasing strengths: to the depth (`spoil`), or to the camera (`look`)."""
 
     title: str
     axis: str

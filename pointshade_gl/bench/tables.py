@@ -1,4 +1,4 @@
-"""Tables on stdout: what the reports of `pointshade bench` have in common."""
+"""What the tables of `pointshade bench` have in common. They go to stdout."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-PLAIN_WIDTH = 150  # columns of a table that goes into a file
+PLAIN_WIDTH = 150  # columns of a table in a file
 
 
 def wide_console() -> Console:
-    """For stdout: as wide as the terminal, or wide enough for every table when it goes into a file."""
+    """A console on stdout: as wide as the terminal, or wide enough for every table if the output is a file."""
     console = Console()
     return console if console.is_terminal else Console(width=PLAIN_WIDTH)
 

@@ -1,4 +1,4 @@
-"""Analytic surfaces, ray-traced in float64: the truth that pictures and normals are measured against."""
+"""Ray-traces analytic surfaces in float64. Pictures and normals are compared with this truth."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..frame import Frame
 from ..light import Light
 from ..look import Material
 
-FAR, CONTACT = 1e4, 1e-3  # where a directional light stands to be traced; what is nearer to a point does not shade it
+FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
 Array = NDArray[np.float64]
 Albedo = Callable[[Array], Array]
 
@@ -109,7 +109,7 @@ def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = 
 
 
 def occluder(hits: Hits, light: Light, surfaces: Sequence[Surface]) -> tuple[NDArray[np.bool_], Array]:
-    """Which of the hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
+    """Which hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
     if light.position is not None:
         origin = np.array(light.position)
     else:
@@ -125,8 +125,10 @@ def occluder(hits: Hits, light: Light, surfaces: Sequence[Surface]) -> tuple[NDA
 def shade(
     hits: Hits, light: Light, material: Material, eye: ArrayLike, shadow: NDArray[np.bool_] | None = None
 ) -> Array:
-    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64; shadow (h, w) from
-    `occluder` is where the light does not arrive."""
+    """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64.
+
+    shadow  (h, w) where the light does not arrive, from `occluder`
+    """
     v = np.asarray(eye, float) - hits.points
     v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)
     if light.position is not None:
@@ -171,7 +173,7 @@ def as_frame(hits: Hits, camera: Camera, pose: ArrayLike | None = None) -> Frame
 
 
 def sphere_and_wall() -> list[Surface]:
-    """The scene of the picture tests: a smooth sphere before a slanted wall, textured in slow waves."""
+    """The scene of the picture tests: a smooth sphere in front of a slanted wall, with a texture of slow waves."""
 
     def waves(points: Array) -> Array:
         x, y, z = points[..., 0], points[..., 1], points[..., 2]

@@ -1,7 +1,7 @@
 """The built-in scene: tulips and daisies in a painted vase, ray-traced into a colour and a depth picture.
 
-The source work lit a point object of about 80 000 points; vase and flowers are as many pixels here. Colours
-are pure albedo: all light is left to whoever renders them. World: metres, y up, origin where the vase stands.
+The source work lit a point object of about 80 000 points; vase and flowers cover as many pixels here. Colours
+are pure albedo, without any light. World: metres, y up, origin where the vase stands.
 `python -m pointshade_gl.bench.vase [FOLDER]` writes the files.
 """
 
@@ -27,7 +27,7 @@ POSE = orbit_pose(UPRIGHT, (0, 0.272, 0), pitch=13)
 HEIGHT, WALL = 0.33, 0.0028  # of the vase; half the thickness of its wall
 HEIGHTS = (0, 0.012, 0.035, 0.08, 0.13, 0.175, 0.215, 0.25, 0.285, 0.315, HEIGHT)
 RADII = (0.06, 0.058, 0.058, 0.084, 0.109, 0.105, 0.078, 0.052, 0.044, 0.055, 0.072)
-PROFILE = Polynomial.fit(HEIGHTS, RADII, 9)  # a polynomial: no seam for a highlight to break at
+PROFILE = Polynomial.fit(HEIGHTS, RADII, 9)  # a polynomial has no seam at which a highlight would break
 SLOPE = PROFILE.deriv()
 
 
@@ -42,7 +42,7 @@ def vase(p: Array) -> Sample:
 
 def painted(p: Array, outside: Array) -> Array:
     """Cobalt on a cream glaze: a vine with blossoms around the belly, rows of petals, and bands between."""
-    p = p + 0.0016 * (np.stack([noise(p + k, 60, 60, 60) for k in (0, 1, 2)], -1) - 0.5)  # a hand, no machine
+    p = p + 0.0016 * (np.stack([noise(p + k, 60, 60, 60) for k in (0, 1, 2)], -1) - 0.5)  # as if painted by hand
     y, turn = p[..., 1], np.arctan2(p[..., 0], p[..., 2]) / (2 * np.pi)
     dark, wash = np.zeros(y.shape, bool), np.zeros(y.shape)
     for low, high in (
@@ -146,7 +146,7 @@ def daisy(head: Array, up: Array, size: float, turn: float, petal: Array, gold: 
         y, rho, phi = around(p / size, head / size, up)
         place, ring = phi / (2 * np.pi) * 13, np.array([[0], [0.5]])
         f = ((place + ring) % 1 - 0.5) * 2 * np.pi / 13  # from the petal's middle
-        odd = np.sin(5 * phi + turn) * np.sin(3 * phi + 2 * turn)  # no two petals rise alike
+        odd = np.sin(5 * phi + turn) * np.sin(3 * phi + 2 * turn)  # no two petals rise equally
         x, z = rho * np.cos(f), rho * np.sin(f)
         lift = y - 0.25 * x * x + 0.18 * ring - 0.09 * odd * x + 0.014 * np.cos(42 * z) - 0.4 * z * z
         petals = ellipsoid(np.stack([x - 0.58, lift, z], -1), (0.42, 0.045, 0.15))
@@ -210,7 +210,7 @@ def picture() -> tuple[Array, Array]:
         for i, j in np.ndindex(4, 4):
             ray = away / z + right * (i - 1.5) / 4 + down * (j - 1.5) / 4
             t = (away * n).sum(-1, keepdims=True) / (ray * n).sum(-1, keepdims=True)
-            t = z + np.clip(t - z, -0.004, 0.004)  # a plane seen edge-on runs away
+            t = z + np.clip(t - z, -0.004, 0.004)  # the plane of a surface seen edge-on runs far away
             albedo[mine] += part.albedo(eye + t * ray) / 16
     return albedo, hits.depth
 

@@ -27,7 +27,7 @@ class Mouse:
     def __init__(self) -> None:
         self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
         self._last: Pair | None = None
-        self._held_in: Camera | None = None  # camera of the last move that held the light; None: it did not
+        self._held_in: Camera | None = None  # camera of the last move; None if that move did not hold the light
         self._slack: Pair = (0.0, 0.0)  # from the mouse to the light that it holds, rims
 
     def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:

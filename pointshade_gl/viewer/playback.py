@@ -12,7 +12,7 @@ from ..checks import check_fps, shown
 from ..frame import Frame
 from ..wording import option
 
-PATIENCE = 0.1  # seconds between two checks of a waiting thread whether it should stop
+PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
 
 
 class Playback:
@@ -36,7 +36,7 @@ class Playback:
         self._due = 0.0
         self._owed = 0  # frames to show although it is paused
         self._thread: threading.Thread | None = None
-        self.index = -1  # of the current frame in a Sequence; else -1
+        self.index = -1  # of the current frame in a Sequence, otherwise -1
         self.is_paused = False
         self._start()
 
@@ -95,7 +95,7 @@ class Playback:
         """Stops the thread."""
         if self._thread is not None:
             self._stop.set()
-            self._thread.join(timeout=2)  # a camera may never give another frame; a daemon thread blocks no exit
+            self._thread.join(timeout=2)  # a camera may never give another frame; daemon threads end with it
             self._thread = None
 
     def _start(self, index: int = 0) -> None:

@@ -54,7 +54,7 @@ class Window:
             set_callback(self.handle, callback)
 
     def _create(self, title: str, size: tuple[int, int]) -> Any:
-        """The first that the driver offers: GL 4.3 by the display's own API, GL 4.3 by EGL, then the same with 3.3."""
+        """The first that the driver can make: GL 4.3 by the display's own API, GL 4.3 by EGL, then both with GL 3.3."""
         glfw = self.glfw
         for version in ((4, 3), (3, 3)):
             for way in (glfw.NATIVE_CONTEXT_API, glfw.EGL_CONTEXT_API):

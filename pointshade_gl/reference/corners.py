@@ -57,5 +57,5 @@ def corner_weights(corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.nd
 
 
 def four(low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
-    """The corners' pixels in the order a, b, c, d."""
+    """The pixels of the corners in the order a, b, c, d."""
     return [np.stack([x[..., 0], y[..., 1]], -1) for y in (low, high) for x in (low, high)]

@@ -1,4 +1,4 @@
-"""Mirror of shaders/common/inverse_depth.glsl, for whole pictures: `pixel` is `pixel_grid`, a vec2 a pair (u, v)."""
+"""Mirror of shaders/common/inverse_depth.glsl, for whole pictures: `pixel` is `pixel_grid`, a vec2 is a pair (u, v)."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def facing_slope(ray, intrinsics):
 
 
 def start(depth_map, pixel, intrinsics):
-    """Return (known, here, ray, intrinsics as float32): what every estimator begins with; `here` is 1 where missing."""
+    """Return (known, here, ray, intrinsics as float32): the start of every estimator; `here` is 1 where missing."""
     intrinsics = [np.float32(k) for k in intrinsics]
     known = depth_map > 0
     ray = (pixel[0] - intrinsics[2]) / intrinsics[0], (pixel[1] - intrinsics[3]) / intrinsics[1]

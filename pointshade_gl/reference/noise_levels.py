@@ -1,6 +1,6 @@
 """Mirror of shaders/common/noise_levels.glsl.
 
-What GLSL does for one block is done for all of them: `block` = (u, v), integers of the grid's shape.
+GLSL computes one block, this computes all of them: `block` = (u, v), integers of the grid's shape.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ PATCH_PITCH, BLOCK_PATCHES, PATCHES, FEWEST = 8, 6, 36, 4
 
 
 def indices(columns, rows):
-    """Return (u, v), integers (rows, columns): the texels of a target of that size."""
+    """Return (u, v), integers (rows, columns): all texels of a target of that size."""
     v, u = np.mgrid[0:rows, 0:columns]
     return u, v
 
@@ -33,7 +33,7 @@ def patch_value(patch_texel, which):
 
 
 def block_quantile(patches, block, which, share):
-    """Return (rows, cols) float32: the value below which `share` of a block's patches stay, NOTHING of too few."""
+    """Return (rows, cols) float32: the value below which `share` of a block's patches lie, NOTHING for too few."""
     bits, total = [], np.zeros(block[0].shape, np.int32)
     for k in range(PATCHES):
         u, v = block[0] * BLOCK_PATCHES + k % BLOCK_PATCHES, block[1] * BLOCK_PATCHES + k // BLOCK_PATCHES
@@ -75,7 +75,7 @@ def block_counts(patches, patch_steps, block):
 
 
 def noise_at(grid, pixel, first, z, powers):
-    """Return (h, w) float32 noise over depth, and what neighbours share of it; pixel = (u, v) float32, z > 0."""
+    """Return (h, w) float32 noise over depth, and the part that neighbours share; pixel = (u, v) float32, z > 0."""
     block = f32(PATCH_PITCH * BLOCK_PATCHES)
     middle = HALF * (block - f32(PATCH_PITCH) + f32(3))
     place = [((pixel[k] - f32(first[k])) - middle) / block for k in (0, 1)]

@@ -1,6 +1,6 @@
 """Mirror of shaders/common/noise_patch.glsl.
 
-What GLSL does for one patch is done for all of them: `corner` = (u, v), integers of the grid's shape.
+GLSL computes one patch, this computes all of them: `corner` = (u, v), integers of the grid's shape.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ ZERO, HALF, ONE, THREE, NONE = f32(0), f32(0.5), f32(1), f32(3), f32(1e30)
 
 
 def fetch(picture, u, v):
-    """Return picture[v, u], zero outside: depth_at for any pixels."""
+    """Return picture[v, u], zero outside: like depth_at, for any pixels."""
     height, width = picture.shape[:2]
     inside = (u >= 0) & (u < width) & (v >= 0) & (v < height)
     inside = inside.reshape(inside.shape + (1,) * (picture.ndim - 2))
@@ -21,7 +21,7 @@ def fetch(picture, u, v):
 
 
 def isolated_jump(a, b, c, d):
-    """Return the step of 1/z where four depths read equal, step, equal, and 1e30 elsewhere."""
+    """Return the step of 1/z where four depths are equal, step, equal; 1e30 elsewhere."""
     jump = np.abs(c - b)
     isolated = (a == b) & (c == d) & (jump > 0) & (np.minimum(a, d) > 0) & (jump < JUMP_LIMIT * np.minimum(b, c))
     return np.where(isolated, jump / np.where(isolated, b * c, ONE), NONE)

@@ -15,7 +15,7 @@ ZERO, HALF = f32(0), f32(0.5)
 
 
 def widest_stride(here, intrinsics):
-    """Return (...) int32: the pixels between samples that the noise here[1] asks for."""
+    """Return (...) int32: the pixels between samples that the noise here[1] requires."""
     focal = HALF * (abs(f32(intrinsics[0])) + abs(f32(intrinsics[1])))
     return np.minimum(here[1] * focal / (FIT_GAIN * TILT) + f32(0.7), f32(WIDEST)).astype(np.int32)
 
@@ -55,7 +55,7 @@ def robust_slope(picture, pixel, here, stride):
 
 
 def nearer_slope(picture, pixel, here, stride):
-    """Return (slope u, slope v, holds) as calm_slope does, for pixels where neither that nor robust_slope holds."""
+    """Return (slope u, slope v, holds) as calm_slope does, for pixels where neither of the two holds."""
     slope_u, slope_v, holds = np.zeros_like(here[0]), np.zeros_like(here[0]), np.zeros(here[0].shape, bool)
     near = stride * 2 // 5
     while (ask := np.flatnonzero((near > 0) & ~holds)).size:
@@ -77,7 +77,7 @@ def estimate_adaptive(picture, pixel, intrinsics):
     slope_u, slope_v, _ = star_slope(picture[..., 0], pixel, depth, intrinsics, noise)
     stride = widest_stride((depth, noise), intrinsics)
     v, u = np.nonzero(known)
-    for answer in (nearer_slope, robust_slope, calm_slope):  # the first of the answers writes last
+    for answer in (nearer_slope, robust_slope, calm_slope):  # the preferred answer writes last
         found = answer(picture, (u, v), (depth[v, u], noise[v, u]), stride[v, u])
         slope_u[v, u] = np.where(found[2], found[0], slope_u[v, u])
         slope_v[v, u] = np.where(found[2], found[1], slope_v[v, u])

@@ -19,7 +19,7 @@ def surface_at(normal_map, pixel, offset):
 
 
 def borrow(depth_map, normal_map, pixel, intrinsics):
-    """Return (h, w, 4) float32: normals after each pixel took what neighbours' planes explain better, and residuals."""
+    """Return (h, w, 4) float32: normals, of a neighbour where its plane explains a pixel better, and residuals."""
     known, here, (ray_x, ray_y), (fx, fy, cx, cy) = start(depth_map, pixel, intrinsics)
     step_u, step_v = STEEPEST_STEP / fx, STEEPEST_STEP / fy
     limit = np.minimum(MUCH_BETTER * normal_map[..., 3], np.sqrt(step_u * step_u + step_v * step_v))

@@ -1,4 +1,4 @@
-"""Both rasterisers on the CPU: what splats.vert and splats.frag, and splats.comp do around the mirrored functions."""
+"""Both rasterisers on the CPU: what splats.vert, splats.frag and splats.comp do around the mirrored functions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Pairs(NamedTuple):
 
 
 class Splats(NamedTuple):
-    """What is carried into the view, n of them; footprints of merged pixels have the first one's number."""
+    """n splats to carry into the view; a splat of merged pixels has the number of the first."""
 
     centre: np.ndarray  # (n, 2) source pixels
     z: np.ndarray  # (n,)
@@ -52,7 +52,7 @@ def single_splats(depth: np.ndarray, normals: np.ndarray, size: np.ndarray) -> S
 
 
 def merged_splats(depth: np.ndarray, normals: np.ndarray, source: Camera, tolerance: float) -> Splats:
-    """Blocks of 4x4 and of 2x2 pixels on one plane as one splat each, the others by themselves."""
+    """One splat for each block of 4x4 or 2x2 pixels on one plane, and one for each other pixel."""
     height, width = depth.shape
     pad = ((0, -height % 4), (0, -width % 4))
     z, n = np.pad(depth, pad), np.pad(normals, (*pad, (0, 0)))
@@ -104,7 +104,7 @@ def covered_pairs(
 
 
 def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
-    """(h, w) int: the source pixel that each target pixel shows, -1 for none: what the points leave."""
+    """(h, w) int: the source pixel that each target pixel shows, -1 for none: the result of the points."""
     z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
     window = np.round((z_clip * F(0.5) + F(0.5)).astype(float) * DEPTH_STEPS)
     order = np.lexsort((pairs.source_index, window))[::-1]  # farthest first: the nearest writes last and stays
@@ -114,7 +114,7 @@ def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
 
 
 def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
-    """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: what the compute rasteriser leaves."""
+    """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: the result of the compute rasteriser."""
     offset = pairs.q.astype(F) - pairs.splat.centre
     result = np.zeros((target.height, target.width), F)
     place = pairs.q[:, 1], pairs.q[:, 0]
@@ -123,8 +123,10 @@ def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
 
 
 def point_depths(pairs: Pairs, near: float, target: Camera, inverse_depth: np.ndarray | None) -> np.ndarray:
-    """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it: of the splats' planes if 1/z (h, w) is given,
-    else of the splats' centres, as GL points have it."""
+    """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it.
+
+    inverse_depth  1/z (h, w) of the splats' planes; None takes the depth of the splats' centres, as for GL points
+    """
     if inverse_depth is not None:
         window = (F(1) - F(near) * inverse_depth).astype(float)
     else:

@@ -1,4 +1,4 @@
-"""Whole pictures of one point object on the CPU: the passes of pipeline.py in their order, and what light.frag does."""
+"""Whole pictures of one point object on the CPU: the passes of pipeline.py in their order, and light.frag."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ F = np.float32
 
 
 class Lamps(NamedTuple):
-    """The lights with their shadow map; no views where the lights are plain."""
+    """The lights with their shadow map; without views if no light casts shadows."""
 
     lights: Sequence[Light]  # each with a position or a direction
     firsts: Sequence[int | None]  # number of each one's first view
@@ -46,7 +46,7 @@ def render(
     rasterizer: str = "points",
     merge: float = MERGE,
 ) -> np.ndarray:
-    """What Renderer.render gives, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
+    """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
@@ -80,14 +80,14 @@ def render(
 
 
 def carried_splats(frame: Frame, normals: np.ndarray, look: Look, rasterizer: str, merge: float) -> Splats:
-    """Every pixel by itself for the points, pixels on one plane as one for the compute rasteriser."""
+    """The splats: one for each pixel for the points; for the compute rasteriser, one for pixels on one plane."""
     if rasterizer == "points":
         return single_splats(frame.depth, normals, np.asarray(1.0 if look.size is None else look.size, F).ravel())
     return merged_splats(frame.depth, normals, frame.camera, merge)
 
 
 def hung_up(lights: Sequence[Light], frame: Frame, splats: Splats, is_round: bool, rasterizer: str) -> Lamps:
-    """The lights with what those that cast shadows see of the frame, which is all of the scene."""
+    """The lights, with the shadow map of those that cast shadows. The frame is the whole scene."""
     if not any(one.shadow or one.is_spot for one in lights):
         return Lamps(lights, [None] * len(lights), [], None)
     views, firsts = all_shadow_views(lights, *Scene((Node(PointObject(frame)),)).bounds)
@@ -135,7 +135,7 @@ def light(
     axes: np.ndarray,
     look: Look,
 ) -> np.ndarray:
-    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, that these pixels (n, 2) of the camera show.
+    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, which these pixels (n, 2) of the camera show.
 
     viewer (3,) in the axes of the camera, whose pose `axes` is.
     """

@@ -22,7 +22,7 @@ def surface_map_of(normals: np.ndarray, depth: np.ndarray) -> np.ndarray:
 def seen_by_id(
     ids: np.ndarray, surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray
 ) -> tuple[np.ndarray, Seen]:
-    """The pixels of the view that show something, (n, 2) int, and what; ids (h, w) as `source_ids` gives them."""
+    """The pixels of the view that show something, (n, 2) int, and what they show; ids (h, w) from `source_ids`."""
     v, u = np.nonzero(ids >= 0)
     target_pixel, pixel = np.stack([u, v], -1), pixel_of(ids[v, u], source.width)
     cameras = np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)
@@ -32,7 +32,7 @@ def seen_by_id(
 def seen_by_depth(
     nearest: np.ndarray, surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray
 ) -> tuple[np.ndarray, Seen]:
-    """The same from the nearest 1/z, (h, w), 0 where nothing is."""
+    """The same from the nearest 1/z, (h, w), 0 where there is nothing."""
     v, u = np.nonzero(nearest)
     target_pixel = np.stack([u, v], -1)
     cameras = np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)

@@ -13,7 +13,7 @@ ZERO, HALF, ONE, FOUR, LEAST = f32(0), f32(0.5), f32(1), f32(4), f32(1e-6)
 
 
 def solve_plane(s, su, sv, suu, suv, svv, sd, sud, svd):
-    """Return (value at the pixel, slope u, slope v) by least squares from the sums of the weights and products."""
+    """Return (value at the pixel, slope u, slope v) by least squares, from the sums of weights and products."""
     over_s = np.maximum(s, LEAST)
     mean_u, mean_v, mean_d = su / over_s, sv / over_s, sd / over_s
     uu, uv, vv = suu - su * mean_u, suv - su * mean_v, svv - sv * mean_v
@@ -26,7 +26,7 @@ def solve_plane(s, su, sv, suu, suv, svv, sd, sud, svd):
 
 
 def bowl_slope(d):
-    """Return (slope u, slope v, squares left) of the quadratic surface through all 25 samples."""
+    """Return (slope u, slope v, remaining squares) of the quadratic surface through all 25 samples."""
     total, squares, u, v, uu, vv, uv = (np.zeros_like(d[0]) for _ in range(7))
     for k in range(25):
         x, y = k % 5 - 2, k // 5 - 2
@@ -58,7 +58,7 @@ def corner_plane(d, m, u, v):
 
 
 def plane_cost(d, m, plane, variance):
-    """Return what a plane leaves unexplained."""
+    """Return how much of the samples a plane does not explain."""
     cap = OUTLIER * variance
     cost = FOUR * np.maximum(plane[0] * plane[0] - cap, ZERO)
     for j in range(25):

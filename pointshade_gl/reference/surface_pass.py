@@ -18,7 +18,7 @@ F = np.float32
 
 
 def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
-    """What noise_patches.frag and noise_blocks.frag give: levels and counts, (rows, columns, 4) each."""
+    """The results of noise_patches.frag and noise_blocks.frag: levels and counts, (rows, columns, 4) each."""
     (columns, rows), first = noise_grid(*depth_map.shape[::-1])
     at = patch_corner(indices(columns * BLOCK_PATCHES, rows * BLOCK_PATCHES), first, stride)
     patches, steps = noise_patch(depth_map, at, stride)
@@ -35,7 +35,10 @@ def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
 
 
 def surface_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:
-    """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing. told (1, 1) or (h, w) metres."""
+    """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing.
+
+    told  the caller's noise, (1, 1) or (h, w) metres
+    """
     noise = measure_noise(depth_map, (abs(intrinsics[0]) + abs(intrinsics[1])) / 2)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:

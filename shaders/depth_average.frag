@@ -1,9 +1,9 @@
 #version 330 core
 #ifndef MISPLACED
-#define MISPLACED 1  // 0 for pictures as they were taken
+#define MISPLACED 1  // 0: the picture was neither enlarged nor moved
 #endif
-// Depth -> calmer depth and the noise that is left over it; before surface_adaptive.frag. `told` is the noise in metres
-// that the caller tells (1x1 for a single number, 0 when not told), `grid` what was measured per block.
+// Depth -> depth with less noise, and the remaining noise over depth; runs before surface_adaptive.frag. `told` is the
+// caller's noise in metres (1x1 for a single number, 0 if the caller gives none), `grid` what was measured per block.
 #include "common/depth_average.glsl"
 #include "common/line_copies.glsl"
 #include "common/noise_levels.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// One triangle that covers the target; drawn without any vertex buffer.
+// One triangle that covers the target, drawn without a vertex buffer.
 
 void main() {
     vec2 corner = vec2((gl_VertexID << 1) & 2, gl_VertexID & 2);

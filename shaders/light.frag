@@ -1,7 +1,7 @@
 #version 330 core
 // One program for each use: software drivers run both sides of every branch that the compiler cannot decide.
 #ifndef POINTS
-#define POINTS 0     // 1: the points of a frame, whose light is then shown flat or interpolated; 0: pixels of a view
+#define POINTS 0     // 1: the points of a frame, whose light is shown flat or interpolated later; 0: pixels of a view
 #endif
 #ifndef SHADOWS
 #define SHADOWS 0    // 1: lights may be spots and cast shadows
@@ -9,19 +9,19 @@
 #ifndef MATERIALS
 #define MATERIALS 0  // 1: a material for each number in the albedo's alpha
 #endif
-// Lights every texel of a picture of surfaces. Deferred shading: Deering et al. 1988.
+// Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
 #include "common/lights.glsl"
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
 
-uniform sampler2D surface_map;  // unit normal, depth (0 is nothing); a normal of 0 is lit already
-uniform sampler2D albedo_map;   // of pixels linear, of points a picture: sRGB, of any size
+uniform sampler2D surface_map;  // unit normal, depth (0: nothing); normal 0: already lit
+uniform sampler2D albedo_map;   // linear for pixels; for points a picture: sRGB, of any size
 uniform vec4 intrinsics;
-uniform vec3 eye;    // in the axes of the surfaces, as the lights are
+uniform vec3 eye;    // in the axes of the surfaces, like the lights
 uniform float scale; // of the points' object
-uniform sampler2D materials;  // a row each
+uniform sampler2D materials;  // one per row
 uniform vec4 material;
 uniform sampler2D lights;
 uniform vec3 ambient;
@@ -33,7 +33,7 @@ uniform mat3 to_world;
 out vec4 color;
 
 void main() {
-    vec2 texel = gl_FragCoord.xy * (1.0 / vec2(textureSize(surface_map, 0)));  // quicker than texelFetch on llvmpipe
+    vec2 texel = gl_FragCoord.xy * (1.0 / vec2(textureSize(surface_map, 0)));  // faster than texelFetch on llvmpipe
     vec4 surface = textureLod(surface_map, texel, 0.0);
     if (surface.w == 0.0) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;

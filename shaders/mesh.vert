@@ -1,7 +1,7 @@
 #version 330 core
-// A mesh in the target view; z ends as 1 - near/z, linear in 1/z, as the splats' does.
+// A mesh in the target view; its depth is 1 - near/z, linear in 1/z, as for splats.
 uniform mat4 view;          // node axes to target axes
-uniform mat3 normal_view;   // its inverse transposed
+uniform mat3 normal_view;   // inverse transpose of view
 uniform vec4 target;
 uniform vec2 target_size;
 uniform float near;
@@ -19,7 +19,7 @@ void main() {
     target_normal = normal_view * normal;
     texture_uv = uv;
     depth = point.z;
-    // Pixel centres at integers: (u + 0.5) / width of the way across, kept homogeneous for points behind the viewer.
+    // Pixel centres are at integers: (u + 0.5) / width of the way across. Homogeneous, for points behind the viewer.
     vec2 pixel = target.xy * point.xy + (target.zw + 0.5) * point.z;
     gl_Position = vec4(2.0 * pixel / target_size - point.z, point.z - 2.0 * near, point.z);
 }

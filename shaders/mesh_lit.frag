@@ -1,5 +1,5 @@
 #version 330 core
-// A mesh whose corners are lit already: no normal says so to the light pass.
+// A mesh whose corners are already lit. Normal 0 says so to the light pass.
 #include "common/color.glsl"
 
 uniform sampler2D picture;  // sRGB

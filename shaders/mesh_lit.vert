@@ -1,9 +1,9 @@
 #version 330 core
-// A mesh that is lit at its corners (gouraud) or once a triangle (flat: every corner is lit at the middle).
+// A mesh that is lit at its corners (gouraud) or once per triangle (flat: every corner is lit at the middle).
 #include "common/shadowed_lights.glsl"
 
 uniform mat4 view;          // node axes to target axes
-uniform mat3 normal_view;   // its inverse transposed
+uniform mat3 normal_view;   // inverse transpose of view
 uniform vec4 target;
 uniform vec2 target_size;
 uniform float near;
@@ -20,7 +20,7 @@ in vec3 lit_at;  // the triangle's middle for flat
 in vec3 normal;
 in vec2 uv;
 
-out vec3 diffuse;   // light that the albedo is multiplied with
+out vec3 diffuse;   // light to multiply with the albedo
 out vec3 specular;
 out vec2 texture_uv;
 out float depth;

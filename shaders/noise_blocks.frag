@@ -1,5 +1,5 @@
 #version 330 core
-// Noise pass 2: one texel per block of patches; read back by the CPU, which chooses the estimator.
+// Noise pass 2: one texel per block of patches. The CPU reads them back and chooses the estimator.
 #include "common/noise_levels.glsl"
 
 uniform sampler2D patches;

@@ -1,5 +1,5 @@
 #version 330 core
-// A drawing of the window's own size of pixels, laid over part of it; its first row is on top.
+// A drawing laid over part of the window, pixel by pixel; its first row is on top.
 
 uniform sampler2D drawing;
 uniform ivec2 corner;  // of the drawing's lower left pixel, in the window

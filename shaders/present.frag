@@ -1,9 +1,9 @@
 #version 330 core
-// The picture in a window: over a calm background, turned over because a window's first row is at the bottom, and with
-// the light's marker: a glowing disc, a dim ring when the light is behind the object.
+// The picture in a window, over a plain background, with the light's marker: a glowing disc, or a dim ring if the light
+// is behind the object. It is turned over, because the first row of a window is at the bottom.
 
 uniform sampler2D picture;
-uniform vec4 marker;  // place in pixels of the picture, radius in pixels (0: none), 1 when behind
+uniform vec4 marker;  // place in pixels of the picture, radius in pixels (0: none), 1 if behind
 uniform vec3 marker_color;
 
 out vec4 color;

@@ -2,8 +2,8 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
-// What each pixel of the view shows -> the picture, lit at once (phong): quicker in a view that is lit once than
-// resolve_surfaces.frag and light.frag, and the same to one step of 255.
+// What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
+// than resolve_surfaces.frag and light.frag, and the same to one step of 255.
 #include "common/color.glsl"
 #include "common/lights.glsl"
 #include "seen.glsl"

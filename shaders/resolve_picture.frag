@@ -3,10 +3,10 @@
 #define LOOK_UP 0
 #endif
 #ifndef SHADING
-#define SHADING 2  // one program a model: software drivers run both sides of every branch
+#define SHADING 2  // one program for each model: software drivers run both sides of every branch
 #endif
 // What each pixel of the view shows -> the picture. SHADING 0 (none): the frame's own colour; 1 (flat): the light of the
-// point; 2 (gouraud): the light of the points round it, interpolated.
+// point; 2 (gouraud): the light of the points around it, interpolated.
 #include "common/color.glsl"
 #include "seen.glsl"
 

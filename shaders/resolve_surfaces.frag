@@ -3,16 +3,16 @@
 #define LOOK_UP 0
 #endif
 #ifndef SHADING
-#define SHADING 3  // one program a model: software drivers run both sides of every branch
+#define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
 // What each pixel of the view shows -> what the light pass reads. SHADING 3 (phong): normal and albedo, interpolated.
-// 0 to 2 (as in resolve_picture.frag): the light itself, and no normal, which says that it is lit already.
+// 0 to 2 (as in resolve_picture.frag): the light itself, with normal 0, which means: already lit.
 #include "common/color.glsl"
 #include "seen.glsl"
 
 uniform sampler2D color_map;  // none and phong: sRGB, of any size; flat and gouraud: the points' linear light
 uniform float near;
-uniform float scale;  // of the object; the view is without it
+uniform float scale;  // of the object; the view does not contain it
 uniform float material_number;
 
 layout(location = 0) out vec4 surface;  // unit normal, depth, both in target axes

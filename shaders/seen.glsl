@@ -1,4 +1,4 @@
-// What the resolve shaders have in common: their inputs, and what a pixel of the view shows.
+// Shared by the resolve shaders: their inputs, and what a pixel of the view shows.
 #include "common/resolve.glsl"
 
 uniform sampler2D surface_map;  // of the frame: unit normal, depth
@@ -6,10 +6,10 @@ uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
 
-// Ends the pixel where nothing is seen. LOOK_UP: the compute rasteriser left how far the nearest splat is; else the
-// points drew which source pixel it is.
+// Discards the pixel if nothing is seen. LOOK_UP: the compute rasteriser wrote 1/z of the nearest splat; otherwise the
+// points wrote which source pixel is seen.
 #if LOOK_UP
-layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0 is nothing
+layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
 uniform ivec2 target_size;
 
 Seen find_seen() {
@@ -21,7 +21,7 @@ Seen find_seen() {
 }
 #else
 uniform isampler2D source_ids;
-uniform int first_id;  // of the first pixel; 0 stands for nothing
+uniform int first_id;  // of the first pixel; 0: nothing
 
 Seen find_seen() {
     ivec2 size = textureSize(surface_map, 0);

@@ -2,15 +2,15 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
-// What the splats left of a light's view -> a tile of the shadow map: 1 - near/z.
+// What the splats drew in a light's view -> a tile of the shadow map: 1 - near/z.
 #if LOOK_UP
-layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0 is nothing
+layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
 #else
 uniform sampler2D depth_map;  // 1 - near/z already
 #endif
 uniform ivec2 first;  // pixel of the tile
 uniform int side;
-uniform float near;   // over the scale of the object
+uniform float near;   // divided by the scale of the object
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy) - first;

@@ -1,9 +1,9 @@
 #version 330 core
 #ifndef STAGE
-#define STAGE 0  // 0 to 3 in turn; a depth test leaves to each only the pixels that the ones before discarded
+#define STAGE 0  // 0 to 3 in turn; a depth test leaves each stage only the pixels that earlier ones discarded
 #endif
-// Averaged depth with the noise that is left -> surface (unit normal, the averaged depth), for noisy depth. Points move
-// along their rays by about their noise: as they were taken, neighbours would part in every view but the frame's own.
+// Averaged depth with its remaining noise -> surface (unit normal, averaged depth), for noisy depth. Points move along
+// their rays by about their noise: otherwise gaps open between neighbours in every view except the frame's own.
 #include "common/camera.glsl"
 #include "common/normals_adaptive.glsl"
 

@@ -1,6 +1,6 @@
 #version 330 core
 #ifndef WINDOW
-#define WINDOW 7  // pixels, odd: one program a size, so that the loops have fixed length
+#define WINDOW 7  // pixels, odd; one program for each size, so that the loops have a fixed length
 #endif
 // Depth -> surface (unit normal, depth) by a least-squares plane of 1/z over a window.
 #include "common/normals_plane_fit.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Depth -> surface (unit normal, depth) by 1, 2, 4 or 8 triangles round each pixel.
+// Depth -> surface (unit normal, depth) by 1, 2, 4 or 8 triangles around each pixel.
 #include "common/normals_triangles.glsl"
 
 uniform sampler2D depth_map;

@@ -12,7 +12,7 @@ STEEP, EDGE_STEP, LINES_SHARE, SLOPE_REACH = f32(2.5), f32(0.05), f32(0.4), 4
 
 
 def count_copies(depth_map, corner, across):
-    """Return (rows, cols, 2) float32: copied lines, and lines that could be copies, of the patches at `corner`, (u, v)."""
+    """Return (rows, cols, 2) float32: copied lines and possible ones, for the patches at `corner` = (u, v)."""
     z = []
     for k in range(16):
         u, v = (across[i] * (k // 4) + (1 - across[i]) * (k % 4) for i in (0, 1))

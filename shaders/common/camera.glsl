@@ -1,6 +1,6 @@
 // Pinhole camera. intrinsics = (fx, fy, cx, cy) in pixels; axes x right, y down, z forward.
 
-// The point at depth 1 that a pixel sees.
+// The point at depth 1 on the ray of a pixel.
 vec3 pixel_ray(vec2 pixel, vec4 intrinsics) {
     return vec3((pixel - intrinsics.zw) / intrinsics.xy, 1.0);
 }

@@ -1,5 +1,5 @@
-// sRGB transfer curves (IEC 61966-2-1), per channel, 0..1. The powers are fitted by a polynomial and by roots: at most
-// 0.0125 of an 8-bit step off, and without pow(), which software drivers take long for.
+// sRGB transfer curves (IEC 61966-2-1), per channel, 0..1. The powers are fitted by a polynomial and by roots. The
+// error is at most 0.0125 of an 8-bit step, and no pow() is needed, which is slow on software drivers.
 
 vec3 srgb_to_linear(vec3 e) {
     vec3 high = e * (e * (e * (e * (e * 0.0872854 - 0.3073866) + 0.6671696) + 0.5193783) + 0.0327467) + 0.0009169;

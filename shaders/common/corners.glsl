@@ -1,6 +1,6 @@
 #include "common/surface.glsl"
 
-// The four pixels of a frame round a position, and which of their splats is seen there.
+// The four pixels of a frame around a position, and which of their splats is seen there.
 
 struct Corners {
     ivec2 low;   // the upper left pixel
@@ -9,12 +9,12 @@ struct Corners {
     vec4 c, d;   // and below
 };
 
-// A sampler read at the texel's centre is quicker than texelFetch on llvmpipe.
+// A sampler read at the texel's centre is faster than texelFetch on llvmpipe.
 vec4 surface_at(sampler2D surface_map, ivec2 pixel) {
     return textureLod(surface_map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(surface_map, 0))), 0.0);
 }
 
-// Beyond the frame its outermost pixels count again.
+// Outside the frame its outermost pixels repeat.
 Corners corners_at(sampler2D surface_map, vec2 at) {
     ivec2 last = textureSize(surface_map, 0) - 1;
     ivec2 low = clamp(ivec2(floor(at)), ivec2(0), last);
@@ -26,7 +26,7 @@ Corners corners_at(sampler2D surface_map, vec2 at) {
     );
 }
 
-// The corner whose splat is seen where 1/z is w_at: is it on the right, is it below?
+// The corner whose splat is seen where 1/z is w_at: whether it is on the right, and whether it is below.
 bvec2 seen_corner(Corners corners, vec2 at, float w_at) {
     vec2 low = vec2(corners.low), high = vec2(corners.high);
     vec4 error = vec4(
@@ -47,7 +47,7 @@ vec4 corner_surface(Corners corners, bvec2 side) {
     return side.y ? (side.x ? corners.d : corners.c) : (side.x ? corners.b : corners.a);
 }
 
-// Weights of a, b, c, d at a position: bilinear, but only of those on the surface of `pixel`, of which w and slope are.
+// Weights of a, b, c, d at a position: bilinear, and 0 off the surface of `pixel`, whose w and slope are given.
 vec4 corner_weights(Corners corners, vec2 at, vec2 pixel, float w, vec2 slope) {
     vec2 low = vec2(corners.low), high = vec2(corners.high);
     return vec4(

@@ -1,11 +1,11 @@
 #include "common/inverse_depth.glsl"
 
-// average_pairs: depth freed from most of its noise by point-symmetric pairs, in which every slope cancels.
+// average_pairs: removes most of the noise of depth by point-symmetric pairs, in which every slope cancels.
 
 const float PAIR_GATE = 4.0;   // standard deviations by which a pair may miss the pixel
-const float PAIR_CHI2 = 2.2;   // spread of the pairs, in variances, above which the surface is taken for curved
-const float BOWL_CHI2 = 2.0;   // what a quadratic surface may leave of it
-const float NEGLIGIBLE = 1e-7; // noise over depth that float32 hides
+const float PAIR_CHI2 = 2.2;   // spread of the pairs, in variances, above which the surface counts as curved
+const float BOWL_CHI2 = 2.0;   // spread that a quadratic surface may leave
+const float NEGLIGIBLE = 1e-7; // noise over depth that float32 rounding hides
 
 vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
     vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(picture, 0)));
@@ -13,11 +13,11 @@ vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
     return at == clamp(at, vec2(0.0), vec2(1.0)) ? texel : vec2(0.0);
 }
 
-// Depth and its relative noise after averaging w = 1/z over the 12 pairs of a 5x5 window. The mean of a pair is w of
-// the pixel on every plane, so only the pairs that agree with the pixel count, and a plane stays as it is.
-// Where the pairs differ among themselves, but a quadratic surface explains them, its value in the centre is taken
-// instead (Savitzky, Golay 1964): less average, no flattened crests. `correlation` is noise that neighbours share
-// over noise that they do not; averaging leaves it.
+// Depth and its relative noise after averaging w = 1/z over the 12 pairs of a 5x5 window. On every plane the mean of a
+// pair is w of the pixel: so only pairs that agree with the pixel count, and a plane does not change.
+// If the pairs differ from each other, but a quadratic surface explains them, its value in the centre replaces the mean
+// (Savitzky, Golay 1964): this averages less, but does not flatten crests. `correlation` is noise that neighbours share
+// over noise that they do not share; averaging does not reduce it.
 vec2 average_pairs(sampler2D depth_map, ivec2 pixel, float noise, float correlation) {
     float here = depth_at(depth_map, pixel, ivec2(0));
     if (!(here > 0.0) || noise < NEGLIGIBLE) return vec2(here, noise);
@@ -42,7 +42,7 @@ vec2 average_pairs(sampler2D depth_map, ivec2 pixel, float noise, float correlat
     }
     float step = sum / (pairs + 0.5);
     float left = 1.0 / (1.0 + 2.0 * pairs);
-    // A mean of two has half the variance; 25 samples, of which a pair is two, fit the quadratic: sums over the
+    // A mean of two has half the variance. The quadratic is fitted to 25 samples, two per pair: sums over the
     // window of (u u - 2)^2, (v v - 2)^2 and (u v)^2 are 70, 70 and 100, and 13 - 4 samples remain.
     float spread = (squares - sum * sum / max(pairs, 1.0)) * 2.0 / (wide * max(pairs - 1.0, 1.0));
     float mean = all / 12.5;

@@ -1,15 +1,16 @@
 #include "common/inverse_depth.glsl"
 
-// Whether a depth picture was enlarged, or moved to another camera's pixels: then some lines repeat the line before.
+// Finds out whether a depth picture was enlarged, or moved to another camera's pixels: then some lines repeat the line
+// before.
 
-const float STEEP = 2.5;        // finest steps by which a line moves where rounding alone leaves no two lines equal
+const float STEEP = 2.5;        // finest steps: if a line moves so far, rounding alone cannot make two lines equal
 const float EDGE_STEP = 0.05;   // a larger relative step is a depth edge
-const float LINES_SHARE = 0.4;  // lines repeat whole: 5x5 pixels hold 5 positions; their mean keeps 1/5 = 1/25 + 0.4^2
-const int SLOPE_REACH = 4;      // pixels over which the slope is looked at: more than one copy is long
+const float LINES_SHARE = 0.4;  // whole lines repeat: 5x5 pixels hold 5 positions; their mean keeps 1/5 = 1/25 + 0.4^2
+const int SLOPE_REACH = 4;      // pixels over which the slope is measured: longer than one copy
 
-// Of the lines of a 4x4 patch along `across`: how many repeat the line before (x), of how many that could (y). Rounding
-// repeats lines as well, but only where the surface moves by less than a step per line; so a patch counts only where
-// some line as a whole moves by STEEP of the finest steps in the patch.
+// Among the lines of a 4x4 patch along `across`: how many repeat the line before (x), and how many could (y). Rounding
+// repeats lines, too, but only where the surface moves by less than a step per line. So a patch counts only if some
+// whole line moves by STEEP times the finest step in the patch.
 vec2 count_copies(sampler2D depth_map, ivec2 corner, ivec2 across) {
     float z[16];
     float least = 1e30, finest = 1e30, largest = 0.0, copies = 0.0;
@@ -34,16 +35,16 @@ vec2 count_copies(sampler2D depth_map, ivec2 corner, ivec2 across) {
     return counts ? vec2(copies, 3.0) : vec2(0.0);
 }
 
-// Noise over depth (x) and what neighbours share of it over the rest (y), with misplacement added.
+// Noise over depth (x), and the part that neighbours share over the rest (y), with misplacement added.
 vec2 add_misplaced(vec2 noise, float moved) {
     float sum = noise.x * noise.x + moved * moved;
     float in_common = noise.x * noise.y * noise.x * noise.y + LINES_SHARE * moved * LINES_SHARE * moved;
     return vec2(sqrt(sum), sqrt(in_common / max(sum, 1e-30)));
 }
 
-// Noise over depth that comes from depths standing up to `misplaced` pixels (standard deviation) from where they were
-// measured: the slope of the surface times that. The flatter side counts, on edges and tops none; beside a hole the known
-// side must do.
+// Noise over depth, as depths are displaced by `misplaced` pixels (standard deviation) from where they were measured:
+// that many times the slope of the surface. The flatter side gives the slope; it is 0 on edges and tops. Beside a hole
+// the known side gives it.
 float misplaced_noise(sampler2D depth_map, ivec2 pixel, float z, float misplaced) {
     vec2 slope = vec2(0.0);
     for (int axis = 0; axis < 2; ++axis) {

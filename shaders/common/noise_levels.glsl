@@ -1,11 +1,11 @@
 #include "common/noise_patch.glsl"
 
-// Patches summed up per block of 6x6, and the noise of a pixel from the grid of blocks.
+// Summaries of blocks of 6x6 patches, and the noise of a pixel from the grid of blocks.
 
-const int PATCH_PITCH = 8;    // pixels between patches: a quarter of the picture is looked at
+const int PATCH_PITCH = 8;    // pixels between patches: a quarter of the picture is measured
 const int BLOCK_PATCHES = 6;  // a block is 48x48 pixels
 const int PATCHES = 36;       // in a block
-const int FEWEST = 4;         // patches that make a noise level
+const int FEWEST = 4;         // patches that are enough for a noise level
 
 // First pixel of a patch; patches of a wider stride keep their centre (stride is odd). The grid of patches is centred
 // on the picture: `first` is the first pixel of its first patch.
@@ -20,7 +20,7 @@ float patch_value(vec4 patch_texel, int which) {
     return which == 2 ? patch_texel.y : patch_texel.z;
 }
 
-// The value below which `share` of a block's patches stay, NOTHING if too few have one. Radix selection on the upper
+// The value below which `share` of a block's patches lie, NOTHING if too few have a value. Radix selection on the upper
 // bits of the float: exact to 0.4 %, and the same on every machine.
 float block_quantile(sampler2D patches, ivec2 block, int which, float share) {
     int bits[PATCHES];
@@ -44,8 +44,8 @@ float block_quantile(sampler2D patches, ivec2 block, int which, float share) {
     return total >= (which < 2 ? FEWEST : 1) ? intBitsToFloat(prefix | 0x4000) : NOTHING;
 }
 
-// x: share of copied lines, NOTHING if none could be seen; y: share of the patches with an isolated jump; z: steps per pixel along the
-// gradient (1: no plateaus), w: mean depth, 0 where nothing is known.
+// x: share of copied lines, NOTHING if no line could show it; y: share of the patches with an isolated jump; z: steps
+// per pixel along the gradient (1: no plateaus); w: mean depth, 0 where nothing is known.
 vec4 block_counts(sampler2D patches, sampler2D patch_steps, ivec2 block) {
     float copies = 0.0, lines = 0.0, jumps = 0.0, pairs = 0.0, depth = 0.0, known = 0.0;
     vec2 steps = vec2(0.0);
@@ -68,8 +68,8 @@ vec4 block_counts(sampler2D patches, sampler2D patch_steps, ivec2 block) {
 }
 
 // Noise over depth at a pixel of depth z (x): the larger of the two levels in the block grid (x noise, y rounding),
-// bilinear between block centres, each carried to the pixel's own depth by its power of z; and what neighbours share
-// of it (y, from the grid's z). first: first pixel of the first patch.
+// bilinear between block centres, each scaled to the pixel's own depth by its power of z; and the part that neighbours
+// share (y, from the grid's z). first: first pixel of the first patch.
 vec2 noise_at(sampler2D grid, ivec2 pixel, ivec2 first, float z, vec2 powers) {
     float block = float(PATCH_PITCH * BLOCK_PATCHES);
     vec2 place = (vec2(pixel - first) - 0.5 * (block - float(PATCH_PITCH) + 3.0)) / block;

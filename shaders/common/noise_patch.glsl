@@ -1,14 +1,14 @@
 #include "common/inverse_depth.glsl"
 
-// What one 4x4 patch of a depth picture tells about its noise and its rounding.
+// What one 4x4 patch of a depth picture shows about its noise and its rounding.
 
 const float NOTHING = -1.0;     // no value
 const float JUMP_LIMIT = 0.05;  // a larger relative step between plateaus is a depth edge, not a rounding step
-const float ULPS = 1e-6;        // what float32 leaves of a second difference of depths, over depth
-const float EXACT = 0.06;       // how far a multiple of the lattice step may be off, in steps
+const float ULPS = 1e-6;        // rounding error of float32 in a second difference of depths, over depth
+const float EXACT = 0.06;       // error allowed for a multiple of the lattice step, in steps
 
-// Step of 1/z in a run of four depths that read equal, step, equal; 1e30 if they do not. Smooth surfaces have
-// none, rounded ones have many.
+// Step of 1/z in a run of four depths that are equal, step, equal; 1e30 for other runs. Smooth surfaces have no such
+// runs, rounded ones have many.
 float isolated_jump(float a, float b, float c, float d) {
     float jump = abs(c - b);
     bool isolated = a == b && c == d && jump > 0.0 && min(a, d) > 0.0 && jump < JUMP_LIMIT * min(b, c);
@@ -25,15 +25,15 @@ bool is_lattice(float second, float step) {
     return ratio > 20.5 || abs(ratio - floor(ratio + 0.5)) < EXACT;
 }
 
-// What one patch tells; `corner` is its first pixel, `stride` the distance of its samples.
+// The findings of one patch; `corner` is its first pixel, `stride` the distance of its samples.
 // x: |third difference along u of the third difference along v| of w = 1/z, over its gain 20: one sample of the
-// noise. Differences of high order in both directions at once cancel every f(u) + g(v) and all that is smoother than
-// a few pixels, yet pass white noise (Immerkaer 1996 with third in place of second differences).
+// noise. Differences of high order in both directions at once cancel every f(u) + g(v) and everything smoother than
+// a few pixels, but keep white noise (Immerkaer 1996, with third instead of second differences).
 // y: smallest isolated jump in w. z: step of the lattice on which the depths lie: 16-bit pictures hold k * step, so
-// second differences along rows and columns are small multiples of the step even on steep surfaces; the smallest
-// counts when all others are multiples of it and both signs or a zero occur, as rounding makes them.
+// second differences along rows and columns are small multiples of the step even on steep surfaces. The smallest one
+// counts if all others are multiples of it, and if both signs or a zero occur, as rounding makes them.
 // w: mean depth, 0 where nothing is known. steps: unequal neighbours along u and along v, of 4 each.
-// NOTHING stands for a value that cannot be had.
+// NOTHING stands for a value that cannot be measured.
 vec4 noise_patch(sampler2D depth_map, ivec2 corner, int stride, out vec2 steps) {
     float z[16];
     float w[16];

@@ -2,26 +2,26 @@
 #include "common/robust_plane.glsl"
 #include "common/normals_star.glsl"
 
-// Normals from noisy depth: a surface through 5x5 samples, set as far apart as the noise asks. Four answers in turn,
-// each for the pixels that the one before leaves open: calm_slope, robust_slope, nearer_slope, and star_slope of
+// Normals from noisy depth: a surface through 5x5 samples, as far apart as the noise requires. Four methods in turn,
+// each for the pixels that those before could not answer: calm_slope, robust_slope, nearer_slope, and star_slope of
 // normals_star.glsl.
 
-const float TILT = 0.006;      // radians of tilt noise that the fit aims at
+const float TILT = 0.006;      // radians of tilt noise that the fit is meant to reach
 const float FIT_GAIN = 7.07;   // sqrt(50), the spread of 5x5 samples: sum of u u
 const int WIDEST = 12;         // pixels between samples
 const float BOWL_FIT = 2.0;    // chi square per sample for a quadratic surface through all samples
 const float PLANE_FIT = 1.3;   // chi square per sample for a plane through some
 const float FOOTING = 4.0;     // least spread of the weighted samples across their narrowest direction
 
-// Pixels between the samples: the tilt of a plane through 25 of them is off by noise * focal length / (FIT_GAIN *
-// stride). 0 when hardly any noise is left.
+// Pixels between the samples: the tilt of a plane through 25 of them has an error of noise * focal length / (FIT_GAIN *
+// stride). 0 if hardly any noise is left.
 int widest_stride(vec2 here, vec4 intrinsics) {
     float focal = 0.5 * (abs(intrinsics.x) + abs(intrinsics.y));
     return int(min(here.y * focal / (FIT_GAIN * TILT) + 0.7, float(WIDEST)));
 }
 
-// Slope of w per pixel relative to w (xy) of a quadratic surface through samples `stride` pixels apart; z is 1 when
-// all samples are known and lie on it, else 0.
+// Slope of w per pixel relative to w (xy) of a quadratic surface through samples `stride` pixels apart; z is 1 if
+// all samples are known and lie on it, otherwise 0.
 vec3 calm_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     float d[25];
     float known = 0.0;
@@ -35,7 +35,7 @@ vec3 calm_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     return vec3(bowl.xy / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
-// The same of a robust plane through the known samples that lie on the pixel's own surface.
+// The same for a robust plane through the known samples that lie on the pixel's own surface.
 vec3 robust_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     float d[25];
     float m[25];
@@ -52,8 +52,8 @@ vec3 robust_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     return vec3(plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
-// The same for pixels where neither holds at this stride: either of them from samples ever nearer; z is 0 when none
-// holds at all.
+// The same for pixels where neither fits at this stride: tries both with samples closer and closer. z is 0 if none fits
+// at all.
 vec3 nearer_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     vec3 slope = vec3(0.0);
     for (int near = stride * 2 / 5; near > 0 && slope.z < 0.5; near = near * 2 / 5) {

@@ -1,9 +1,9 @@
 #include "common/inverse_depth.glsl"
 
-// Second pass after estimate_star: pixels without a good plane of their own take part of their neighbours'.
+// Second pass after estimate_star: pixels without a good plane of their own mix in the planes of neighbours.
 
-const float MUCH_BETTER = 0.1;    // a neighbour's plane counts when it explains this pixel ten times better
-const float COST_FLOOR = 1e-5;    // ten times what float32 leaves of a residual, so that its last bits choose nothing
+const float MUCH_BETTER = 0.1;    // a neighbour's plane counts if it explains this pixel ten times better
+const float COST_FLOOR = 1e-5;    // ten times the rounding error of a residual, so that its last bits decide nothing
 const float STEEPEST_STEP = 7.0;  // tan(82 deg): no surface leads to a neighbour by a steeper step
 
 // Normal and residual of estimate_star at pixel + offset, zeros outside the picture.
@@ -16,7 +16,7 @@ vec4 surface_at(sampler2D normal_map, ivec2 pixel, ivec2 offset) {
 // Mean of the pixel's normal (weight 1) and those of 12 neighbours, weight (limit / cost - 1)^2 where positive.
 // cost = the neighbour's residual + how far its plane misses this pixel, both relative to w; limit = a tenth of
 // the pixel's own residual. The weight is 0 at the limit, so no answer jumps there. On smooth surfaces all
-// residuals are alike and nothing is borrowed; beside creases, holes and edges one facet's plane is.
+// residuals are similar and nothing is borrowed. Beside creases, holes and edges the plane of one facet is borrowed.
 vec4 borrow(sampler2D depth_map, sampler2D normal_map, ivec2 pixel, vec4 intrinsics) {
     const ivec2 around[12] = ivec2[12](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1), ivec2(-1, -1),
                                        ivec2(1, -1), ivec2(-1, 1), ivec2(2, 0), ivec2(-2, 0), ivec2(0, 2), ivec2(0, -2));

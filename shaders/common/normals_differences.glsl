@@ -20,10 +20,10 @@ float central_difference(float before, float after, float otherwise) {
     return has_after ? after : has_before ? -before : otherwise;
 }
 
-// The smaller of the two one-sided differences: it does not cross the depth edge when only one side has one.
+// The smaller of the two one-sided differences: it does not cross a depth edge that only one side has.
 float smaller_difference(float before, float after, float otherwise) {
     if (min(before, after) >= MISSING_STEP) return otherwise;
-    if (abs(after) == abs(before)) return 0.5 * (after - before);  // a ridge: the same answer in a mirrored picture
+    if (abs(after) == abs(before)) return 0.5 * (after - before);  // a ridge: the same in a mirrored picture
     return abs(after) < abs(before) ? after : -before;
 }
 
@@ -38,7 +38,7 @@ vec3 estimate_central(sampler2D depth_map, ivec2 pixel, vec4 intrinsics) {
     return normal_of_slope(slope, ray, intrinsics);
 }
 
-// Per axis the side where w changes less (Turanszki 2019 selects so on depth, atyuwen 2021 refines it).
+// Per axis the side where w changes less (Turanszki 2019 selects by depth in this way, atyuwen 2021 refines it).
 vec3 estimate_one_sided(sampler2D depth_map, ivec2 pixel, vec4 intrinsics) {
     float here = depth_at(depth_map, pixel, ivec2(0));
     if (!(here > 0.0)) return vec3(0.0);

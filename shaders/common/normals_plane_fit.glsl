@@ -2,8 +2,8 @@
 
 // Classical normals from a least-squares plane in w = 1/z over a square window: smooths noise, rounds edges.
 
-const float DEPTH_GATE = 0.02;   // neighbours further than this share of the pixel's depth belong to another surface
-const float DEGENERATE = 1e-3;   // squared sine between the two directions of the known pixels: they lie on a line
+const float DEPTH_GATE = 0.02;   // neighbours farther off than this share of the pixel's depth are another surface
+const float DEGENERATE = 1e-3;   // squared sine between two directions of the known pixels; below, they lie on a line
 
 // window = odd size of the square, 3 to 13. Steps are taken from the centre pixel, offsets are small integers,
 // so the sums of offsets are exact in float32; multiplying the normal equations by the count keeps them so.

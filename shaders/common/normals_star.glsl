@@ -3,17 +3,17 @@
 // estimate_star: normal of a pixel from its 8-pointed star of 16 neighbours; sharp at depth edges, exact on planes.
 
 const float REJECTED = 1e30;    // error of a stencil that crosses a hole or a jump
-const float ONE_SIDED = 1e20;   // tau of a direction that lost a stencil: the least bent of the rest wins alone
+const float ONE_SIDED = 1e20;   // tau of a direction that lost a stencil: then the least bent of the others wins alone
 const float STEEPEST = 7.0;     // tan(82 deg): a step between neighbours that is steeper may be a jump
-const float ROUNDING = 1e-12;   // square of what float32 depth leaves of a second difference
+const float ROUNDING = 1e-12;   // square of the rounding error of a second difference of float32 depth
 const float BEND_NOISE = 6.0;   // variance of a second difference in units of one pixel's: 1 + 4 + 1
 const float TWIST_NOISE = 2.5;  // variance of half a third difference: (1 + 4 + 4 + 1) / 4
-const float RIDGE = 1e-9;       // weight of the view-facing slope; the feeblest real vote has 1e-2
+const float RIDGE = 1e-9;       // weight of the view-facing slope; the weakest real vote has 1e-2
 const float FEEBLE = 1e-2;      // weight of a plain difference; that of a bend of 1e-3 is 1e6
 const float FOURTH_NOISE = 0.1; // second over fourth difference variance (6 / 70): noise alone keeps tau near 1
 
-// Square of a stencil's second difference `bend`; REJECTED when the bend is most of its larger step and
-// that step is steeper than a surface can be seen: then a jump lies inside the stencil.
+// Square of a stencil's second difference `bend`. REJECTED if the bend is most of its larger step and that step is too
+// steep for a visible surface: then a jump lies inside the stencil.
 float stencil_error(float bend, float step_a, float step_b, float steepest, float variance) {
     float larger = max(abs(step_a), abs(step_b));
     float square = bend * bend;
@@ -27,13 +27,13 @@ float beyond_noise(float difference, float variance) {
     return ratio * ratio / (1.0 + ratio * ratio);
 }
 
-// Slope of w per step along one direction (x) and the weight it deserves (y), from the relative steps of
+// Slope of w per step along one direction (x) and its weight (y), from the relative steps of
 // the two pixels before and the two after. Three parabola stencils (left, centre, right) are mixed as in
 // WENO-Z (Borges, Carmona, Costa, Don 2008): 1 : 4 : 1 where w is smooth, which is the fourth-order
-// central difference, and the least bent one where it is not. tau is the fourth difference squared,
-// which sees a jump anywhere in the five points yet vanishes faster on smooth surfaces.
-// Bends and twists that could be noise are not followed: a side stencil then is a straight line and all five
-// points a straight line fitted by least squares, with a ninth of the variance (Savitzky, Golay 1964).
+// central difference, and the least bent one where it is not. tau is the squared fourth difference: it
+// responds to a jump anywhere in the five points, but vanishes faster on smooth surfaces.
+// Bends and twists that could be noise are ignored: then a side stencil is a straight line, and all five points are a
+// straight line fitted by least squares, with a ninth of the variance (Savitzky, Golay 1964).
 vec2 slope_along(float before2, float before1, float after1, float after2, float steepest, float variance) {
     float bend_l = before2 - 2.0 * before1;
     float bend_c = before1 + after1;
@@ -56,20 +56,20 @@ vec2 slope_along(float before2, float before1, float after1, float after2, float
     if (whole) slope = line + beyond_noise(twist, TWIST_NOISE * variance) * (slope - line);
     float error = min(tau + (BEND_NOISE * variance + ROUNDING), min(error_l, min(error_c, error_r)));
     float weight = 1.0 / error;
-    // Structures 1 or 2 px wide have no parabola: a plain difference to either side, if not a jump, votes feebly.
+    // Structures 1 or 2 px wide have no parabola: plain differences to both sides get a weak vote, except jumps.
     float weak_b = abs(before1) < steepest ? FEEBLE : 0.0;
     float weak_a = abs(after1) < steepest ? FEEBLE : 0.0;
     float total = weight + weak_b + weak_a;
     return vec2((weight * slope - weak_b * before1 + weak_a * after1) / total, total);
 }
 
-// Slope of w at `pixel` per step in u and v relative to w (xy), and how far w may be off that plane one step
-// away, relative to w (z: residual; 1e-6 on clean planes, 3e4 when no neighbour had a say). intrinsics = fx, fy,
-// cx, cy; `here` = depth of the pixel, not 0; sigma = std of depth noise over depth at this pixel, 0 when clean.
+// Slope of w at `pixel` per step in u and v relative to w (xy), and how far w may lie off that plane one step
+// away, relative to w (z: residual; 1e-6 on clean planes, 3e4 if no neighbour has a vote). intrinsics = fx, fy,
+// cx, cy; `here` = depth of the pixel, not 0; sigma = std of depth noise over depth at this pixel, 0 if clean.
 //
 // Weighted least squares over four directions, exact on planes. It is written as the mean over pairs of
 // directions, each weighted by its squared determinant (Jacobi 1841): all terms positive, nothing cancels.
-// One last vote of weight 1e-9 goes to the surface facing the viewer; it decides for lone pixels only.
+// One last vote of weight 1e-9 goes to the surface facing the viewer. It decides only for isolated pixels.
 vec3 star_slope(sampler2D depth_map, ivec2 pixel, float here, vec4 intrinsics, float sigma) {
     const ivec2 along[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(1, -1));
     float variance = sigma * sigma;

@@ -1,4 +1,4 @@
-// Bilinear sample at a position in pixels, in float: the GPU's own filter works with 8-bit weights.
+// Bilinear sample at a position in pixels, in float: the GPU's own filter has only 8-bit weights.
 vec3 sample_picture(sampler2D picture, vec2 position) {
     ivec2 last = textureSize(picture, 0) - 1;
     vec2 corner = floor(position);

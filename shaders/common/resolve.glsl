@@ -1,20 +1,20 @@
 #include "common/corners.glsl"
 #include "common/picture.glsl"
 
-// What a pixel of the view shows of a frame, and the frame's values there: mixed from the four pixels round the
-// position, so that nothing blends across an edge.
+// What a pixel of the view shows of a frame, and the frame's values there. They are mixed from the four pixels around
+// the position, but never across an edge.
 
-const float FEW = 0.001;  // the least sum of weights of which a mean is taken
+const float FEW = 0.001;  // the smallest sum of weights that is enough for a mean
 
 struct Seen {
     vec2 at;              // position in the frame
     float inverse_depth;  // 1/z in the target view
     ivec2 pixel;          // whose splat is seen
-    vec4 own;             // its surface; depth 0 when there is none
-    Corners corners;      // round the position
+    vec4 own;             // its surface; depth 0 if there is none
+    Corners corners;      // around the position
 };
 
-// What a target pixel shows of the splat that is known to be seen in it.
+// What a target pixel shows if it is known which splat is seen there.
 Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
     vec2 centre = vec2(pixel);
     vec4 own = texelFetch(surface_map, pixel, 0);
@@ -25,7 +25,7 @@ Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 sourc
     return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at));
 }
 
-// The same where only its 1/z is known, which tells where to look.
+// The same if only its 1/z is known: that says where to look.
 Seen look_up(sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
     vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
     Corners corners = corners_at(surface_map, back.xy);
@@ -58,12 +58,13 @@ vec3 mix_light(Seen seen, vec4 weight, sampler2D light_map) {
     return total > FEW ? mixed / total : texelFetch(light_map, seen.pixel, 0).rgb;
 }
 
-// Where to take the colour: between pixels with neighbours all round, else it would be of the edge's other side too.
+// Where to read the colour: between pixels with neighbours on all sides; beside an edge at the pixel itself, so that
+// the other side of the edge does not mix in.
 vec2 color_position(Seen seen, vec4 weight) {
     return min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0 ? seen.at : vec2(seen.pixel);
 }
 
-// Linear light as a texture of 16 bits keeps it.
+// Linear light, rounded as in a texture of 16 bits.
 vec3 stored(vec3 linear) {
     return floor(clamp(linear, 0.0, 1.0) * 65535.0 + 0.5) / 65535.0;
 }

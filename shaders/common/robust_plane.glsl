@@ -1,10 +1,10 @@
-// Robust planes through 5x5 samples d of a function, weighted m (1 known, 0 not); variance is that of a sample.
+// Robust planes through 5x5 samples d of a function, with weights m (1 known, 0 missing); variance: of one sample.
 
-const float GATE = 5.0;          // standard deviations at which a sample has no weight
+const float GATE = 5.0;          // standard deviations from which on a sample has no weight
 const float OUTLIER = 9.0;       // variances that an outlier costs a candidate
-const float CENTRE_FIRST = 0.8;  // cost of the centre candidate: it takes no side
+const float CENTRE_FIRST = 0.8;  // factor on the cost of the centre candidate, which prefers no side
 
-// Plane (value at the pixel, slope per sample in u and v) by least squares from the sums of the weights and products.
+// Plane (value at the pixel, slope per sample in u and v) by least squares, from sums of weights and products.
 vec3 solve_plane(float s, float su, float sv, float suu, float suv, float svv, float sd, float sud, float svd) {
     float mean_u = su / max(s, 1e-6), mean_v = sv / max(s, 1e-6), mean_d = sd / max(s, 1e-6);
     float uu = suu - su * mean_u, uv = suv - su * mean_v, vv = svv - sv * mean_v;
@@ -15,8 +15,8 @@ vec3 solve_plane(float s, float su, float sv, float suu, float suv, float svv, f
     return vec3(mean_d - slope_u * mean_u - slope_v * mean_v, slope_u, slope_v);
 }
 
-// Slope in the centre (xy) of the quadratic surface through all 25 samples, which is that of the plane as well, and
-// the squares that the surface leaves (z).
+// Slope in the centre (xy) of the quadratic surface through all 25 samples, which is also that of the plane, and
+// the squares that remain (z).
 vec3 bowl_slope(float d[25]) {
     float sum = 0.0, squares = 0.0, u = 0.0, v = 0.0, uu = 0.0, vv = 0.0, uv = 0.0;
     for (int k = 0; k < 25; ++k) {
@@ -33,7 +33,7 @@ vec3 bowl_slope(float d[25]) {
     return vec3(u / 50.0, v / 50.0, rest);
 }
 
-// Plane through 3x3 of the samples, u and v = -1, 0, 1 being its middle; the plane's value is that at the pixel.
+// Plane through 3x3 of the samples. Their middle is at u and v = -1, 0 or 1; the plane's value is that at the pixel.
 vec3 corner_plane(float d[25], float m[25], int u, int v) {
     int i = 5 * v + u + 6;
     float top = m[i] + m[i + 1] + m[i + 2], mid = m[i + 5] + m[i + 6] + m[i + 7];
@@ -48,7 +48,7 @@ vec3 corner_plane(float d[25], float m[25], int u, int v) {
     return plane;
 }
 
-// What a plane leaves unexplained: the squares over all samples, capped, and four times that of the pixel itself.
+// What a plane does not explain: the sum of capped squares over all samples, and four times that of the pixel itself.
 float plane_cost(float d[25], float m[25], vec3 plane, float variance) {
     float cost = 4.0 * max(plane.x * plane.x - OUTLIER * variance, 0.0);
     for (int j = 0; j < 25; ++j) {
@@ -58,8 +58,8 @@ float plane_cost(float d[25], float m[25], vec3 plane, float variance) {
     return cost;
 }
 
-// The best of five planes: through the centre 3x3 of the samples and through the four 3x3 corners, all of which hold
-// the pixel; at an edge one of the corners lies on the pixel's own side. Written out: indexed arrays are slow.
+// The best of five planes: through the centre 3x3 of the samples and through the four 3x3 corners, all of which
+// contain the pixel. At an edge one of the corners lies on the pixel's own side. Written out: indexed arrays are slow.
 vec3 best_corner(float d[25], float m[25], float variance) {
     vec3 a = corner_plane(d, m, -1, -1), b = corner_plane(d, m, 1, -1), c = corner_plane(d, m, 0, 0);
     vec3 e = corner_plane(d, m, -1, 1), f = corner_plane(d, m, 1, 1);
@@ -70,8 +70,8 @@ vec3 best_corner(float d[25], float m[25], float variance) {
     return least == cost_a ? a : least == cost_b ? b : least == cost_c ? c : least == cost_e ? e : f;
 }
 
-// One round of least squares with biweights (Beaton, Tukey 1974). fit: chi square per sample of the plane that came
-// in, and the spread of the weighted samples across their narrowest direction.
+// One round of least squares with biweights (Beaton, Tukey 1974). fit: chi square per sample of the given plane, and
+// the spread of the weighted samples across their narrowest direction.
 vec3 refine_plane(float d[25], float m[25], vec3 plane, float variance, out vec2 fit) {
     float s = 0.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0, sd = 0.0, sud = 0.0, svd = 0.0, squares = 0.0;
     float scale = 1.0 / (GATE * GATE * variance);

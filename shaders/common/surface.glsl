@@ -1,10 +1,10 @@
 #include "common/splat.glsl"
 
-// Looking a target pixel up in its frame.
+// Looks a target pixel up in its frame.
 
-const float SAME_SURFACE = 0.02;  // a neighbour further off the tangent plane than this share of 1/z is another surface
+const float SAME_SURFACE = 0.02;  // a neighbour off the tangent plane by more than this share of 1/z is another surface
 
-// Row and column of a pixel by its number. Integer division is slow on many GPUs; a float's may be one off.
+// Row and column of a pixel by its number. Integer division is slow on many GPUs; float division may be wrong by one.
 ivec2 pixel_of(int index, int columns) {
     int row = int(float(index) / float(columns));
     int column = index - row * columns;
@@ -25,14 +25,14 @@ float inverse_depth_at(vec2 at, vec2 pixel, float w, vec2 slope) {
     return max(w + dot(slope, at - pixel), 0.01 * w);  // never behind the camera
 }
 
-// The same from the other side: what a target pixel with this 1/z shows, as position in the source picture and 1/z
+// The same from the other side: what a target pixel with this 1/z shows, as a position in the source picture and 1/z
 // there. view takes source axes to target axes.
 vec3 carry_back(vec2 target_pixel, float inverse_depth, vec4 target, mat4 view, vec4 source) {
     vec3 h = (pixel_ray(target_pixel, target) - view[3].xyz * inverse_depth) * mat3(view);  // v * M = transpose(M) * v
     return vec3(project(h, source), inverse_depth / h.z);
 }
 
-// Weight of the neighbour with depth z at a corner round `at`: bilinear, but 0 where the neighbour is missing or on
+// Weight of the neighbour with depth z at a corner around `at`: bilinear, but 0 if the neighbour is missing or on
 // another surface, so that nothing blends across an edge.
 float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
     if (z == 0.0) return 0.0;
@@ -42,7 +42,7 @@ float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 
     return closeness.x * closeness.y;
 }
 
-// Does the splat at a corner cover this position, and how well does its 1/z agree? The most likely has the least.
+// Whether the splat at a corner covers this position, and how well its 1/z agrees. The most likely has the least value.
 float look_up_error(float z, vec2 corner, vec2 at, float w_at) {
     vec2 off = abs(at - corner);
     if (z == 0.0 || max(off.x, off.y) > 0.501 + MARGIN) return 1e30;

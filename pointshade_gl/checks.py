@@ -65,7 +65,7 @@ def check_flag(value: Any, name: str) -> bool:
 
 
 def check_path(path: Any) -> Path:
-    """The path as a Path. Raises TypeError if it is none, ValueError for characters that no file name can have."""
+    """The path as a Path. Raises TypeError for anything else, ValueError for characters that no file name can have."""
     text = os.fspath(path) if isinstance(path, str | os.PathLike) else None
     if not isinstance(text, str):
         raise TypeError(f"path must be a text or a Path, got {shown(path)}")

@@ -1,4 +1,4 @@
-"""How two pictures are compared, everywhere: DESIGN section 6, without knobs."""
+"""Compares two pictures, in all tests alike: DESIGN section 6, without options."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ STEP, OUTLIERS, MEAN = 2, 0.001, 0.05
 
 
 def compare_images(actual: np.ndarray, expected: np.ndarray) -> str:
-    """'' when they agree, else what is wrong: at most 0.1 % of the pixels off by more than 2 steps, mean 0.05."""
+    """'' if they agree: at most 0.1 % of the pixels differ by more than 2 steps, mean 0.05. Else the reason."""
     if actual.shape != expected.shape:
         return f"shape {actual.shape} instead of {expected.shape}"
     difference = np.abs(actual.astype(int) - expected)

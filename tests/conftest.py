@@ -1,4 +1,4 @@
-"""Fixtures: an OpenGL context or a skip, the real frames or a skip, golden pictures."""
+"""Fixtures: an OpenGL context, a display, the real frames (without them a test is skipped), golden pictures."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def pytest_addoption(parser):
 
 @pytest.fixture(scope="session")
 def renderer():
-    """One Renderer for the whole run. No GL skips the test, unless POINTSHADE_REQUIRE_GL=1."""
+    """One Renderer for the whole run. Without GL the test is skipped, unless POINTSHADE_REQUIRE_GL=1."""
     try:
         made = ps.Renderer()
     except ps.ContextError as error:
@@ -40,7 +40,7 @@ def renderer():
 
 @pytest.fixture
 def gpu(renderer, tmp_path):
-    """gpu(file of shaders/common, expression, **inputs): what `evaluate` gives."""
+    """gpu(file of shaders/common, expression, **inputs): the result of `evaluate`."""
 
     def call(include, expression, **inputs):
         with renderer.context.gl:
@@ -51,9 +51,9 @@ def gpu(renderer, tmp_path):
 
 @pytest.fixture(scope="session")
 def display():
-    """A display to open windows on: Xvfb, so that nobody's own screen flickers; True if it is one, else the user's.
+    """A display to open windows on: Xvfb (True), so that no screen flickers; without it the user's own (False).
 
-    With neither the test is skipped, unless POINTSHADE_REQUIRE_GL=1.
+    Without both the test is skipped, unless POINTSHADE_REQUIRE_GL=1.
     """
     if shutil.which("Xvfb") is None:
         if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
@@ -76,14 +76,14 @@ def display():
     finally:
         os.close(reading)
         if "glfw" in sys.modules:
-            sys.modules["glfw"].terminate()  # before the server goes: Xlib ends a process that loses its own
+            sys.modules["glfw"].terminate()  # before the server ends: Xlib ends a process that loses its server
         server.terminate()
         server.wait()
 
 
 @pytest.fixture
 def open_viewer(display):
-    """open_viewer(source, ..., kind=Viewer) opens a window and draws it; at the end GL must not have complained."""
+    """open_viewer(source, ..., kind=Viewer) opens a window and draws it. At the end GL must have no error."""
     from pointshade_gl.viewer import Viewer
 
     from . import frames
@@ -106,7 +106,7 @@ def open_viewer(display):
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
-    """The folder of real frames beside the repository. Its absence skips the test, except in CI."""
+    """The folder of real frames beside the repository. Without it the test is skipped, except in CI."""
     folder = Path(os.environ.get("POINTSHADE_DATA", HERE.parent.parent / "shared" / "data"))
     if not folder.is_dir():
         if os.environ.get("CI"):

@@ -1,4 +1,4 @@
-"""Small frames for the tests, 160x120, made here: smooth ones and the awkward ones."""
+"""Small frames for the tests, 160x120, computed here: smooth ones and difficult ones."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ def step() -> ps.Frame:
 
 
 def holes() -> ps.Frame:
-    """The sphere before its wall with a fifth of the pixels missing."""
+    """The sphere in front of its wall with a fifth of the pixels missing."""
     frame = sphere_before_wall()
     missing = np.random.default_rng(7).random(frame.depth.shape) < 0.2
     return ps.Frame(frame.color, np.where(missing, 0, frame.depth), CAMERA)
 
 
 def noisy() -> ps.Frame:
-    """The sphere before its wall, seen by a sensor with 2 mm of noise."""
+    """The sphere in front of its wall, seen by a sensor with 2 mm of noise."""
     frame = sphere_before_wall()
     noise = np.random.default_rng(11).normal(0, 0.002, frame.depth.shape)
     return ps.Frame(frame.color, np.where(frame.depth > 0, frame.depth + noise, 0), CAMERA)

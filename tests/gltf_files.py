@@ -39,7 +39,7 @@ def document(**changes: Any) -> dict[str, Any]:
 
 
 def with_arrays(arrays: dict[str, tuple[np.ndarray, dict[str, Any]]], **primitive: Any) -> dict[str, Any]:
-    """A mesh of these arrays: attributes by their names, "indices", and what their accessors say beside."""
+    """A mesh of these arrays: attributes by their names, "indices", and what else their accessors say."""
     codes = {"b": 5120, "B": 5121, "h": 5122, "H": 5123, "I": 5125, "f": 5126}
     kinds = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
     blob, views, accessors = b"", [], []
@@ -67,7 +67,7 @@ def write_gltf(folder: Path, data: dict[str, Any], name: str = "scene.gltf") -> 
 
 
 def glb(data: dict[str, Any], blob: bytes) -> bytes:
-    """The container as its specification draws it: header, a chunk of JSON, a chunk of bytes."""
+    """The container as in its specification: header, a chunk of JSON, a chunk of bytes."""
     text = json.dumps(data).encode()
     text += b" " * (-len(text) % 4)
     blob += bytes(-len(blob) % 4)

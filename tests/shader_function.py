@@ -1,4 +1,4 @@
-"""Runs one function of shaders/common on the GPU for many arguments at once, so that it can be held to its mirror."""
+"""Runs one function of shaders/common on the GPU for many arguments at once, to compare it with its mirror."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def functions_of(path: Path) -> list[str]:
 def evaluate(
     context: moderngl.Context, tmp_path: Path, include: str, expression: str, **inputs: np.ndarray
 ) -> np.ndarray:
-    """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), reached by their names.
+    """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), available by their names.
 
     A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows.
     """

@@ -1,4 +1,4 @@
-"""`pointshade bench`: its scenes are what they claim, its stresses do what they say, its files are whole."""
+"""`pointshade bench`: scenes are what they claim, stresses do what they say, files are complete."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Cameras and poses: the conventions, and the words for what is no camera."""
+"""Cameras and poses: the conventions, and the errors for impossible ones."""
 
 import math
 

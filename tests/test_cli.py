@@ -1,4 +1,4 @@
-"""The command line as a user types it: files written, one line said, one sentence for everything that is wrong."""
+"""The command line as a user types it: it writes files and prints one line; every error is one sentence."""
 
 import os
 import re
@@ -254,7 +254,7 @@ def test_a_film_that_cannot_be_is_one_sentence(folder, tmp_path, name, options, 
 
 
 def test_no_gl_at_all_is_exit_code_1_and_says_what_to_install(folder, tmp_path):
-    """The loader of EGL drivers is told of none."""
+    """The loader of EGL drivers finds no driver."""
     done = run("render", folder, "-o", tmp_path / "out.png", environment={"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull})
     check_refused(done, tmp_path, "no OpenGL 3.3 context", code=1)
     assert sys.platform != "linux" or "apt-get install -y libegl1 libgl1-mesa-dri" in done.stderr

@@ -1,4 +1,4 @@
-"""Groups of options: declared once, spread into single options, handed to the command as one value."""
+"""Groups of options: declared once, shown as single options, given to the command as one value."""
 
 import inspect
 from dataclasses import dataclass, fields

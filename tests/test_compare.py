@@ -1,4 +1,4 @@
-"""The metric of the picture tests: it passes what is equal and fails what an eye or a ruler would see."""
+"""The metric of the picture tests: equal pictures pass; differences that can be seen or measured fail."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The built-in scene: what is in it, where it stands, and that its files are what its program makes."""
+"""The built-in scene: what is in it and where; its files are those that its program writes."""
 
 import numpy as np
 import pytest

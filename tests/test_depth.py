@@ -1,4 +1,4 @@
-"""Depth files: the stored numbers come out of every format, and what is no depth is refused with a reason."""
+"""Depth files: every format gives the stored numbers; what is not depth is refused with a reason."""
 
 import sys
 

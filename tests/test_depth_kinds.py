@@ -1,4 +1,4 @@
-"""Kinds of depth: each against the definition written out for single pixels; what counts as missing."""
+"""Kinds of depth: each is compared with its definition for single pixels; what counts as missing."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Films: what players will show of them, and that nothing half-written is left."""
+"""Films: what players show, and that no half-written file is left."""
 
 import os
 import re
@@ -14,7 +14,7 @@ from pointshade_gl.files.film import BACKGROUND, Film, check_film
 
 
 def picture(k=0, width=64, height=48):
-    """(h, w, 4): a square of one colour, another for each k, with nothing round it."""
+    """(h, w, 4): a square of one colour, another for each k, with nothing around it."""
     image = np.zeros((height, width, 4), np.uint8)
     image[8:40, 8:40] = (40 * (k % 6), 200 - 20 * (k % 6), 90, 255)
     return image
@@ -29,7 +29,7 @@ def gradients(count=12):
 
 
 def decoded(path):
-    """(n, h, w, 3) uint8 of an .mp4, and what ffmpeg tells about it."""
+    """(n, h, w, 3) uint8 of an .mp4, and what ffmpeg says about it."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     facts = subprocess.run([get_ffmpeg_exe(), "-hide_banner", "-i", path], capture_output=True, text=True).stderr
@@ -103,7 +103,7 @@ class TestGif:
 
     @pytest.mark.parametrize(("fps", "longest"), [(30, 40), (24, 50), (100, 20), (12, 90)])
     def test_the_film_lasts_as_long_as_its_pictures_a_second_say(self, tmp_path, fps, longest):
-        """Hundredths of a second alternate; nothing is shorter than the two that browsers honour."""
+        """Durations alternate between whole hundredths of a second, and none is below two: browsers slow those down."""
         with Film(tmp_path / "out.gif", fps) as film:
             for k in range(24):
                 film.add(picture(k))

@@ -1,4 +1,4 @@
-"""Frames: what counts as missing, what is refused and in which words."""
+"""Frames: what counts as missing, what is refused and by which message."""
 
 import numpy as np
 import pytest

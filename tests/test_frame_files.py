@@ -1,4 +1,4 @@
-"""Frames from folders, files and arrays: what is found, what is guessed and told, what is refused."""
+"""Frames from folders, files and arrays: what is found, what is guessed and printed, what is refused."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""glTF and GLB files, written by other hands than the reader's: what becomes of them."""
+"""glTF and GLB files that another program wrote: what the reader makes of them."""
 
 import math
 import sys
@@ -49,7 +49,7 @@ def turn_x(degrees):
 
 
 def test_a_glb_made_by_hand_opens(tmp_path):
-    path = tmp_path / "tiny.bin"  # the content tells, not the suffix
+    path = tmp_path / "tiny.bin"  # the content decides, not the suffix
     path.write_bytes(glb(document(buffers=[{"byteLength": 42}]), BLOB))
     scene = ps.load_scene(path, notes=refuse)
     mesh = only_mesh(scene)
@@ -268,7 +268,7 @@ def test_a_camera_below_a_scale_and_a_mirror_looks_straight(tmp_path):
     ]
     data = document(nodes=nodes, cameras=[{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 1}}])
     scene = load(tmp_path, data)
-    assert scene.camera == ps.Camera.from_fov(math.degrees(0.8), 640, 480)  # 4:3 without a word
+    assert scene.camera == ps.Camera.from_fov(math.degrees(0.8), 640, 480)  # 4:3 if the file does not say
     np.testing.assert_allclose(scene.pose[:3, :3].T @ scene.pose[:3, :3], np.eye(3), atol=1e-12)
     assert np.linalg.det(scene.pose[:3, :3]) > 0 and scene.pose[:3, 3].tolist() == [-2, 0, 4]
     ahead = np.array([2 * math.sin(0.4), 0, -math.cos(0.4)])

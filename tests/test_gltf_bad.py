@@ -1,4 +1,4 @@
-"""Files that are no scene: one sentence each, which names the file and the part."""
+"""Broken scene files: each gives one sentence that names the file and the part."""
 
 import copy
 import json
@@ -96,7 +96,7 @@ NODE, PRIMITIVE, ACCESSOR = ("nodes", 0), ("meshes", 0, "primitives", 0), ("acce
 )  # fmt: skip
 def test_a_broken_part_is_named(tmp_path, path, value, complaint):
     data = changed(path, value)
-    if not complaint:  # what nothing uses may be broken
+    if not complaint:  # unused parts may be broken
         assert ps.load_scene(write_gltf(tmp_path, data)).nodes
         return
     assert complaint in complaint_of(write_gltf(tmp_path, data))

@@ -1,4 +1,4 @@
-"""Noise: measured, told, and answered by the right estimator; stable where classical methods break."""
+"""Noise: measured, or given by the caller; the right estimator is chosen, and stays stable where others break."""
 
 import numpy as np
 import pytest
@@ -92,7 +92,7 @@ def test_only_noise_asks_for_the_adaptive_estimator(renderer, scene, stress, met
     assert renderer.choice.method == method
 
 
-# A bound that auto holds, in degrees, and a classical method that is shown to break it.
+# A bound in degrees that auto keeps, and a classical method that exceeds it.
 @pytest.mark.parametrize(
     ("stress", "bound", "classical", "step"),
     [
@@ -205,7 +205,7 @@ def test_rounding_steps_are_found(scene):
 
 
 def test_repeated_lines_are_seen_and_leave_no_speckle(renderer):
-    """A grazing floor, enlarged: neighbouring lines are equal or a slope apart, which no level of noise explains."""
+    """A grazing floor, enlarged: neighbouring lines are equal or differ by a slope: no noise level explains that."""
     hits = trace([plane((0.1, -0.9, 0), (0, 0.25, 0), frames.checks)], CAMERA)
     depth = enlarged(rounded(np.where((hits.depth > 0) & (hits.depth < 3), hits.depth, 0), 0.001))
     normals = renderer.estimate_normals(frame_of(depth))

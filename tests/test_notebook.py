@@ -1,4 +1,4 @@
-"""Rendered arrays show themselves in a notebook and stay arrays in everything else."""
+"""A notebook shows rendered arrays as pictures; otherwise they are ordinary arrays."""
 
 import io
 import pickle

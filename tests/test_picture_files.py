@@ -1,4 +1,4 @@
-"""Pictures: what is written comes back, a failure leaves nothing behind, bad files are named in one sentence."""
+"""Pictures: reading gives what was written, a failure leaves no file, errors name the file in one sentence."""
 
 import numpy as np
 import pytest

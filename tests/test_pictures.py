@@ -1,4 +1,4 @@
-"""Whole pictures against the CPU mirror and the stored ones."""
+"""Whole pictures, compared with the CPU mirror and with stored ones."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def rasterizer(request, renderer):
 
 
 def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="triangles-8", step="5%", **options):
-    """What `golden` takes; the mirror is lit by the GPU's own normals, which have tests of their own."""
+    """The arguments of `golden`. The mirror uses the GPU's normals, which have tests of their own."""
     pose, camera = frame.pose if pose is None else pose, camera or frame.camera
     actual = rasterizer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, normals, max_depth_step=step))
@@ -41,7 +41,7 @@ def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tr
     mirror = mirror_render(
         frame, found, lights, look, Eye(camera, pose, NEAR * frame.scale), "points" if by_points else rasterizer.name
     )
-    return actual, mirror, rasterizer.name == "points"  # the stored pictures are theirs
+    return actual, mirror, rasterizer.name == "points"  # the stored pictures are from the points
 
 
 def turned(frame, yaw=15.0, pitch=5.0, dolly=0.0):
@@ -129,7 +129,7 @@ def test_another_size_and_the_default_light(rasterizer, golden):
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
 @pytest.mark.parametrize(("merge", "rims"), [(0, 0), (MERGE, 0.0003)])
 def test_both_rasterizers_cover_the_same_and_differ_only_where_splats_overlap(renderer, shading, merge, rims):
-    """Neighbours overlap by a tenth of a source pixel: which one is seen there may differ, and what is mixed hardly."""
+    """Neighbours overlap by a tenth of a source pixel: which one is seen there may differ, mixed values hardly."""
     if renderer.context.gl.version_code < 430:
         pytest.skip("the compute rasteriser needs OpenGL 4.3")
     with ps.Renderer(rasterizer="points") as points, ps.Renderer(rasterizer="compute", merge=merge) as compute:

@@ -1,4 +1,4 @@
-"""The readers on real files: every sensor's frame, and every odd file that users were seen with."""
+"""The readers on real files: a frame of every sensor, and every odd kind of file that users have."""
 
 import shutil
 

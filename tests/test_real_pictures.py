@@ -1,4 +1,4 @@
-"""Real frames, rendered: unlit from their own camera they are the photograph."""
+"""Real frames, rendered: unlit and from their own camera they equal the photograph."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A RealSense camera, played by an object that does as pyrealsense2 does."""
+"""A RealSense camera, replaced by an object that behaves like pyrealsense2."""
 
 import sys
 from contextlib import closing
@@ -16,7 +16,7 @@ DEPTH = np.array([[0, 1000, 2000, 3000]] * 3, np.uint16)
 
 
 class Sdk:
-    """Module, configuration and pipeline in one: writes down what it is asked for."""
+    """Module, configuration and pipeline in one: records what it is asked for."""
 
     stream = SimpleNamespace(depth="depth", color="color")
     format = SimpleNamespace(z16="z16", rgb8="rgb8")

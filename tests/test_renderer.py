@@ -17,7 +17,7 @@ from . import frames
 
 @pytest.fixture
 def own_context(renderer):
-    """A context of the caller's, as a window would bring one."""
+    """A context of the caller, as of a window."""
     context = moderngl.create_context(standalone=True, backend="egl")
     yield context
     context.release()

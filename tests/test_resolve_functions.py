@@ -1,4 +1,4 @@
-"""corners.glsl and resolve.glsl: each function against its mirror, and what it means at an edge and on a plane."""
+"""corners.glsl and resolve.glsl: each function is compared with its mirror, at edges and on planes."""
 
 import numpy as np
 import pytest
@@ -41,14 +41,14 @@ def positions(surface_map, margin=-1.5):
 
 
 def seen_at(surface_map, at):
-    """What is seen at these positions when the splat of the nearest pixel is, and the same as inputs for the GPU."""
+    """What is seen at these positions if it is the splat of the nearest pixel; and the same as inputs for the GPU."""
     pixel, w = nearest_pixel(at), np.full(len(at), 0.5, F)
     seen = resolve.Seen(at, w, pixel, texel(surface_map, pixel), corners.corners_at(surface_map, at))
     return seen, {"surface_map": surface_map, "at": at, "w": w[:, None], "p": pixel.astype(F), "own": seen.own}
 
 
 def close(gpu_answer, mirror, missed=0, **tolerance):
-    """Equal, except where a decision on the very rim falls the other way."""
+    """Equal, except where a decision exactly on the border differs."""
     mirror = np.asarray(mirror).reshape(len(gpu_answer), -1)
     off = ~np.isclose(gpu_answer[:, : mirror.shape[1]], mirror, **({"atol": 1e-5, "rtol": 1e-5} | tolerance)).all(-1)
     assert off.sum() <= missed, (gpu_answer[off], mirror[off])
@@ -128,7 +128,7 @@ def test_see_splat(gpu, splats):
 
 
 def test_look_up_finds_what_see_splat_saw(gpu, splats):
-    """By 1/z alone; two splats cover each other by their margins, so now and then it is the neighbour's."""
+    """By 1/z alone. The margins of splats overlap, so sometimes the neighbour is found."""
     surface_map, pixel, target_pixel = splats
     drawn = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET)
     found = resolve.look_up(surface_map, drawn.inverse_depth, target_pixel, K, VIEW, TARGET)
@@ -165,7 +165,7 @@ def test_weights_are_1_in_all_on_a_plane_and_0_across_an_edge():
 
 @pytest.mark.parametrize("few", [False, True])
 def test_mix_normal_mix_light_and_color_position(gpu, few):
-    """few: weights that are nearly none, with which the seen pixel's own value stays."""
+    """few: weights of almost 0, for which the value of the seen pixel is used."""
     surface_map = two_planes()
     seen, inputs = seen_at(surface_map, positions(surface_map))
     rng = np.random.default_rng(7)

@@ -1,4 +1,4 @@
-"""Pictures of extreme sizes and a GPU without memory: the right answer or a clear error, and the Renderer lives on."""
+"""Pictures of extreme sizes and a GPU without memory: a right answer or a clear error, and the Renderer still works."""
 
 import moderngl
 import numpy as np
@@ -38,7 +38,7 @@ def test_a_frame_without_a_point_is_an_empty_picture(rasterizer, shading):
 
 
 def part_of(frame, rows, columns):
-    """Of the frame only some rows and columns; and the same, but said to have points everywhere."""
+    """Some rows and columns of the frame; and the same part in a frame whose box is the whole picture."""
     depth = np.zeros_like(frame.depth)
     depth[rows, columns] = frame.depth[rows, columns]
     part, whole = (ps.Frame(frame.color, depth, frame.camera) for _ in range(2))

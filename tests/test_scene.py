@@ -1,4 +1,4 @@
-"""The scene's values: what is where, what is refused and by which name."""
+"""The values of scenes: what is where; what is refused, and which node the error names."""
 
 import math
 

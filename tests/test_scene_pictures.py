@@ -1,4 +1,4 @@
-"""Pictures of scenes against the CPU mirror and the stored ones, for each kind of light with its shadow."""
+"""Pictures of scenes, compared with the CPU mirror and stored ones, for each kind of light with its shadow."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ LIGHTS = {
 
 @pytest.mark.parametrize("name", LIGHTS)
 def test_a_light_and_its_shadow(renderer, golden, name):
-    """The object shades itself; the view is turned, so that shadows do not hide behind what casts them."""
+    """The object shades itself; the view is turned, so that objects do not hide their shadows."""
     if renderer.context.gl.version_code < 430:
         pytest.skip("the compute rasteriser needs OpenGL 4.3")
     frame = frames.sphere_before_wall()
@@ -39,7 +39,7 @@ def test_a_light_and_its_shadow(renderer, golden, name):
 
 
 def test_a_scene_of_one_frame_is_the_frame(renderer):
-    """Bit for bit, for every shading model that lights pixels, by both ways through the passes."""
+    """Equal bit for bit, for every shading model that lights pixels, on both ways through the passes."""
     frame = frames.sphere()
     for shading in ("none", "flat", "gouraud", "phong"):
         content = ps.PointObject(frame, shading=shading, material=ps.Material(specular=0.6))
@@ -49,7 +49,7 @@ def test_a_scene_of_one_frame_is_the_frame(renderer):
 
 
 def test_scale_and_place_of_a_node_are_those_of_a_scaled_frame(renderer):
-    """Twice as large and twice as far looks the same; the light goes with it."""
+    """An object twice as large and twice as far looks the same, if the light moves with it."""
     frame, light = frames.sphere(), ps.Light(position=(-1, -1, 0))
     expected = renderer.render(ps.Scene((ps.Node(ps.PointObject(frame)),), camera=frames.CAMERA), light)
     large = ps.Scene((ps.Node(ps.PointObject(frame), transform=np.diag([2.0, 2, 2, 1])),), camera=frames.CAMERA)

@@ -1,4 +1,4 @@
-"""What a scene does not use costs nothing: passes and draws are counted; odd scenes give a picture or one sentence."""
+"""What a scene does not use costs nothing, by counts of passes and draws. Odd scenes give a picture or one sentence."""
 
 from dataclasses import replace
 
@@ -58,7 +58,7 @@ def test_a_node_that_casts_no_shadow_is_not_drawn_into_it(fresh):
 
 
 def test_nodes_out_of_view_cost_no_draw(fresh):
-    """50 nodes, 5 before the camera, the others behind it, beside it and far to the side."""
+    """50 nodes: 5 in front of the camera, the others behind it, beside it and far to the side."""
     seen = [at(0.1 * k - 0.2, 0, 2) for k in range(5)]
     behind = [at(0.1 * k, 0, -1 - k) for k in range(15)]
     aside = [at(5 + k, 0, 2) for k in range(15)] + [at(0, -5 - k, 2) for k in range(15)]
@@ -161,7 +161,7 @@ def test_a_sheared_point_object_is_named(fresh):
 
 
 def test_a_changed_splat_size_is_drawn_anew(fresh):
-    """Also when the object that says so is another one: content is told apart by what it is, not by where it lies."""
+    """A new object with the same array, changed in place: sizes are compared by content."""
     sizes = np.ones(FRAME.depth.shape, np.float32)
 
     def scene(size):

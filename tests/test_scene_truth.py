@@ -36,7 +36,7 @@ SURFACES = [*sphere_and_wall(), surface_of(BOARD), surface_of(FLOOR)]
 
 @pytest.fixture(scope="module")
 def source():
-    """What the depth camera took: the sphere and the wall, without the meshes, which stand there in the scene only."""
+    """What the depth camera took: the sphere and the wall, without the meshes, which are only in the scene."""
     return trace(sphere_and_wall(), CAMERA)
 
 

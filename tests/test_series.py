@@ -1,4 +1,4 @@
-"""Many pictures into films and numbered files: what is drawn, in which order, and what an error leaves."""
+"""Many pictures into films and numbered files: what is drawn, in which order, and what is left after an error."""
 
 import threading
 from pathlib import Path
@@ -137,7 +137,7 @@ def test_a_light_that_turns_runs_only_the_light_pass(renderer, tmp_path):
 
 
 def test_a_light_that_turns_moves_the_bright_side(renderer, tmp_path):
-    """On a sphere: a quarter round the right half gains on the left one, three quarters round it loses."""
+    """On a sphere: after a quarter turn the right half is brighter than the left, after three quarters darker."""
     shots, _ = shots_of(frames.sphere(), View(), "light", 4, refuse)
     write_series(renderer, shots, tmp_path / "%d.png", 20)
     halves = []

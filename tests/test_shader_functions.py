@@ -1,4 +1,4 @@
-"""Each function of shaders/common against its mirror, on random arguments."""
+"""Compares each function of shaders/common with its mirror, on random arguments."""
 
 import importlib
 
@@ -189,7 +189,7 @@ def test_light_share_of_a_slanted_plane_in_its_own_shadow_is_1_and_behind_a_wall
     rays = np.stack([(u - 31.5) / 40, (v - 31.5) / 40, np.ones(u.shape)], -1)
     w = np.maximum(rays @ n / (np.array([0, 0, 2]) @ n), 0.05)  # 1/z
     depth = (np.round((1 - LIGHT_NEAR * w) * (2**24 - 1)) / (2**24 - 1)).astype(F)
-    inside = np.pad(np.ones((SIDE - 2, SIDE - 2), bool), 1)  # beyond the picture's rim nothing stands in the way
+    inside = np.pad(np.ones((SIDE - 2, SIDE - 2), bool), 1)  # outside the picture nothing is in the way
     on_it = (inside & (w > 0.15) & (w < 1.3)).nonzero()
     points = (rays / w[..., None])[on_it].astype(F)
     normals = np.broadcast_to(n, points.shape)
@@ -384,7 +384,7 @@ def test_source_position_and_inverse_depth_there(gpu, draw):
 
 
 def test_carry_back_undoes_the_warp(gpu, draw):
-    """What carry_footprint carries into the view comes back to where it was."""
+    """What carry_footprint carries into the view comes back to its place."""
     pixel, z, _, mirror = carried(draw)
     assert (mirror.inverse_depth > 0).all()
     back = surface.carry_back(mirror.centre, mirror.inverse_depth, TARGET, VIEW, K)

@@ -108,5 +108,5 @@ def test_what_only_desktops_know_is_found(complaints, line, complaint):
 
 @pytest.mark.parametrize("path", sorted(shader_folder().rglob("*.*")), ids=lambda path: path.name)
 def test_no_name_is_one_of_compute_shaders(path):
-    """`shared` stands for memory there; Mesa lets it pass elsewhere, others do not."""
+    """In GLSL ES `shared` is a kind of memory. Mesa accepts it as a name, other drivers do not."""
     assert path.suffix == ".md" or not re.search(r"\bshared\b", re.sub(r"//.*", "", path.read_text()))

@@ -1,4 +1,4 @@
-"""Lights, materials, sizes: checked once, in words."""
+"""Lights, materials, sizes: checked once, with clear errors."""
 
 import math
 

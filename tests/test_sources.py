@@ -343,7 +343,7 @@ def distances(frames):
 
 
 class Slow(Sequence):
-    """Of its frames later ones are ready earlier."""
+    """Its later frames are ready before its earlier ones."""
 
     def __init__(self, count, bad=()):
         self.count, self.bad, self.read, self.threads = count, bad, [], set()

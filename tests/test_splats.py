@@ -59,7 +59,7 @@ def test_round_splats_are_round(renderer):
 
 @pytest.mark.parametrize(("u", "v"), [(0, 23), (63, 23), (31, 0), (31, 47), (0, 0)])
 def test_a_splat_whose_centre_left_the_picture_still_shows_its_part(renderer, u, v):
-    """The camera moves aside by 6 pixels; splats of 21 pixels still reach 4 pixels into the picture."""
+    """The camera moves sideways by 6 pixels; splats of 21 pixels still reach 4 pixels into the picture."""
     shift = np.array([(-6 if u == 63 else 6 if u == 0 else 0) / 100, (6 if v == 0 else -6 if v == 47 else 0) / 100])
     pose = np.eye(4)
     pose[:2, 3] = shift

@@ -1,4 +1,4 @@
-"""Pay only for what changed: which steps of the pipeline run when what is asked for changes, by counting them."""
+"""Only what changed runs: counts the steps of the pipeline after each kind of change."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ ALL = {"upload", *NORMALS}
 
 
 def ran(renderer, frame, **options):
-    """The steps that one more picture takes, and the picture."""
+    """The steps that run for one more picture, and the picture."""
     before = renderer.steps.counts.copy()
     image = renderer.render(frame, **options)
     return {name for name, count in (renderer.steps.counts - before).items() if count}, image

@@ -1,4 +1,4 @@
-"""How the modules hang together: nobody imports in a circle, and the product never asks its own mirror."""
+"""Imports: no circles, and only tests and the benchmark import the mirror."""
 
 import ast
 from pathlib import Path
@@ -17,7 +17,7 @@ MODULES = {module_name(path): path for path in sorted(ROOT.rglob("*.py"))}
 
 
 def running(tree):
-    """All nodes of a syntax tree except what stands below `if TYPE_CHECKING:`."""
+    """All nodes of a syntax tree except those below `if TYPE_CHECKING:`."""
     yield tree
     guarded = isinstance(tree, ast.If) and "TYPE_CHECKING" in ast.unparse(tree.test)
     for child in tree.orelse if guarded else ast.iter_child_nodes(tree):

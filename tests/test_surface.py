@@ -1,4 +1,4 @@
-"""Normals from triangles: the GPU against its mirror, and against what a surface really is."""
+"""Normals: the GPU compared with its mirror, and with the true normals of surfaces."""
 
 from functools import partial
 from itertools import product
@@ -62,7 +62,7 @@ def test_triangles_agree_with_the_mirror(renderer, make, method, step):
 
 
 INVERSE_DEPTH = ["star", "star-borrow", "central", "one-sided", "plane-fit-3", "plane-fit-7"]
-# Borrowing weighs residuals against each other, which noise makes a matter of the last bits: it is for clean depth.
+# Borrowing compares residuals. With noise their last bits decide, so it is for clean depth.
 ON_NOISE = [(frames.noisy, method) for method in INVERSE_DEPTH if method != "star-borrow"]
 
 
@@ -104,7 +104,7 @@ def test_every_known_pixel_has_a_unit_normal_towards_the_camera(renderer, make, 
 
 
 def test_a_rejected_neighbour_drops_both_its_triangles(renderer):
-    """Far left half: the gated answer at the step is the wall's own normal, the ungated one is not."""
+    """At the step in depth, only the answer with a gate is the wall's own normal."""
     frame = frames.step()
     gated = renderer.estimate_normals(frame, "triangles-8", max_depth_step=0.05)
     open_ = renderer.estimate_normals(frame, "triangles-8")

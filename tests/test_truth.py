@@ -1,4 +1,4 @@
-"""Pictures and normals against ray-traced truth: a sphere before a wall, 640x480, lit by a point light."""
+"""Pictures and normals, compared with ray-traced truth: a sphere in front of a wall, 640x480, one point light."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def source():
 
 
 def score(renderer, source, yaw, splat="footprint", depth=None, **options):
-    """depth (h, w) is what the frame takes for that of the source."""
+    """depth (h, w): of the frame, instead of the true one."""
     depth = source.depth if depth is None else depth
     frame = ps.Frame(as_frame(source, CAMERA).color, depth, CAMERA)
     numbered = ps.Frame(np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8), depth, CAMERA)
@@ -59,7 +59,7 @@ def test_turned_by_15_degrees(rasterizer, source, shading, splat):
 
 
 def test_noise_tears_no_holes_into_a_turned_view(rasterizer, source):
-    """Points are drawn where their depth lies without its noise; the bounds are far from what the raw depth gives."""
+    """Points are drawn at denoised depth; raw depth is far from these bounds."""
     noise = np.random.default_rng(5).normal(0, 1, source.depth.shape) * (0.0012 + 0.0019 * (source.depth - 0.4) ** 2)
     depth = np.where(source.depth > 0, source.depth + noise, 0)
     results = {}

@@ -1,4 +1,4 @@
-"""How frames are looked at, and the way of a light round its object."""
+"""How frames are seen, and how lights move around their object."""
 
 import inspect
 

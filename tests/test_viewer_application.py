@@ -1,4 +1,4 @@
-"""The window in the hands of an application: its seam, its end, what it leaves behind."""
+"""The window in an application: its methods to override, its end, what it frees."""
 
 import re
 from pathlib import Path

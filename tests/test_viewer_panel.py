@@ -1,4 +1,4 @@
-"""The panel over the picture, and its absence."""
+"""The panel over the picture, with and without its extra."""
 
 import sys
 from dataclasses import replace

@@ -13,7 +13,7 @@ FRAMES = [ps.Frame(None, np.full((6, 8), 1.0 + k), CAMERA) for k in range(4)]
 
 
 class Folder(list):
-    """Frames as files would give them; those in `broken` cannot be read. A list is a Sequence to all who ask."""
+    """Frames as files would give them; those in `broken` cannot be read. A list is a Sequence."""
 
     def __init__(self, broken=()):
         super().__init__(FRAMES)
@@ -27,7 +27,7 @@ class Folder(list):
 
 @pytest.fixture
 def play():
-    """play(source, ...) is a Playback that ends with the test, thread and all."""
+    """play(source, ...) is a Playback that ends with the test, with its thread."""
     made = []
 
     def start(*arguments, **options):

@@ -1,4 +1,4 @@
-"""A scene in the window: its lights are held in turn, its shadows and nodes switched."""
+"""A scene in the window: the mouse takes its lights in turn, keys switch its shadows and nodes."""
 
 import numpy as np
 import pytest

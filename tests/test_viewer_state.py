@@ -19,7 +19,7 @@ STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
 
 
 def moves(*places, state=None, mouse=None, camera=CAMERA, **options):
-    """The states after the mouse came by these places."""
+    """The states after the mouse moved through these places."""
     mouse, state, states = mouse or Mouse(), state or State(), []
     for x, y in places:
         state = mouse.handle(Event("move", x=x, y=y, **options), state, STAGE, camera)

@@ -1,4 +1,4 @@
-"""The product away from its source: sdist, wheel from the sdist, and a picture from the wheel alone."""
+"""The package without its repository: sdist, wheel from the sdist, and a picture from the wheel alone."""
 
 import os
 import subprocess

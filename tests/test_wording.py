@@ -1,4 +1,4 @@
-"""Every message that names an option names it as its reader writes it: Python's name, or the command line's."""
+"""Messages name options as their reader writes them: in Python, or on the command line."""
 
 import contextlib
 import json

@@ -131,7 +131,7 @@ class LookOptions(NormalOptions):
         )
 
     def lights(self) -> list[Light]:
-        """The lights in the order given. Raises ValueError for a text that is no place."""
+        """The lights in the order given. Raises ValueError for a text that is not a place."""
         return [light_from(text) for text in self.light or []]
 
 

@@ -53,7 +53,8 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
              any other exception goes through
     ahead    how many frames may wait
 
-    The threads end with the iteration, also when the consumer leaves it early.
+    The threads end with the iteration, also if the consumer leaves it early. Raises TypeError for a source that is not
+    iterable, with the first frame.
     """
     if not isinstance(source, Iterable):
         raise TypeError(f"source must be an iterable of frames, got {shown(source)}")

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from .checks import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point
 from .wording import option
 
+NEAR = 0.001  # share of the distance to what is looked at
 SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
 
 
@@ -92,7 +93,12 @@ class Eye(NamedTuple):
 
     camera: Camera
     pose: NDArray[np.float64]  # (4, 4) camera-to-world
-    near: float  # z along the axis, world units: what comes closer is cut away
+    near: float  # the near plane: z along the axis, world units; what comes closer is cut away
+
+    @classmethod
+    def at_distance(cls, camera: Camera, pose: NDArray[np.float64], distance: float) -> Eye:
+        """Of a viewer who looks at things at this distance: the near plane is at a thousandth of it."""
+        return cls(camera, pose, NEAR * distance)
 
 
 def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64]:

@@ -26,8 +26,9 @@ from .cli_options import (
     WindowOptions,
     spread,
 )
-from .cli_output import fail, note, open_renderer, progress, report, spinner, warn_skipped
+from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
+from .notes import print_note
 from .wording import as_command_line, option
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def render(
         spent = time.perf_counter() - start
         save_image(output, image, small)
         if not image.any():
-            note("nothing is in view, the picture is empty")
+            print_note("nothing is in view, the picture is empty")
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
         report(output, what, renderer, spent)
 
@@ -193,17 +194,18 @@ def main() -> None:
 
 def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
+    from .files.builtin import FRAMES, SCENES
     from .files.frames import load_frame
 
     source, options = frame.input, frame.load_options
-    if scene and source is not None and (source == "demo" or source.lower().endswith((".gltf", ".glb"))):
+    if scene and source is not None and (source in SCENES or source.lower().endswith((".gltf", ".glb"))):
         if given := [option(name) for name, value in options.items() if value is not None]:
             raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
         from .gltf import load_scene
 
         return load_scene(source)
     if source is None and frame.color is None and frame.depth is None:
-        source = "vase"
+        source = FRAMES[0]
     if not sequence:
         return load_frame(source, **options)
     from .sources import open_source
@@ -225,12 +227,12 @@ def _check_look(look: Look) -> None:
 def _render_series(
     source: Frame | Scene | Sequence[Frame], view: View, output: Path, film: FilmOptions, device: int
 ) -> None:
-    from .series import shots_of, write_series
+    from .series import jobs_of, write_series
 
-    shots, count = shots_of(source, view, film.turntable, film.frames, warn_skipped)
+    jobs, count = jobs_of(source, view, film.turntable, film.frames, warn_skipped)
     with open_renderer(device) as renderer:
         start = time.perf_counter()
         with progress(count) as advance:
-            count, (width, height) = write_series(renderer, shots, output, film.fps, advance)
+            count, (width, height) = write_series(renderer, jobs, output, film.fps, advance)
         spent = time.perf_counter() - start
         report(output, f"{count} pictures of {width}x{height} pixels", renderer, spent)

@@ -8,12 +8,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from .notes import print_note
+
 if TYPE_CHECKING:
     from .renderer import Renderer
-
-
-def note(text: str) -> None:
-    print(f"note: {text}", file=sys.stderr)
 
 
 def warn_skipped(text: str) -> None:
@@ -38,7 +36,7 @@ def open_renderer(device: int) -> Iterator[Renderer]:
 
     with Renderer(device=device) as renderer:
         if renderer.context.is_software:
-            note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
+            print_note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
         yield renderer
 
 

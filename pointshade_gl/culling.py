@@ -15,7 +15,6 @@ from .light import Light, at_upper_left
 from .scene import Placed, PointObject, Scene
 
 Matrix = NDArray[np.float64]
-NEAR = 0.001  # share of the distance to what is shown: what comes closer to the viewer is cut away
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
 MERGE = 1e-5  # of 1/z: invisible (`bench --speed` charts it), and gives planes their full speed
 
@@ -33,7 +32,7 @@ class Shot(NamedTuple):
 def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Shot:
     """What a camera at a pose (4, 4) sees of a scene under these lights."""
     things = scene.things
-    eye = Eye(camera, pose, near_plane(scene, pose))
+    eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
     shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
     casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
@@ -45,17 +44,17 @@ def is_alone(things: Sequence[Placed]) -> bool:
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
-def near_plane(scene: Scene, pose: Matrix) -> float:
-    """The near plane of a viewer at this pose, world units along its axis.
+def looking_distance(scene: Scene, pose: Matrix) -> float:
+    """How far the things are that a viewer at this pose looks at, world units: it decides about the near plane.
 
-    For a frame alone it is a thousandth of the distance from which the frame was taken, wherever the viewer is. For
-    several things it is a thousandth of the distance to their middle, or of their radius if that is more.
+    Of a frame alone, the median distance from which it was taken, wherever the viewer is. Of several things, the
+    distance to their middle, or their radius where that is more.
     """
     if is_alone(scene.things):
         alone = scene.things[0]
-        return NEAR * alone.content.frame.scale * alone.rigid_axes[1]
+        return alone.content.frame.scale * alone.rigid_axes[1]
     centre, radius = scene.bounds
-    return NEAR * max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
+    return max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 
 
 def check_merge(merge: float) -> float:

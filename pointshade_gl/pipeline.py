@@ -14,8 +14,9 @@ from .gpu.context import Context
 from .gpu.frame_store import FrameStore
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
-from .gpu.mesh_form import MeshForm, PlacedMesh
-from .gpu.point_form import PointForm, Points, ShownPoints
+from .gpu.mesh_objects import MeshObjects, PlacedMesh
+from .gpu.point_objects import PointObjects, Points, ShownPoints
+from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.textures import SplatImage, SurfaceImage, Target, empty
@@ -33,16 +34,17 @@ class Pipeline:
     """Draws scenes, and keeps what the next picture can use again.
 
     A single point object under plain lights is lit while its pixels are looked up. Otherwise all things write their
-    visible surfaces first, and each pixel is lit once. `gpu/point_form.py` and `gpu/mesh_form.py` draw things.
+    visible surfaces first, and each pixel is lit once. `gpu/point_objects.py` and `gpu/mesh_objects.py` draw things.
     """
 
     def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):
         self._gl = context.gl
         self.steps = steps
         self.frames = FrameStore(context.gl, self.steps)
-        self._points = PointForm(context.gl, context.is_software, can_compute, merge)
+        rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
+        self._points = PointObjects(context.gl, rasterizers)
         self._light = LightPass(context.gl)
-        self._meshes: MeshForm | None = None  # these two are made for the first scene that needs them
+        self._meshes: MeshObjects | None = None  # these two are made for the first scene that needs them
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._target: Target | None = None
@@ -131,7 +133,7 @@ class Pipeline:
             tile = shadow_map.tile(k)
             for thing in things:
                 if isinstance(thing, PlacedMesh):
-                    self._mesh_form().add_shadow(tile, thing, eye)
+                    self._mesh_objects().add_shadow(tile, thing, eye)
                 else:
                     self._points.add_shadow(tile, thing, eye)
                 self._count(thing)
@@ -189,7 +191,7 @@ class Pipeline:
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             if isinstance(thing, PlacedMesh):
-                self._mesh_form().add_surface(surfaces, thing, eye, number, lights)
+                self._mesh_objects().add_surface(surfaces, thing, eye, number, lights)
             else:
                 self._points.add_surface(surfaces, splats, thing, eye, number)
             self._count(thing)
@@ -203,8 +205,8 @@ class Pipeline:
         maps = surfaces.surface, surfaces.albedo
         self.steps.always("light", self._light.draw, target.picture, *maps, shot.eye.camera, lighting, materials)
 
-    def _mesh_form(self) -> MeshForm:
-        self._meshes = self._meshes or MeshForm(self._gl)
+    def _mesh_objects(self) -> MeshObjects:
+        self._meshes = self._meshes or MeshObjects(self._gl)
         return self._meshes
 
     def _count(self, thing: Points | Thing) -> None:

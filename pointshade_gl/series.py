@@ -26,17 +26,17 @@ TURNTABLES = ("light", "camera")
 # to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
 TURN = 75  # pictures of a turntable: three seconds at 25 per second
-Shot = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
+Job = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
 
 
-def shots_of(
+def jobs_of(
     source: Frame | Scene | Sequence[Frame],
     view: View,
     turntable: str | None,
     count: int | None,
     skipped: Callable[[str], None],
-) -> tuple[Generator[Shot, None, None], int]:
-    """The shots of a film of the source, and how many there are.
+) -> tuple[Generator[Job, None, None], int]:
+    """The jobs of a film of the source, and how many there are.
 
     turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
                sequence, or its first `count` frames
@@ -48,19 +48,19 @@ def shots_of(
             turn = option("turntable", *TURNTABLES)
             raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
         check_choice(option("turntable"), turntable, TURNTABLES)
-        return turntable_shots(source, view, turntable, count or TURN), count or TURN
+        return turntable_jobs(source, view, turntable, count or TURN), count or TURN
     source = source[:count]
-    return sequence_shots(source, view, skipped), len(source)
+    return sequence_jobs(source, view, skipped), len(source)
 
 
-def turntable_shots(frame: Frame | Scene, view: View, what: str, count: int) -> Generator[Shot, None, None]:
+def turntable_jobs(frame: Frame | Scene, view: View, what: str, count: int) -> Generator[Job, None, None]:
     """The light or the camera moves once around the object, in `count` even steps."""
     turn = {"light": view.with_light_turned, "camera": view.with_camera_turned}[what]
     for k in range(count):
         yield k, frame, turn(frame, 360 * k / count).of(frame)
 
 
-def sequence_shots(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Shot, None, None]:
+def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Job, None, None]:
     """The frames of a source with their numbers. A frame that cannot be read leaves a gap.
 
     The camera turns around a point as far ahead as the first frame's pivot: from frame to frame the pivot jitters.
@@ -82,19 +82,19 @@ def sequence_shots(source: Iterable[Frame], view: View, skipped: Callable[[str],
 
 def write_series(
     renderer: Renderer,
-    shots: Generator[Shot, None, None],
+    jobs: Generator[Job, None, None],
     path: Path,
     fps: float,
     done: Callable[[], None] = lambda: None,
 ) -> tuple[int, tuple[int, int]]:
-    """Draws and writes all shots. Returns how many, and (width, height) of the first.
+    """Draws and writes all jobs. Returns how many, and (width, height) of the first.
 
-    path  a film, or a name in which each shot's number replaces %04d
+    path  a film, or a name in which each job's number replaces %04d
     done  called after each picture
     """
     count, size = 0, (0, 0)
-    with _encoder(path, fps) as write, closing(shots):
-        for number, frame, arguments in shots:
+    with _encoder(path, fps) as write, closing(jobs):
+        for number, frame, arguments in jobs:
             image = renderer.render(frame, **arguments)
             size = size if count else (image.shape[1], image.shape[0])
             write(number, image)

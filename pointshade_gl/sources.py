@@ -14,10 +14,10 @@ from .files.builtin import builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder, find_pairs
 from .files.frames import load_frame
-from .files.notes import once, print_note
 from .files.poses import find_poses
 from .files.sequences import FolderSequence, first_readable
 from .frame import Frame
+from .notes import once, print_note
 
 
 def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
-from pointshade_gl.culling import MERGE, NEAR
+from pointshade_gl.culling import MERGE
 from pointshade_gl.look import Look
 from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.reference.surface_pass import surface_by_noise
@@ -39,7 +39,12 @@ def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tr
     by_points = "size" in options or "splat" in options
     look = Look(**options)
     mirror = mirror_render(
-        frame, found, lights, look, Eye(camera, pose, NEAR * frame.scale), "points" if by_points else rasterizer.name
+        frame,
+        found,
+        lights,
+        look,
+        Eye.at_distance(camera, pose, frame.scale),
+        "points" if by_points else rasterizer.name,
     )
     return actual, mirror, rasterizer.name == "points"  # the stored pictures are from the points
 
@@ -95,7 +100,7 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     surface = surface_by_noise(frame.depth, np.array(frame.camera.intrinsics, np.float32))
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
-    eye = Eye(frame.camera, pose, NEAR * frame.scale)
+    eye = Eye.at_distance(frame.camera, pose, frame.scale)
     mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Look(), eye, rasterizer.name)
     golden("noisy", actual, mirror, rasterizer.name == "points")
 

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
-from pointshade_gl.culling import near_plane
+from pointshade_gl.culling import looking_distance
 from pointshade_gl.reference.render import render as mirror_render
 
 from . import frames
@@ -31,7 +31,7 @@ def test_a_light_and_its_shadow(renderer, golden, name):
     scene = ps.Scene((ps.Node(content),), camera=frames.CAMERA, pose=pose)
     actual = renderer.render(scene, LIGHTS[name])
     normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8", max_depth_step="5%"))
-    eye = Eye(frames.CAMERA, pose, near_plane(scene, pose))
+    eye = Eye.at_distance(frames.CAMERA, pose, looking_distance(scene, pose))
     mirror = mirror_render(frame, normals, LIGHTS[name], ps.Look(), eye, "compute")
     golden(f"shadow_{name}", actual, mirror)
     unshaded = renderer.render(scene, [ps.Light(**{**vars(light), "shadow": False}) for light in LIGHTS[name]])

@@ -9,7 +9,7 @@ from PIL import Image, ImageSequence
 
 import pointshade_gl as ps
 from pointshade_gl.files.film import check_series, is_series, numbered
-from pointshade_gl.series import sequence_shots, shots_of, write_series
+from pointshade_gl.series import jobs_of, sequence_jobs, write_series
 from pointshade_gl.view import View
 
 from . import frames
@@ -71,19 +71,19 @@ def test_places_where_no_series_can_lie(tmp_path, name, error, sentence):
 def test_every_frame_of_a_sequence_becomes_its_file(renderer, tmp_path):
     done = []
     source = [grey(10 * k) for k in range(12)]
-    shots, count = shots_of(source, UNLIT, None, None, refuse)
+    shots, count = jobs_of(source, UNLIT, None, None, refuse)
     written = write_series(renderer, shots, tmp_path / "%02d.png", 25, lambda: done.append(1))
     assert written == (12, (40, 30)) and count == len(done) == 12
     assert greys(sorted(tmp_path.iterdir())) == {f"{k:02d}.png": 10 * k for k in range(12)}
 
 
 def test_the_first_frames_are_taken_when_asked(renderer, tmp_path):
-    shots, count = shots_of([grey(10 * k) for k in range(12)], UNLIT, None, 3, refuse)
+    shots, count = jobs_of([grey(10 * k) for k in range(12)], UNLIT, None, 3, refuse)
     assert count == 3 and write_series(renderer, shots, tmp_path / "%d.png", 25)[0] == 3
 
 
 def test_a_film_holds_the_frames_in_their_order(renderer, tmp_path):
-    shots, _ = shots_of([grey(20 * k) for k in range(10)], UNLIT, None, None, refuse)
+    shots, _ = jobs_of([grey(20 * k) for k in range(10)], UNLIT, None, None, refuse)
     write_series(renderer, shots, tmp_path / "out.gif", 20)
     with Image.open(tmp_path / "out.gif") as film:
         shown = [image.convert("RGB").getpixel((20, 15))[0] for image in ImageSequence.Iterator(film)]
@@ -98,20 +98,20 @@ def test_a_skipped_frame_leaves_a_gap_in_the_numbers(renderer, tmp_path):
             return super().__getitem__(k)
 
     told = []
-    shots = sequence_shots(Spoilt(grey(10 * k) for k in range(5)), UNLIT, told.append)
+    shots = sequence_jobs(Spoilt(grey(10 * k) for k in range(5)), UNLIT, told.append)
     assert write_series(renderer, shots, tmp_path / "%d.png", 25)[0] == 4
     assert greys(sorted(tmp_path.iterdir())) == {"0.png": 0, "1.png": 10, "3.png": 30, "4.png": 40}
     assert told == ["frame 2: is broken"]
 
 
 def test_a_stream_without_a_length_will_do(renderer, tmp_path):
-    shots = sequence_shots((grey(10 * k) for k in range(3)), UNLIT, refuse)
+    shots = sequence_jobs((grey(10 * k) for k in range(3)), UNLIT, refuse)
     assert write_series(renderer, shots, tmp_path / "%d.png", 25)[0] == 3
 
 
 def test_nothing_to_write_is_said(renderer, tmp_path):
     with pytest.raises(ValueError, match=r"nothing to write to \S*out\.gif: no frame could be read"):
-        write_series(renderer, sequence_shots([], UNLIT, refuse), tmp_path / "out.gif", 25)
+        write_series(renderer, sequence_jobs([], UNLIT, refuse), tmp_path / "out.gif", 25)
     assert not list(tmp_path.iterdir())
 
 
@@ -121,7 +121,7 @@ def test_the_camera_turns_round_the_first_frames_pivot_carried_along():
     moved[:3, 3] = 1, 2, 3
     near, far = [
         arguments["pose"]
-        for _, _, arguments in sequence_shots([grey(1, 1.5), grey(2, 4.0, moved)], View(yaw=30), refuse)
+        for _, _, arguments in sequence_jobs([grey(1, 1.5), grey(2, 4.0, moved)], View(yaw=30), refuse)
     ]
     np.testing.assert_allclose(far[:3, 3] - near[:3, 3], (1, 2, 3), atol=1e-12)
     np.testing.assert_allclose(far[:3, :3], near[:3, :3], atol=1e-12)
@@ -129,7 +129,7 @@ def test_the_camera_turns_round_the_first_frames_pivot_carried_along():
 
 def test_a_light_that_turns_runs_only_the_light_pass(renderer, tmp_path):
     frame = grey(200)
-    shots, count = shots_of(frame, View(), "light", 8, refuse)
+    shots, count = jobs_of(frame, View(), "light", 8, refuse)
     before = renderer.steps.counts.copy()
     assert write_series(renderer, shots, tmp_path / "out.gif", 20)[0] == count == 8
     ran = renderer.steps.counts - before
@@ -138,7 +138,7 @@ def test_a_light_that_turns_runs_only_the_light_pass(renderer, tmp_path):
 
 def test_a_light_that_turns_moves_the_bright_side(renderer, tmp_path):
     """On a sphere: after a quarter turn the right half is brighter than the left, after three quarters darker."""
-    shots, _ = shots_of(frames.sphere(), View(), "light", 4, refuse)
+    shots, _ = jobs_of(frames.sphere(), View(), "light", 4, refuse)
     write_series(renderer, shots, tmp_path / "%d.png", 20)
     halves = []
     for k in range(4):
@@ -154,9 +154,9 @@ def test_a_single_frame_without_a_turntable_cannot_become_a_film():
     with pytest.raises(
         ValueError, match="a single frame cannot become a film: pass turntable='light' or 'camera', or write"
     ):
-        shots_of(grey(1), View(), None, None, refuse)
+        jobs_of(grey(1), View(), None, None, refuse)
     with pytest.raises(ValueError, match="unknown turntable 'table': known are light, camera"):
-        shots_of(grey(1), View(), "table", None, refuse)
+        jobs_of(grey(1), View(), "table", None, refuse)
 
 
 @pytest.mark.parametrize("name", ["out.gif", "out.mp4", "%d.png"])
@@ -166,7 +166,7 @@ def test_an_error_in_the_middle_ends_all_threads_and_leaves_nothing_half_written
         raise KeyError("a bug")
 
     with pytest.raises(KeyError, match="a bug"):
-        write_series(renderer, sequence_shots(source(), UNLIT, refuse), tmp_path / name, 25)
+        write_series(renderer, sequence_jobs(source(), UNLIT, refuse), tmp_path / name, 25)
     left = [path.name for path in tmp_path.iterdir()]
     assert not any(name.endswith((".part", ".gif", ".mp4")) for name in left)
     assert threading.active_count() == 1
@@ -174,6 +174,6 @@ def test_an_error_in_the_middle_ends_all_threads_and_leaves_nothing_half_written
 
 def test_an_error_of_the_encoder_comes_through(renderer, tmp_path):
     (tmp_path / "1.png").mkdir()
-    shots = sequence_shots([grey(10 * k) for k in range(5)], UNLIT, refuse)
+    shots = sequence_jobs([grey(10 * k) for k in range(5)], UNLIT, refuse)
     with pytest.raises(IsADirectoryError, match=r"cannot write \S*1\.png: it is a folder"):
         write_series(renderer, shots, tmp_path / "%d.png", 25)

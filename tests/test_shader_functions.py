@@ -10,12 +10,12 @@ from pointshade_gl.reference import (
     color,
     inverse_depth,
     lights,
+    look_up,
     phong,
     picture,
     shadow,
     shadowed_lights,
     splat,
-    surface,
 )
 
 from .shader_function import COMMON, functions_of
@@ -211,13 +211,13 @@ def test_cube_face(gpu, draw):
 def test_spot_cone(gpu, draw):
     direction, l = draw.directions(), draw.directions()  # noqa: E741
     cosines = np.array([0.8, 0.1], F)
-    answer = gpu("shadowed_lights.glsl", "spot_cone(d, l, c)", d=direction, l=l, c=cosines[None])
-    expected = shadowed_lights.spot_cone(direction, l, cosines)
+    answer = gpu("lights.glsl", "spot_cone(d, l, c)", d=direction, l=l, c=cosines[None])
+    expected = lights.spot_cone(direction, l, cosines)
     agree(answer, expected)
     assert (expected[(direction * -l).sum(-1) > 0.81] == 1).all()
     assert (expected[(direction * -l).sum(-1) < 0.09] == 0).all()
-    sharp = shadowed_lights.spot_cone(direction, l, np.array([0.5, 0.5], F))
-    agree(gpu("shadowed_lights.glsl", "spot_cone(d, l, vec2(0.5))", d=direction, l=l), sharp, atol=1e-3)
+    sharp = lights.spot_cone(direction, l, np.array([0.5, 0.5], F))
+    agree(gpu("lights.glsl", "spot_cone(d, l, vec2(0.5))", d=direction, l=l), sharp, atol=1e-3)
 
 
 def test_shadowed_lights_of_each_kind_of_light(gpu, draw):
@@ -424,26 +424,26 @@ def test_source_position_and_inverse_depth_there(gpu, draw):
     target_pixel = mirror.centre + draw.numbers(-1, 1, 2)
     call = f"source_position(carry_footprint(p, z, n, k, {VIEW_GLSL}, t), p, q), 0, 0"
     inputs = {"p": pixel, "z": z, "n": normal, "k": K[None], "t": TARGET[None], "q": target_pixel}
-    at = surface.source_position(mirror, pixel, target_pixel)
+    at = look_up.source_position(mirror, pixel, target_pixel)
     tame = np.abs(at - pixel).max(-1) < 3
-    answer = gpu("surface.glsl", call, **inputs)[:, :2]
+    answer = gpu("look_up.glsl", call, **inputs)[:, :2]
     assert tame.sum() > COUNT / 2
     np.testing.assert_allclose(answer[tame], at[tame], atol=0.01)
     w, ray = 1 / z, camera.pixel_ray(pixel, K)
     slope = splat.inverse_depth_slope(normal, ray, z[:, 0], K)
-    answer = gpu("surface.glsl", "inverse_depth_at(a, p, w, s)", a=at, p=pixel, w=w, s=slope)
-    agree(answer, surface.inverse_depth_at(at, pixel, w[:, 0], slope), rtol=1e-4)
+    answer = gpu("look_up.glsl", "inverse_depth_at(a, p, w, s)", a=at, p=pixel, w=w, s=slope)
+    agree(answer, look_up.inverse_depth_at(at, pixel, w[:, 0], slope), rtol=1e-4)
 
 
 def test_carry_back_undoes_the_warp(gpu, draw):
     """What carry_footprint carries into the view comes back to its place."""
     pixel, z, _, mirror = carried(draw)
     assert (mirror.inverse_depth > 0).all()
-    back = surface.carry_back(mirror.centre, mirror.inverse_depth, TARGET, VIEW, K)
+    back = look_up.carry_back(mirror.centre, mirror.inverse_depth, TARGET, VIEW, K)
     np.testing.assert_allclose(back[:, :2], pixel, atol=0.01)
     np.testing.assert_allclose(back[:, 2], 1 / z[:, 0], rtol=1e-4)
     inputs = {"q": mirror.centre, "w": mirror.inverse_depth[:, None], "t": TARGET[None], "k": K[None]}
-    answer = gpu("surface.glsl", f"carry_back(q, w, t, {VIEW_GLSL}, k), 0", **inputs)
+    answer = gpu("look_up.glsl", f"carry_back(q, w, t, {VIEW_GLSL}, k), 0", **inputs)
     np.testing.assert_allclose(answer[:, :3], back, rtol=1e-4, atol=1e-3)
 
 
@@ -451,8 +451,8 @@ def test_pixel_of_is_exact_where_floats_are_not(gpu):
     columns, rows = 7919, np.array([0, 1, 2117, 4001, 5000])
     index = (rows[:, None] * columns + np.array([0, 1, columns // 2, columns - 1])).ravel()
     pair = np.stack([index // 10000, index % 10000], -1).astype(F)  # beyond 2**24 a float is no number of a pixel
-    answer = gpu("surface.glsl", f"pixel_of(int(i.x) * 10000 + int(i.y), {columns}), 0, 0", i=pair)
-    assert (answer[:, :2] == surface.pixel_of(index, columns)).all()
+    answer = gpu("look_up.glsl", f"pixel_of(int(i.x) * 10000 + int(i.y), {columns}), 0, 0", i=pair)
+    assert (answer[:, :2] == look_up.pixel_of(index, columns)).all()
 
 
 def test_look_up_error_is_least_for_the_splat_that_is_seen(gpu, draw):
@@ -460,8 +460,8 @@ def test_look_up_error_is_least_for_the_splat_that_is_seen(gpu, draw):
     z[::7] = 0
     at = draw.numbers(1, 28, 2)
     corner, w_at = np.round(at + draw.numbers(-0.4, 0.4, 2)), np.full((COUNT, 1), 0.5, F)
-    answer = gpu("surface.glsl", "look_up_error(z, c, a, w)", z=z, c=corner, a=at, w=w_at)
-    expected = surface.look_up_error(z[:, 0], corner, at, w_at[:, 0])
+    answer = gpu("look_up.glsl", "look_up_error(z, c, a, w)", z=z, c=corner, a=at, w=w_at)
+    expected = look_up.look_up_error(z[:, 0], corner, at, w_at[:, 0])
     agree(answer, expected)
     assert 0.2 < (expected < 1).mean() < 0.95
 
@@ -473,7 +473,7 @@ def test_neighbour_weight(gpu, draw):
     at = pixel + draw.numbers(-0.6, 0.6, 2)
     corner = np.floor(at) + np.floor(draw.numbers(0, 2, 2))
     w, slope = np.full((COUNT, 1), 0.5, F), np.full((COUNT, 2), 0.001, F)
-    answer = gpu("surface.glsl", "neighbour_weight(z, c, a, p, w, s)", z=z, c=corner, a=at, p=pixel, w=w, s=slope)
-    expected = surface.neighbour_weight(z[:, 0], corner, at, pixel, w[:, 0], slope)
+    answer = gpu("look_up.glsl", "neighbour_weight(z, c, a, p, w, s)", z=z, c=corner, a=at, p=pixel, w=w, s=slope)
+    expected = look_up.neighbour_weight(z[:, 0], corner, at, pixel, w[:, 0], slope)
     agree(answer, expected)
     assert 0.2 < (expected > 0).mean() < 0.95

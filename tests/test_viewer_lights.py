@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.screen import shot
+from pointshade_gl.viewer.screen import render_arguments
 
 from . import frames
 from .viewing import move, press, quiet, shown
@@ -31,7 +31,7 @@ both = pytest.mark.parametrize("show", [of_frame, of_scene])
 
 def drawn(viewer):
     """The lights that draw the window, the one that the mouse holds first."""
-    return shot(viewer, viewer.camera)["light"]
+    return render_arguments(viewer, viewer.camera)["light"]
 
 
 def same(light, other):

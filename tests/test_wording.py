@@ -15,7 +15,7 @@ from pointshade_gl.bench.command import select
 from pointshade_gl.cli import main
 from pointshade_gl.files.depth_kinds import choose_scale, to_metres
 from pointshade_gl.files.film import Film
-from pointshade_gl.series import shots_of
+from pointshade_gl.series import jobs_of
 from pointshade_gl.view import View
 from pointshade_gl.viewer.playback import Playback
 from pointshade_gl.wording import as_command_line, as_python, option
@@ -82,8 +82,8 @@ class TestOption:
         (lambda: ps.Look(splat="star"), "unknown splat 'star'"),
         (lambda: ps.Material(specular=-1), "material specular must be a number from 0"),
         (lambda: ps.Material(shininess=0), "material shininess must be a number from 0.001"),
-        (lambda: shots_of(FRAME, View(), None, None, print), "pass turntable='light' or 'camera', or write a single"),
-        (lambda: shots_of(FRAME, View(), "table", None, print), "unknown turntable 'table'"),
+        (lambda: jobs_of(FRAME, View(), None, None, print), "pass turntable='light' or 'camera', or write a single"),
+        (lambda: jobs_of(FRAME, View(), "table", None, print), "unknown turntable 'table'"),
         (lambda: Film("out.gif", fps=0), "fps must be pictures per second"),
         (lambda: Playback([], fps=0), "fps must be frames per second"),
         (lambda: select(["magic"]), "unknown name 'magic' for only"),

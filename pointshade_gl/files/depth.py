@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..notes import Note
 from .content import FilePath, read_head
-from .notes import Note
 from .pictures import read_image
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"

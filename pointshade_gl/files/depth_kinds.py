@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..camera import Camera
 from ..checks import check_positive
+from ..notes import Note
 from ..wording import option
-from .notes import Note
 
 KINDS = ("z", "ray", "plane", "inverse", "disparity")
 FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half

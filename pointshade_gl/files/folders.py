@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..notes import Note
 from ..wording import option
 from .content import FilePath, read_text
-from .notes import Note
 
 # The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
 COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")

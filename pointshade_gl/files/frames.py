@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..camera import Camera
 from ..checks import as_given, check_choice, check_positive
 from ..frame import Frame
+from ..notes import Note, print_note
 from ..wording import option
 from .builtin import builtin_folder
 from .content import FilePath
@@ -20,7 +21,6 @@ from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
 from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
 from .intrinsics import Intrinsics, place_camera, read_intrinsics
-from .notes import Note, print_note
 from .pictures import read_image
 from .poses import load_pose
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..camera import Camera
 from ..checks import as_array
+from ..notes import Note
 from ..wording import option
 from .content import parse_json, read_numbers, read_text, split_numbers
-from .notes import Note
 
 Size = tuple[int, int]  # width, height
 

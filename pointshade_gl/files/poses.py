@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import check_pose
+from ..notes import Note
 from .content import FilePath, parse_json, read_numbers, read_text
 from .folders import Pair, nearest
-from .notes import Note
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back

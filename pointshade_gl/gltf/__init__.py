@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..files.content import FilePath
-    from ..files.notes import Note
+    from ..notes import Note
     from ..scene import Scene
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.frames import to_color
-from ..files.notes import Note
 from ..files.pictures import decode_image
+from ..notes import Note
 from .checks import label, pick, telling
 
 if TYPE_CHECKING:

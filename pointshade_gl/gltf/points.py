@@ -13,10 +13,10 @@ import numpy as np
 
 from ..files.builtin import FRAMES
 from ..files.frames import load_frame
-from ..files.notes import Note
 from ..files.pictures import save_image
 from ..frame import Frame
 from ..look import Look, Material
+from ..notes import Note
 from ..scene import PointObject
 from .checks import numbers
 from .parts import inside

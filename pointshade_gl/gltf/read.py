@@ -8,9 +8,9 @@ import numpy as np
 
 from ..files.builtin import builtin_scene
 from ..files.content import FilePath
-from ..files.notes import Note, print_note
 from ..frame import Frame
 from ..light import Light
+from ..notes import Note, print_note
 from ..scene import Node, Scene
 from ..wording import as_python
 from .checks import label, numbers, pick, telling

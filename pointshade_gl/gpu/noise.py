@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..noise import Noise
-from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
 from .textures import FrameTextures
@@ -29,7 +29,7 @@ class NoisePass(Owner):
         """focal = mean focal length, pixels."""
         images = self._fit(frame)
         levels, counts = self._grid(frame, images, 1)
-        return choose_estimator(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
+        return find_noise(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
 
     def calm_depth(self, frame: FrameTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
         """RG32F: depth freed from most of its noise, and the noise that is left over depth.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .surface import look_up_error, neighbour_weight
+from .look_up import look_up_error, neighbour_weight
 from .vectors import texel
 
 F = np.float32

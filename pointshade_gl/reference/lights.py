@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from .phong import attenuation, phong
-from .vectors import length, normalize
+from .vectors import dot, length, normalize
 
 F = np.float32
+
+
+def spot_cone(direction: np.ndarray, l: np.ndarray, cosines: np.ndarray) -> np.ndarray:  # noqa: E741 (the field's name)
+    inside = (dot(direction, -l) - cosines[1]) / np.maximum(cosines[0] - cosines[1], F(1e-4))
+    inside = np.clip(inside, F(0), F(1))
+    return inside * inside * (F(3) - F(2) * inside)
 
 
 def light_surface(

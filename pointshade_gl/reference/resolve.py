@@ -8,8 +8,8 @@ import numpy as np
 
 from .camera import pixel_ray
 from .corners import Corners, corner_pixel, corner_surface, corner_weights, corners_at, four, seen_corner
+from .look_up import carry_back, inverse_depth_at, source_position
 from .splat import carry_footprint, inverse_depth_slope
-from .surface import carry_back, inverse_depth_at, source_position
 from .vectors import normalize, texel
 
 F = np.float32

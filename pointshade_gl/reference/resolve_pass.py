@@ -7,9 +7,9 @@ import numpy as np
 from ..camera import Camera
 from .color import srgb_to_linear
 from .corners import Corners
+from .look_up import pixel_of
 from .picture import picture_at
 from .resolve import Seen, color_position, look_up, mix_normal, see_splat, seen_weights, stored
-from .surface import pixel_of
 
 F = np.float32
 

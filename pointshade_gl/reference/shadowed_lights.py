@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from .lights import spot_cone
 from .phong import attenuation, phong
 from .shadow import cube_face, light_share
-from .vectors import dot, length, normalize
+from .vectors import length, normalize
 
 F = np.float32
-
-
-def spot_cone(direction: np.ndarray, l: np.ndarray, cosines: np.ndarray) -> np.ndarray:  # noqa: E741 (the field's name)
-    inside = (dot(direction, -l) - cosines[1]) / np.maximum(cosines[0] - cosines[1], F(1e-4))
-    inside = np.clip(inside, F(0), F(1))
-    return inside * inside * (F(3) - F(2) * inside)
 
 
 def light_surface_shadowed(

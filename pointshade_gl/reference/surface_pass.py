@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..noise import Noise
-from ..noise_choice import BLOCK_PATCHES, COARSE, choose_estimator, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .depth_average import average_pairs
 from .inverse_depth import pixel_grid
 from .line_copies import add_misplaced, count_copies, misplaced_noise
@@ -31,7 +31,7 @@ def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.nda
 
 
 def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
-    return choose_estimator(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
+    return find_noise(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
 
 
 def surface_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:

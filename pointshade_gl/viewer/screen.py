@@ -57,7 +57,7 @@ class Screen:
         state = viewer.state
         self.renderer.steps.timed = state.panel
         with self.window:
-            picture = self.renderer.draw(**shot(viewer, camera))
+            picture = self.renderer.draw(**render_arguments(viewer, camera))
             began = time.perf_counter()
             marker = self._marker(state, viewer.stage, camera) if marked else None
             self._present.draw(self.gl.screen, picture, marker)
@@ -72,7 +72,7 @@ class Screen:
     def read(self, viewer: Viewer, camera: Camera) -> NDArray[np.uint8]:
         """The picture without marker and text: (h, w, 4) uint8."""
         with self.window:
-            return self.renderer.render(**shot(viewer, camera))
+            return self.renderer.render(**render_arguments(viewer, camera))
 
     def release(self) -> None:
         with self.window:
@@ -115,7 +115,7 @@ class Screen:
         return texture
 
 
-def shot(viewer: Viewer, camera: Camera) -> dict[str, Any]:
+def render_arguments(viewer: Viewer, camera: Camera) -> dict[str, Any]:
     """The arguments of `Renderer.render` for what a viewer shows."""
     state, frame = viewer.state, viewer.frame
     held = state.light(viewer.stage, np.asarray(frame.pose), viewer.held)

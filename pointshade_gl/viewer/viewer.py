@@ -181,8 +181,7 @@ class Viewer:
     @property
     def camera(self) -> Camera | None:
         """The frame's camera, fitted to the window; None while the window is minimised."""
-        width, height = self.window.picture_size
-        return self._own_camera.fitted(width, height) if width and height else None
+        return self.window.fit(self._own_camera)
 
     @property
     def _own_camera(self) -> Camera:

@@ -107,6 +107,11 @@ class Window:
             return 0, 0
         return self.glfw.get_framebuffer_size(self.handle)
 
+    def fit(self, camera: Camera) -> Camera | None:
+        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen."""
+        width, height = self.picture_size
+        return camera.fitted(width, height) if width and height else None
+
     @property
     def scale(self) -> float:
         """How much larger to draw text than at 96 dots per inch."""

@@ -1,4 +1,4 @@
-#include "common/surface.glsl"
+#include "common/look_up.glsl"
 
 // The four pixels of a frame around a position, and which of their splats is seen there.
 

@@ -1,5 +1,12 @@
 #include "common/phong.glsl"
 
+// Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
+float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
+    float inside = (dot(direction, -l) - cosines.y) / max(cosines.x - cosines.y, 1e-4);
+    inside = clamp(inside, 0.0, 1.0);
+    return inside * inside * (3.0 - 2.0 * inside);
+}
+
 // All lights on one surface point, seen by an eye; all in the same axes. One row of `lights` a light:
 // texel 0 position, or direction of travel; w is 1 for a position, 0 for a direction
 // texel 1 colour times intensity, linear

@@ -1,15 +1,8 @@
-#include "common/phong.glsl"
+#include "common/lights.glsl"
 #include "common/shadow.glsl"
 
 // As light_surface in lights.glsl, which tells how a row of `lights` is laid out, with spots and shadows.
 // to_world turns into the axes in which the six views of a light stand that shines to all sides.
-
-// Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
-float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
-    float inside = (dot(direction, -l) - cosines.y) / max(cosines.x - cosines.y, 1e-4);
-    inside = clamp(inside, 0.0, 1.0);
-    return inside * inside * (3.0 - 2.0 * inside);
-}
 
 vec3 light_surface_shadowed(
     vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count,

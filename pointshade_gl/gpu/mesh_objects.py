@@ -26,7 +26,7 @@ class PlacedMesh(NamedTuple):
     world: np.ndarray  # (4, 4) node-to-world
 
 
-class MeshForm(Owner):
+class MeshObjects(Owner):
     """Draws meshes into views and into shadow maps, both sides of each triangle. Keeps those of the last scenes."""
 
     def __init__(self, context: moderngl.Context):

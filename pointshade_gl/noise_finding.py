@@ -108,9 +108,7 @@ def noise_power(z: Array, sigma_z: Array) -> float:
     return float(np.clip((log_z @ (log_sigma - log_sigma.mean()) + prior) / (log_z @ log_z + prior), 0, 2))
 
 
-def choose_estimator(
-    levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]]
-) -> Noise:
+def find_noise(levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]]) -> Noise:
     """Return the Noise of a frame.
 
     levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;

@@ -13,7 +13,7 @@ from .state import enabled
 from .textures import PointSurface, SplatImage
 
 
-class SplatPass(Owner):
+class PointSplatPass(Owner):
     """Draws source ids and depth with GL_POINTS; the only vertex data is the size attribute.
 
     A splat larger than the driver's largest point is drawn at that size round its place in the picture.

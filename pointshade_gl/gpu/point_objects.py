@@ -10,10 +10,11 @@ import numpy as np
 from ..camera import Camera, Eye
 from .compute_splats import ComputeSplatPass
 from .passes import FullscreenPass
+from .point_splats import PointSplatPass
+from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
 from .shadows import Tile
-from .splats import SplatPass
 from .state import enabled
 from .textures import FrameTextures, PointLight, PointSurface, SplatImage, SurfaceImage, confine
 
@@ -38,17 +39,11 @@ class ShownPoints(NamedTuple):
     shading: str
 
 
-class PointForm:
-    """Draws point objects into views and into shadow maps.
+class PointObjects:
+    """Draws point objects into views and into shadow maps."""
 
-    can_compute  whether there is OpenGL 4.3: footprints of size 1 are then rasterised by a compute shader
-    merge        see `Renderer`
-    """
-
-    def __init__(self, context: moderngl.Context, is_software: bool, can_compute: bool, merge: float):
-        self._context, self._is_software = context, is_software
-        self._can_compute, self._merge = can_compute, merge
-        self._rasterizers: dict[bool, SplatPass | ComputeSplatPass] = {}  # made when they are first used
+    def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
+        self._context, self._rasterizers = context, rasterizers
         self._resolve = ResolvePass(context)
         self._shadow_passes: dict[bool, FullscreenPass] = {}
         self._scratch: SplatImage | None = None  # of the size of a shadow view
@@ -115,12 +110,8 @@ class PointForm:
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
         return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up)
 
-    def _rasterizer(self, points: Points) -> SplatPass | ComputeSplatPass:
-        computed = self._can_compute and points.splat == "footprint" and bool((points.sizes == 1).all())
-        if computed not in self._rasterizers:
-            made = ComputeSplatPass(self._context, self._merge, self._is_software) if computed else None
-            self._rasterizers[computed] = made or SplatPass(self._context)
-        return self._rasterizers[computed]
+    def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
+        return self._rasterizers.choose(points.sizes, points.splat)
 
     def _shadow_pass(self, look_up: bool) -> FullscreenPass:
         if look_up not in self._shadow_passes:
@@ -130,7 +121,7 @@ class PointForm:
         return self._shadow_passes[look_up]
 
     def release(self) -> None:
-        for item in (self._scratch, *self._shadow_passes.values(), self._resolve, *self._rasterizers.values()):
+        for item in (self._scratch, *self._shadow_passes.values(), self._resolve, self._rasterizers):
             if item is not None:
                 item.release()
 

@@ -1,4 +1,4 @@
-"""Mirror of shaders/common/surface.glsl."""
+"""Mirror of shaders/common/look_up.glsl."""
 
 from __future__ import annotations
 

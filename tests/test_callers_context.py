@@ -50,6 +50,7 @@ def expected():
 @pytest.fixture
 def context(renderer):
     context = moderngl.create_context(standalone=True, backend="egl")
+    context.__exit__(None, None, None)  # not current
     yield context
     context.release()
 
@@ -239,8 +240,8 @@ def known_to_moderngl(context):
 
 @pytest.mark.parametrize("setter", SETTERS, ids=lambda setter: setter.__name__[4:])
 def test_a_callers_state_changes_no_picture_and_is_kept(context, gl, expected, setter):
-    things = Things(context)
     with ps.Renderer(context) as renderer, context:
+        things = Things(context)
         setter(context, gl, things)
         state, known = gl.state(), known_to_moderngl(context)
         for name, call in CALLS.items():
@@ -251,8 +252,8 @@ def test_a_callers_state_changes_no_picture_and_is_kept(context, gl, expected, s
 
 
 def test_state_is_kept_when_a_renderer_comes_and_goes(context, gl, expected):
-    things = Things(context)
     with context:
+        things = Things(context)
         for setter in SETTERS:
             setter(context, gl, things)
         context.clear_errors()  # a texture was uploaded from no such buffer
@@ -269,8 +270,8 @@ def test_state_is_kept_when_a_renderer_comes_and_goes(context, gl, expected):
 
 
 def test_what_a_caller_draws_afterwards_goes_where_it_went_before(context, gl):
-    things = Things(context)
     with ps.Renderer(context) as renderer, context:
+        things = Things(context)
         things.framebuffer.use()
         renderer.render(frame())
         context.clear(0.2, 0.4, 0.6, 0.8)
@@ -280,8 +281,8 @@ def test_what_a_caller_draws_afterwards_goes_where_it_went_before(context, gl):
 
 
 def test_objects_that_were_deleted_while_bound_are_no_error(context, gl):
-    things = Things(context)
     with ps.Renderer(context) as renderer, context:
+        things = Things(context)
         things.framebuffer.use()
         things.array.render(moderngl.TRIANGLES, 3)
         renderer.draw(frame()).use(3)
@@ -325,6 +326,28 @@ def test_the_callers_context_stays_current(context, gl, expected):
             assert gl.state() == before
         assert context.texture((1, 1), 4, b"abcd").read() == b"abcd"
     other.release()
+
+
+def test_moderngl_s_own_default_context_stays_the_callers(context):
+    before = moderngl.get_context()
+    with ps.Renderer():
+        assert moderngl.get_context() is before is context
+    assert moderngl.get_context() is context
+
+
+def test_a_window_opens_and_draws_beside_a_context_that_is_current(display, context, gl, renderer):
+    """On X11 GLX would end the process: the context is one of EGL."""
+    from pointshade_gl.viewer import Viewer
+
+    with context:
+        before = gl.state()
+        viewer = Viewer(frame(), size=(64, 48))
+        viewer.step(wait=False)
+        assert gl.state() == before
+        renderer.render(frame())
+        viewer.step(wait=False)
+        viewer.release()
+        assert gl.state() == before
 
 
 def test_a_window_stays_current_beside_a_context_of_our_own(display, expected):

@@ -9,6 +9,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl import shadow_views
+from pointshade_gl.gpu.passes import FullscreenPass
 
 from . import frames
 from .test_renderer import living_objects
@@ -49,6 +50,7 @@ CALLS = {
 @pytest.fixture(scope="module")
 def context(renderer):
     context = moderngl.create_context(standalone=True, backend="egl")
+    context.__exit__(None, None, None)  # not current
     yield context
     context.release()
 
@@ -82,11 +84,26 @@ def raised(nth):
         yield
 
 
-@pytest.mark.parametrize("failing", [noted, raised])
+@contextmanager
+def interrupted(nth):
+    """Ctrl+C before the nth pass."""
+    asked, draw = count(1), FullscreenPass.draw
+
+    def instead(*args, **options):
+        if next(asked) == nth:
+            raise KeyboardInterrupt
+        draw(*args, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FullscreenPass, "draw", instead)
+        yield
+
+
+@pytest.mark.parametrize("failing", [noted, raised, interrupted])
 @pytest.mark.parametrize(
     ("rasterizer", "name"), [*(("compute", name) for name in CALLS), ("points", "flat"), ("points", "scene")]
 )
-def test_each_allocation_fails_once(context, monkeypatch, rasterizer, failing, name):
+def test_each_allocation_and_each_pass_fails_once(context, monkeypatch, rasterizer, failing, name):
     if rasterizer == "compute" and context.version_code < 430:
         pytest.skip("the compute rasteriser needs OpenGL 4.3")
     monkeypatch.setattr(shadow_views, "SHADOW_SIDE", 32)
@@ -102,8 +119,10 @@ def test_each_allocation_fails_once(context, monkeypatch, rasterizer, failing, n
                     break
                 except MemoryError as error:
                     assert "no memory left" in str(error)
+                except KeyboardInterrupt:
+                    assert failing is interrupted
                 np.testing.assert_array_equal(CALLS[name](renderer), expected)
-        assert nth > 8
+        assert nth > (1 if failing is interrupted else 8)
         after = living_objects(context)
         assert all(after[kind] <= before[kind] for kind in before)  # GL may keep the last program for a while
         assert context.error == "GL_NO_ERROR"

@@ -19,6 +19,7 @@ from . import frames
 def own_context(renderer):
     """A context of the caller, as of a window."""
     context = moderngl.create_context(standalone=True, backend="egl")
+    context.__exit__(None, None, None)  # not current
     yield context
     context.release()
 

@@ -19,7 +19,8 @@ from .state import CallersState
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
-_first_process: int | None = None  # in which OpenGL was used first; a fork of it has none of the driver's threads
+SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
+_first_process: int | None = None  # that used OpenGL; its forks have none of the driver's threads
 
 
 class Context:
@@ -136,7 +137,7 @@ class Context:
     def check(self) -> None:
         """Raises ContextError where it cannot be used: there GL would draw rubbish, or nothing."""
         if os.getpid() != self._process:
-            raise ContextError("this Renderer was made before a fork: make a new one in each process (spawn, not fork)")
+            raise ContextError(f"this Renderer was made before a fork: {SPAWN}, and make a new one in each")
         if not self.is_here:
             raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
         if self._is_released:
@@ -159,10 +160,7 @@ def _note_process() -> None:
 def _refuse_fork() -> None:
     """Raises ContextError where a driver would wait for threads that a fork has left behind."""
     if _first_process not in (None, os.getpid()):
-        raise ContextError(
-            "this process was forked from one that had used OpenGL, which would hang here: start processes by spawn, "
-            "multiprocessing.get_context('spawn'), or use OpenGL only in them"
-        )
+        raise ContextError(f"OpenGL was used before a fork, and hangs after it: {SPAWN}")
 
 
 def _keep_freed_memory() -> None:
@@ -188,6 +186,8 @@ def _is_there(library: str) -> bool:
 
 
 def _create(device: int) -> moderngl.Context:
+    store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
+    default = getattr(store, "default_context", None)
     try:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
@@ -205,3 +205,6 @@ def _create(device: int) -> moderngl.Context:
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"
         which = f" on device {device}" if device else ""
         raise ContextError(f"no OpenGL 3.3 context{which} ({error}); {hint}") from error
+    finally:
+        if store is not None:
+            store.default_context = default

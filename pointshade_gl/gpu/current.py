@@ -81,12 +81,12 @@ def loader_of(context: moderngl.Context) -> str:
 
 
 @contextmanager
-def kept(loader: str) -> Iterator[None]:
-    """What is current is so again afterwards; inside, contexts of this window system can be made current."""
+def kept(loader: str | None) -> Iterator[None]:
+    """What is current is so again afterwards; inside, contexts of this window system, or any, can be made current."""
     systems = window_systems()
     before = {name: system.held() for name, system in systems.items() if system.context()}
     for name in before:
-        if loader in systems and name != loader:
+        if loader is None or (loader in systems and name != loader):
             systems[name].let_go()
     try:
         yield

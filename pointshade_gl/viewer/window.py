@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from typing import Any
 
 from ..camera import Camera
 from ..errors import ContextError
+from ..gpu.current import kept
 from .events import Event
 
 LONGEST_SLEEP = 0.5  # seconds
@@ -40,9 +41,10 @@ class Window:
         if not glfw.init():
             raise ContextError(f"no display ({_complaint(glfw)}): use `pointshade render` to draw without a window")
         self._on_event = on_event
-        self._held: list[Any] = []  # what was current before each `with`
+        self._held: list[ExitStack] = []  # what was current before each `with`
         self._pointer_hidden = False
-        self.handle = self._create(title, self._fit_monitor(size))
+        with kept(None):
+            self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
             (glfw.set_cursor_pos_callback, self._on_move),
@@ -87,12 +89,15 @@ class Window:
         return self.glfw.get_proc_address(name) or 0
 
     def __enter__(self) -> Window:
-        self._held.append(self.glfw.get_current_context())
-        self.glfw.make_context_current(self.handle)
+        with ExitStack() as undo:
+            undo.enter_context(kept(None))
+            undo.callback(self.glfw.make_context_current, self.glfw.get_current_context())
+            self.glfw.make_context_current(self.handle)
+            self._held.append(undo.pop_all())
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.glfw.make_context_current(self._held.pop())
+        self._held.pop().close()
 
     def release(self) -> None:
         """Closes the window, once. GLFW stays loaded for other windows of the process."""

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from .wording import shown
+
 
 def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "") -> None:
     """Raises ValueError, listing the known names, if the value is not one of them.
@@ -14,13 +16,13 @@ def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "")
     place  of the value, such as " in intrinsics.json"
     """
     if value not in known:
-        raise ValueError(f"unknown {name} {value!r}{place}: known are {', '.join(known)}")
+        raise ValueError(f"unknown {name} {shown(value)}{place}: known are {', '.join(known)}")
 
 
 def check_positive(value: Any, name: str) -> None:
     """Raises ValueError unless the value is a finite number above 0."""
     if not (isinstance(value, int | float | np.number) and 0 < value < math.inf):
-        raise ValueError(f"{name} must be a finite number above 0, got {value!r}")
+        raise ValueError(f"{name} must be a finite number above 0, got {shown(value)}")
 
 
 def check_number(value: float, name: str, low: float, high: float) -> None:
@@ -33,5 +35,5 @@ def check_point(value: Any, name: str) -> tuple[float, float, float]:
     """Three finite numbers. Raises ValueError, naming them, for anything else."""
     point = np.asarray(value, dtype=np.float64)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ValueError(f"{name} must be three finite numbers, got {value!r}")
+        raise ValueError(f"{name} must be three finite numbers, got {shown(value)}")
     return float(point[0]), float(point[1]), float(point[2])

@@ -193,11 +193,11 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
 
     source, options = frame.input, frame.load_options
     if scene and source is not None and (source == "demo" or source.lower().endswith((".gltf", ".glb"))):
-        if given := [option(name) for name, value in options.items() if value is not None]:
+        if given := [option(name) for name in options if name not in frame.limits and options[name] is not None]:
             raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
         from .gltf import load_scene
 
-        return load_scene(source)
+        return load_scene(source, **frame.limits)
     if source is None and frame.color is None and frame.depth is None:
         source = "vase"
     if not sequence:

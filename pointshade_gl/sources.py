@@ -13,6 +13,8 @@ from .files.builtin import builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder, find_pairs
 from .files.frames import load_frame
+from .files.limits import MAX_PIXELS
+from .files.names import Folder
 from .files.notes import once, print_note
 from .files.poses import find_poses
 from .files.sequences import FolderSequence, first_readable
@@ -25,20 +27,21 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     A sequence lies in folders depth/ and color/, in the lists of the TUM benchmark or in numbered files (see
     `find_pairs`). It has one camera for all; the poses are those of the folder (see `find_poses`).
 
-    load_options  as for `load_frame`; with depth= or color= it is one frame. Of each kind of note the first is told.
+    load_options  as for `load_frame`; with depth= or color= it is one frame. Each kind of note is given once.
 
-    Raises ValueError, TypeError or OSError as `load_frame`, for a sequence when not even its first, middle or last
-    frame can be read.
+    Raises ValueError, TypeError or OSError as `load_frame`; for a sequence if none of its first, middle and last frame
+    can be read.
     """
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
     folder = check_folder(builtin_folder(path))
     note = options["notes"] = once(options.get("notes", print_note))
-    pairs = find_pairs(folder, note)
+    max_pixels = options.get("max_pixels", MAX_PIXELS)
+    pairs = find_pairs(Folder(folder, options.get("allow_outside", False)), note, max_pixels)
     if not pairs:
         return load_frame(folder, **options)
-    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note), options)
+    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note, max_pixels), options)
     first = first_readable(sequence)
     return first if len(pairs) == 1 else sequence
 
@@ -48,7 +51,7 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
     source   a Sequence is read by `ahead` threads, any other iterable by one
     skipped  called in the consumer's thread with one sentence for each frame that raises ValueError or OSError;
-             any other exception goes through
+             any other exception is raised
     ahead    how many frames may wait
 
     The threads end with the iteration, also when the consumer leaves it early.

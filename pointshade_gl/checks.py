@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .wording import shown
+from .wording import option, shown
 
 
 def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "") -> None:
@@ -29,6 +29,12 @@ def check_number(value: float, name: str, low: float, high: float) -> None:
     """Raises ValueError unless the value is finite and lies between low and high."""
     if not (low <= value <= high and math.isfinite(value)):  # NaN fails the first test
         raise ValueError(f"{name} must be a number from {low:g} to {high:g}, got {value}")
+
+
+def check_fps(fps: float, what: str) -> None:
+    """Raises ValueError unless so many pictures a second can be shown and written. what  they are: "pictures"."""
+    if not 0.01 <= fps <= 1000:  # a GIF counts hundredths of a second, up to 65 535
+        raise ValueError(f"{option('fps')} must be {what} per second, from 0.01 to 1000, got {fps:g}")
 
 
 def check_point(value: Any, name: str) -> tuple[float, float, float]:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pointshade_gl.files import pictures
 from pointshade_gl.files.pictures import check_writable, normals_to_rgb, read_image, save_image
 
 RNG = np.random.default_rng(3)
@@ -91,6 +92,27 @@ def test_saving_over_a_link_replaces_its_target(tmp_path):
     save_image(tmp_path / "link.png", RGBA)
     assert (tmp_path / "link.png").is_symlink()
     np.testing.assert_array_equal(read_image(tmp_path / "image.png"), RGBA)
+
+
+def test_a_link_that_leads_nowhere_is_no_place_for_a_picture(tmp_path):
+    (tmp_path / "loop.png").symlink_to(tmp_path / "back.png")
+    (tmp_path / "back.png").symlink_to(tmp_path / "loop.png")
+    with pytest.raises(OSError, match=r"loop\.png is a link that leads back to itself"):
+        check_writable(tmp_path / "loop.png")
+    (tmp_path / "lost.png").symlink_to(tmp_path / "missing" / "image.png")
+    with pytest.raises(FileNotFoundError, match=r"cannot write \S+lost\.png: there is no folder \S+missing"):
+        save_image(tmp_path / "lost.png", RGBA)
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, SystemExit])
+def test_an_interrupted_save_leaves_nothing(tmp_path, monkeypatch, ending):
+    def end(*_):
+        raise ending
+
+    monkeypatch.setattr(pictures, "encode_png", end)
+    with pytest.raises(ending):
+        save_image(tmp_path / "image.png", RGBA)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_missing_folder_is_named_and_not_made(tmp_path):

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
+from ..checks import check_fps
 from ..frame import Frame
-from ..wording import option
 
 PATIENCE = 0.1  # seconds between two checks of a waiting thread whether it should stop
 
@@ -30,8 +30,8 @@ class Playback:
         skipped: Callable[[str], None] = lambda _: None,
         wake: Callable[[], None] = lambda: None,
     ):
-        if fps is not None and not 0 < fps <= 1000:
-            raise ValueError(f"{option('fps')} must be frames per second, above 0 and up to 1000, got {fps:g}")
+        if fps is not None:
+            check_fps(fps, "frames")
         self._source, self._skipped, self.wake = source, skipped, wake
         self._pause = 0.0 if fps is None else 1 / fps
         self._due = 0.0

@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .wording import option
 
+SMALLEST, LARGEST = 1e-6, 1e9  # pixels of a focal length, either way along its axis; the largest also of a centre
+FAR = 1e30  # no pose is further away: squares of it are still numbers
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -37,13 +40,13 @@ class Camera:
     def __post_init__(self) -> None:
         for name in ("fx", "fy", "cx", "cy"):
             value = float(getattr(self, name))
-            if not math.isfinite(value):
-                raise ValueError(f"camera {name} must be a finite number of pixels, got {value}")
+            if not abs(value) <= LARGEST:  # NaN fails the test
+                raise ValueError(f"camera {name} must be a finite number of pixels, up to {LARGEST:g}, got {value}")
             object.__setattr__(self, name, value)
-        if self.fx <= 0:
+        if self.fx < SMALLEST:
             raise ValueError(f"camera fx must be above 0 pixels, got {self.fx:g}")
-        if self.fy == 0:
-            raise ValueError("camera fy must not be 0 pixels")
+        if abs(self.fy) < SMALLEST:
+            raise ValueError(f"camera fy must not be 0 pixels, got {self.fy:g}")
         for name in ("width", "height"):
             value = getattr(self, name)
             if int(value) != value or value < 1:
@@ -93,8 +96,9 @@ def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64
     matrix = np.eye(4) if pose is None else np.array(pose, dtype=np.float64)
     if matrix.shape != (4, 4):
         raise ValueError(f"{name} must have shape (4, 4), got {matrix.shape}")
-    if not np.isfinite(matrix).all():
-        raise ValueError(f"{name} must be finite, got {np.count_nonzero(~np.isfinite(matrix))} NaN or infinite entries")
+    wrong = ~(np.abs(matrix) < FAR)  # NaN compares false
+    if wrong.any():
+        raise ValueError(f"{name} must be finite, got {wrong.sum()} entries that are NaN, infinite or beyond {FAR:g}")
     rotation = matrix[:3, :3]
     if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(rotation.T @ rotation - np.eye(3)).max() > 0.01:
         raise ValueError(f"{name} must be camera-to-world, a rotation and a translation over (0, 0, 0, 1)")

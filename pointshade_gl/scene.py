@@ -106,7 +106,11 @@ class Placed:
     @cached_property
     def path(self) -> tuple[int, ...]:
         """Which child of which child the node is."""
-        return _path(self.way)
+        path, way = [], self.way
+        while way is not None:
+            way, k = way
+            path.append(k)
+        return tuple(path[::-1])
 
     @cached_property
     def axes(self) -> Matrix:
@@ -245,11 +249,13 @@ class Scene:
 
     def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
         """All nodes with their paths, hidden ones too, parents before children."""
-        stack: list[tuple[Node, Way]] = [(node, (None, k)) for k, node in reversed(list(enumerate(self.nodes)))]
+        path: list[int] = []
+        stack = [(0, k, node) for k, node in reversed(list(enumerate(self.nodes)))]
         while stack:
-            node, way = stack.pop()
-            yield _path(way), node
-            stack.extend((child, (way, k)) for k, child in reversed(list(enumerate(node.children))))
+            depth, k, node = stack.pop()
+            path[depth:] = [k]
+            yield tuple(path), node
+            stack.extend((depth + 1, k, child) for k, child in reversed(list(enumerate(node.children))))
 
     def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
         """The scene with one node changed (`visible=False`, `transform=...`)."""
@@ -275,11 +281,3 @@ class Scene:
                     made[id(node)] = replace(node, children=children, **changes(node))
             stack.extend(waiting if id(node) not in made else [])
         return replace(self, nodes=tuple(made[id(node)] for node in self.nodes))
-
-
-def _path(way: Way | None) -> tuple[int, ...]:
-    path = []
-    while way is not None:
-        way, k = way
-        path.append(k)
-    return tuple(path[::-1])

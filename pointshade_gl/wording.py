@@ -10,7 +10,7 @@ _LONGEST = 200  # characters of a value that a message shows
 
 _short = reprlib.Repr()
 _short.maxlevel, _short.maxlist, _short.maxtuple, _short.maxdict = 3, 16, 16, 8
-_short.maxstring = _short.maxother = _short.maxlong = _LONGEST
+_short.maxstring = _short.maxother = _LONGEST
 
 _is_command_line = False  # plain variables, so that all threads see them
 _is_typed = False  # by the user of the command line, also while a file's own options are named
@@ -62,5 +62,10 @@ def _literal(value: object) -> str:
 
 def shown(value: object) -> str:
     """The repr of a value, cut where it is long: files may hold values of any size and depth."""
-    text = _short.repr(value)
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    return cut(_short.repr(value))
+
+
+def cut(text: object) -> str:
+    """A text, or the message of an error, in one line and cut where it is long."""
+    line = " ".join(str(text).split())
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST - 3]}..."

@@ -12,19 +12,20 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ..wording import shown
+from ..wording import cut, shown
 from .content import FilePath, open_regular, read_head, read_text
 from .limits import MAX_PIXELS, TEXT_BYTES, check_limit
 from .notes import Note
 
 NUMPY = b"\x93NUMPY"
+_TO_BLANKS = str.maketrans(dict.fromkeys(",;[]()", " "))
 _BLOCK = 2**20  # bytes read at once
 _HEADER = 10_000  # bytes of the longest header, as in NumPy
 _STORED, _DEFLATED = 0, 8  # what NumPy writes into an archive; other methods unpack a block to gigabytes
 _BROKEN = "is a broken NumPy file, or one with Python objects"
 
 
-def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float = 1) -> NDArray[Any]:
+def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None = None) -> NDArray[Any]:
     """The array of an .npy file. Raises ValueError for a broken one, for Python objects and for too many values."""
     with open_regular(path) as file:
         return _read(file, str(path), max_pixels, share)
@@ -48,13 +49,13 @@ def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDAr
                 if member.compress_type not in (_STORED, _DEFLATED):
                     raise ValueError(f"{path} {_BROKEN}: it is packed in another way than NumPy does it")
                 with archive.open(member) as stream:
-                    depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, 1)
+                    depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
         except MemoryError:
             raise
         except Exception as error:  # zipfile raises of everything for broken bytes
             if str(error).startswith(f"{path} "):
                 raise
-            raise ValueError(f"{path} {_BROKEN}: {error}") from None
+            raise ValueError(f"{path} {_BROKEN}: {cut(error)}") from None
     if len(members) > 1:
         note(f"{path} holds {listed}: depth is taken")
     return depth
@@ -68,24 +69,30 @@ def read_numbers(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.f
             raise ValueError(f"{path} must hold numbers only, got {numbers.dtype}")
         return numbers.astype(np.float64).ravel()
     text = read_text(path, max_pixels)
-    found = array("d")  # 8 bytes a number; a list takes 80
-    try:
-        for word in re.finditer(r"[^\s,;\[\]()]+", re.sub(r"#[^\r\n]*", "", text)):
-            found.append(float(word[0]))
-    except ValueError:
-        found = ()
-    if not found:
+    found = parse_numbers(re.sub(r"#[^\r\n]*", "", text).translate(_TO_BLANKS))
+    if not found.size:
         raise ValueError(f"{path} must hold numbers only, got {shown(text[:40])}")
+    return found
+
+
+def parse_numbers(text: str) -> NDArray[np.float64]:
+    """(n,) the numbers between the blanks of a text; none if it holds anything else."""
+    found = array("d")  # 8 bytes a number, where a list takes 80; so words are split a few thousand at a time
+    try:
+        for part in re.finditer(r"(?s).{1,65536}\S*", text):
+            found.extend(map(float, part[0].split()))
+    except ValueError:
+        return np.empty(0)
     return np.array(found)
 
 
-def _read(stream: BufferedIOBase, name: str, max_pixels: float, share: float) -> NDArray[Any]:
+def _read(stream: BufferedIOBase, name: str, max_pixels: float, share: float | None) -> NDArray[Any]:
     try:
         shape, is_fortran, dtype = _read_header(stream)
     except Exception as error:  # and so does NumPy
-        raise ValueError(f"{name} {_BROKEN}: {error}") from None
+        raise ValueError(f"{name} {_BROKEN}: {cut(error)}") from None
     pixels = math.prod(shape[:-1] if len(shape) > 2 and shape[-1] in (3, 4) else shape)
-    check_limit(pixels, f"{name} has values of shape {shown(shape)}", max_pixels, share)
+    check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
     array = np.empty(math.prod(shape) * dtype.itemsize, np.uint8)
     data, done = array.data, 0
     while done < len(data):

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import NUMPY, read_npy, read_npz
+from .arrays import NUMPY, parse_numbers, read_npy, read_npz
 from .content import FilePath, check_size, open_regular, read_head
 from .exr import EXR, read_exr
-from .limits import MAX_PIXELS, TEXT_BYTES, check_pixels
+from .limits import MAX_PIXELS, PICTURE_TEXT, check_pixels
 from .notes import Note
 from .pictures import read_image
 
@@ -84,14 +84,14 @@ def _read_pgm(path: Path, note: Note, max_pixels: float) -> NDArray[Any]:
         check_pixels(width, height, str(path), max_pixels)
         dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
         if kind == 2:
-            check_size(file, path, max_pixels, TEXT_BYTES)
+            check_size(file, path, max_pixels, PICTURE_TEXT)
         file.seek(header.end())
         body = file.read() if kind == 2 else file.read(count * dtype.itemsize)
     if kind == 2:
-        words = body.split(None, count)[:count]
-        if not all(word.isdigit() and len(word) < 9 for word in words):
+        values = parse_numbers(body.decode("ascii", "replace"))[:count]
+        if not values.size or not ((values >= 0) & (values == np.floor(values))).all():
             raise ValueError(f"{path} is a PGM of text, expected nothing but whole numbers after its header")
-        values = np.fromiter((min(int(word), maximum) for word in words), dtype, len(words))
+        values = values.clip(max=maximum).astype(dtype)
     else:
         values = np.frombuffer(body, dtype, len(body) // dtype.itemsize)
     if values.size < count:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..wording import cut
 from .content import FilePath, open_regular
 from .limits import FILE_BYTES, MAX_PIXELS, check_limit, check_pixels
 
@@ -33,7 +34,7 @@ def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     except Exception as error:  # the library raises RuntimeError, ValueError and TypeError for broken files
         if str(error).startswith(f"{path} "):
             raise
-        raise ValueError(f"{path} is a broken or truncated EXR picture: {error}") from None
+        raise ValueError(f"{path} is a broken or truncated EXR picture: {cut(error)}") from None
 
 
 def _check_header(path: FilePath, max_pixels: float) -> None:

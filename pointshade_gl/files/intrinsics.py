@@ -117,14 +117,11 @@ def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
             "or nerfstudio's fl_x, fl_y, cx, cy"
         )
     fx, fy, cx, cy = (_number(data, key, path) for key in ("fx", "fy", "cx", "cy"))
-    return Intrinsics(
-        str(path),
-        (fx, fy, cx, cy),
-        _size(data, "width", "height", path),
-        _optional(data, "depth_scale", path),
-        None if data.get("depth_kind") is None else str(data["depth_kind"]),
-        _optional(data, "baseline", path),
-    )
+    size, scale = _size(data, "width", "height", path), _optional(data, "depth_scale", path)
+    kind = data.get("depth_kind")
+    if not isinstance(kind, str | None):
+        raise ValueError(f"{path}: depth_kind must be a text, got {shown(kind)}")
+    return Intrinsics(str(path), (fx, fy, cx, cy), size, scale, kind, _optional(data, "baseline", path))
 
 
 def _from_open3d(data: dict[str, Any], path: Path, note: Note) -> Intrinsics:

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..wording import option, shown
 
+_LONGEST = 1024  # characters of a name
 _ABSOLUTE = re.compile(r"[A-Za-z]:|[/\\]")
 _ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 
@@ -32,7 +33,7 @@ class Folder:
 
         Raises ValueError for an absolute path, an address, and a name that leaves the folder by `..`.
         """
-        if not isinstance(text, str) or not text or "\0" in text:
+        if not isinstance(text, str) or not 0 < len(text) < _LONGEST or "\0" in text:
             raise ValueError(f"a file must be named by a text, got {shown(text)}")
         is_address = _ADDRESS.match(text)
         if is_address or (_ABSOLUTE.match(text) and not self.allow_outside):
@@ -60,7 +61,7 @@ class Folder:
         return "the scene's folder" if self.path == self.root else f"the folder {self.path}"
 
     def _way_out(self) -> str:
-        return f": pass {option('allow_outside', True, beside_file=True)} if it may"
+        return f": pass {option('allow_outside', True, beside_file=True)} to allow it"
 
 
 def followed(path: Path) -> Path:

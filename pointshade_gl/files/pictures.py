@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..wording import cut
 from .content import FilePath, check_size, open_regular, read_head
 from .limits import MAX_PIXELS, check_pixels
 from .whole import check_place, written_whole
@@ -168,7 +169,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
         if str(error).startswith(f"{name} "):
             raise
-        raise ValueError(f"{name} is a broken or truncated picture: {error}") from None
+        raise ValueError(f"{name} is a broken or truncated picture: {cut(error)}") from None
 
 
 @contextmanager

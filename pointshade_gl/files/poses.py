@@ -77,7 +77,8 @@ def _from_transforms(path: Path, pairs: Sequence[Pair], note: Note, max_pixels: 
     poses: dict[str, NDArray[np.float64]] = {}
     for entry in frames:
         matrix = _matrix(entry, path) @ OPENGL
-        poses |= {Path(str(entry[key])).stem: matrix for key in ("file_path", "depth_file_path") if key in entry}
+        names = (entry.get(key) for key in ("file_path", "depth_file_path"))
+        poses |= {Path(name).stem: matrix for name in names if isinstance(name, str)}
     result = [poses.get(pair.depth.stem, poses.get((pair.color or pair.depth).stem)) for pair in pairs]
     unnamed = sum(pose is None for pose in result)
     if unnamed:

@@ -22,7 +22,7 @@ def telling(part: str) -> Iterator[None]:
         yield
     except (ValueError, TypeError, OSError) as error:
         text = str(error).removeprefix("node '': ")  # a Node without a name; the part's number is known here
-        if text.startswith(f"{part}:"):
+        if text.startswith((f"{part}:", f"{part} ")):
             raise
         kind = type(error) if isinstance(error, OSError) else ValueError
         raise kind(f"{part}: {text}") from None
@@ -53,7 +53,8 @@ def numbers(value: Any, shape: tuple[int, ...], what: str) -> NDArray[np.float64
     try:
         array = np.asarray(value, np.float64).reshape(shape)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f"{what} must be {int(np.prod(shape))} numbers, got {shown(value)}") from None
+        expected = f"{int(np.prod(shape))} numbers" if shape else "a number"
+        raise ValueError(f"{what} must be {expected}, got {shown(value)}") from None
     if not (np.abs(array) < FAR).all():  # NaN compares false
         raise ValueError(f"{what} must be finite and below {FAR:g}, got {shown(value)}")
     return array

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..files.content import parse_json, read_bytes, read_head
 from ..files.limits import SCENE_BYTES, SCENE_TEXT
-from ..wording import shown
+from ..wording import cut, shown
 from .decode import decode
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def read_container(path: Path, max_pixels: float) -> tuple[GLTF2, memoryview | N
         raise ValueError(f"is not valid glTF 2.0: {error}") from None
     unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]
     if unknown:
-        raise ValueError(f"requires the extension {', '.join(unknown[:8])}: known are {', '.join(KNOWN)}")
+        raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
     return gltf, blob
 
 

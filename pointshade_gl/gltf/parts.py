@@ -17,7 +17,7 @@ from ..files.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
 from ..files.names import Folder, followed
 from ..files.notes import Note
 from ..files.pictures import decode_image
-from ..wording import shown
+from ..wording import cut, shown
 from .checks import label, pick, telling
 
 if TYPE_CHECKING:
@@ -55,9 +55,8 @@ class Parts:
         accessor = pick(self.gltf.accessors, index, "accessor")
         with telling(f"accessor {index}"):
             if accessor.type not in types or accessor.componentType not in _TYPES:
-                raise ValueError(
-                    f"is {accessor.type} of component type {accessor.componentType}, expected {' or '.join(types)}"
-                )
+                kind = f"{cut(accessor.type)} of component type {accessor.componentType}"
+                raise ValueError(f"is {kind}, expected {' or '.join(types)}")
             dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
             values = self._elements(accessor.bufferView, accessor.byteOffset, accessor.count, dtype, width)
             if accessor.sparse is not None:
@@ -73,6 +72,12 @@ class Parts:
             with telling(label("image", index, image.name)):
                 self._pictures[index] = self._decoded(image)
         return self._pictures[index]
+
+    def count_corners(self, count: int) -> None:
+        """Raises ValueError if the meshes that were read have more corners and indices than a scene may have."""
+        self._corners += count
+        what = f"with it the scene has {self._corners} corners and indices"
+        check_limit(self._corners, what, self.max_pixels, SCENE_CORNERS)
 
     def count_pixels(self, count: int) -> None:
         """Raises ValueError if the textures and frames that were read have more pixels than a scene may have."""
@@ -98,9 +103,7 @@ class Parts:
         end = offset + stride * (count - 1) + size
         if end > len(data):
             raise ValueError(f"it ends at byte {end} of a buffer view of {len(data)} bytes")
-        self._corners += count
-        what = f"with it the scene has {self._corners} corners and indices"
-        check_limit(self._corners, what, self.max_pixels, SCENE_CORNERS)
+        self.count_corners(count)
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
 
     def _changed(self, accessor: Accessor, values: NDArray[Any]) -> NDArray[Any]:

@@ -52,7 +52,7 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
         check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
         frames[key] = read_frame(frame_said, parts.folder, parts.note, parts.max_pixels)
         parts.count_pixels(frames[key].depth.size)
-    object_said = {key: _array(said[key], parts) for key in OBJECT_KEYS if key in said}
+    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
     return PointObject(frames[key], read_material(said.get("material", {})), **object_said)
 
 
@@ -89,11 +89,18 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
     return frame
 
 
-def _array(value: Any, parts: Parts) -> Any:
-    """An option as it stands, or the array of the .npy file that it names."""
-    if not (isinstance(value, str) and value.endswith(".npy")):
-        return value
-    return read_npy(inside(parts.folder, value), parts.max_pixels)
+def _value(key: str, value: Any, parts: Parts) -> Any:
+    """An option of an object: a name, numbers, or the array of the .npy file that it names."""
+    if isinstance(value, str):
+        return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
+    if isinstance(value, list):
+        try:
+            return np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"{key} must be numbers, got {shown(value)}") from None
+    if value is not None:
+        numbers(value, (), key)
+    return value
 
 
 def write_points(

@@ -15,7 +15,7 @@ from ..files.notes import Note, print_note
 from ..frame import Frame
 from ..light import Light
 from ..scene import Node, Scene
-from ..wording import as_python, option
+from ..wording import as_python, cut, option
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .extras import options, switch
@@ -76,9 +76,9 @@ class _Reader:
         return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]))
 
     def _tell_what_is_left_out(self) -> None:
-        for name in self.gltf.extensionsUsed or ():
-            if name not in KNOWN:
-                self.note(f"the extension {name} is not read")
+        unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in KNOWN]
+        if unread:
+            self.note(f"the extension{'s' * (len(unread) > 1)} {cut(', '.join(unread))} cannot be read")
         if self.gltf.animations:
             self.note("animations are not played")
         if self.gltf.skins:

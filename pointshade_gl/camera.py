@@ -21,6 +21,7 @@ from .wording import option
 
 NEAR = 0.001  # share of the distance to what is looked at
 SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
+SMALLEST = 1e-6  # pixels of a focal length, either way along its axis
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,10 @@ class Camera:
         for name in ("fx", "fy", "cx", "cy"):
             value = check_float(getattr(self, name), f"camera {name} must be a finite number of pixels")
             object.__setattr__(self, name, value)
-        if self.fx <= 0:
+        if self.fx < SMALLEST:
             raise ValueError(f"camera fx must be above 0 pixels, got {self.fx:g}")
-        if self.fy == 0:
-            raise ValueError("camera fy must not be 0 pixels")
+        if abs(self.fy) < SMALLEST:
+            raise ValueError(f"camera fy must not be 0 pixels, got {self.fy:g}")
         for name in ("width", "height"):
             object.__setattr__(self, name, _check_side(getattr(self, name), name))
 

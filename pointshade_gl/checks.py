@@ -14,22 +14,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .wording import shown
+
 LARGEST = 1e18  # shaders square lengths: squares of larger numbers overflow 32-bit floats
 ABOVE_0 = math.nextafter(0, 1)  # the smallest float that is not 0
 LARGEST_SIZE = 2**31 - 1  # pixels: the largest integer of OpenGL
 FPS = 0.01, 1000.0  # a GIF cannot show a picture for longer than 655 seconds
 _T = TypeVar("_T")
-
-
-def shown(value: Any) -> str:
-    """A value in an error: one line, at most 80 characters."""
-    if type(value).__module__.startswith("pointshade_gl"):
-        return f"a {type(value).__name__}"
-    try:
-        text = " ".join(repr(value).split())
-    except ValueError:  # Python does not write integers of more than 4300 digits
-        return f"{type(value).__name__} of many digits"
-    return text if len(text) <= 80 else f"{text[:77]}..."
 
 
 def items_of(value: Any) -> list[Any] | None:

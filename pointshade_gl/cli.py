@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from .look import Look
     from .scene import Scene
     from .view import View
+
+# a process is asked to end, or its terminal is closed (not on Windows)
+_ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
 
@@ -176,20 +179,29 @@ def bench(options: BenchOptions, device: Device = 0) -> None:
 
 def main() -> None:
     """Runs the command line. Every expected error becomes one sentence: exit code 2, or 1 without GL or memory."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: nothing is left half-written
+    for ending in _ENDINGS:
+        if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
+            signal.signal(ending, _interrupt)
     try:
         with as_command_line():
             app(prog_name="pointshade")
     except (ValueError, TypeError, OSError) as error:
         fail(error, 2)
     except MemoryError as error:
-        fail(error, 1)
+        fail(MemoryError(str(error) or "not enough memory"), 1)
     except RuntimeError as error:
         from .errors import ContextError
 
         if not isinstance(error, ContextError):
             raise
         fail(error, 1)
+
+
+def _interrupt(*_: object) -> NoReturn:
+    """Ends the work as Ctrl-C does, so that nothing is left half-written; only once, or cleaning up would end, too."""
+    for ending in _ENDINGS:
+        signal.signal(ending, signal.SIG_IGN)
+    raise KeyboardInterrupt
 
 
 def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
@@ -199,11 +211,11 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
 
     source, options = frame.input, frame.load_options
     if scene and source is not None and (source in SCENES or source.lower().endswith((".gltf", ".glb"))):
-        if given := [option(name) for name, value in options.items() if value is not None]:
+        if given := [option(name) for name in options if name not in frame.limits and options[name] is not None]:
             raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
         from .gltf import load_scene
 
-        return load_scene(source)
+        return load_scene(source, **frame.limits)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
     if not sequence:

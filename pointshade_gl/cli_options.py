@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 import typer
 
 from .cli_parse import light_from, noise_from, size_from
+from .files.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
     from .light import Light
@@ -64,6 +65,18 @@ class FrameOptions:
         float | None,
         typer.Option(metavar="M", help="Metres between the two cameras, for disparity.", rich_help_panel=FRAME),
     ] = None
+    allow_outside: Annotated[
+        bool,
+        typer.Option("--allow-outside", help="Let files name others outside their folder.", rich_help_panel=FRAME),
+    ] = False
+    max_pixels: Annotated[
+        int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
+    ] = MAX_PIXELS
+
+    @property
+    def limits(self) -> dict[str, Any]:
+        """What files may ask for, by name, as arguments of `load_frame` and `load_scene`."""
+        return {"allow_outside": self.allow_outside, "max_pixels": self.max_pixels}
 
     @property
     def load_options(self) -> dict[str, Any]:

@@ -6,7 +6,7 @@ World axes are what the nodes' transforms make them; cameras look along z with y
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -16,15 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bounds import sphere_round
 from .camera import Camera, check_pose
-from .checks import LARGEST, as_array, check_color, check_flag, check_type, items_of, shown
+from .checks import LARGEST, as_array, check_color, check_flag, check_type, items_of
 from .frame import Frame
 from .light import Light
 from .look import Look, Material
 from .mesh import Mesh
+from .wording import shown
 
 Matrix = NDArray[np.float64]
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 ROUNDING = 1e-12  # a scale this near to 1 is 1
+Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for a root, and which child it is
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +75,7 @@ class Node:
     shadow: bool = True
 
     def __post_init__(self) -> None:
-        where = f"node {shown(self.name)}"
+        where = self.title
         if not isinstance(self.name, str):
             raise TypeError(f"{where}: its name must be a text")
         if isinstance(self.content, list):
@@ -84,20 +86,27 @@ class Node:
                 raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
         matrix = as_array(self.transform, f"{where}: its transform must be numbers of shape (4, 4)")
         if matrix.shape != (4, 4):
-            raise ValueError(f"{where}: its transform must have shape (4, 4), got {matrix.shape}")
+            raise ValueError(f"{self.title}: its transform must have shape (4, 4), got {matrix.shape}")
         if not np.isfinite(matrix).all():
             raise ValueError(f"{where}: its transform holds NaN or infinite numbers")
         if np.abs(matrix).max() > LARGEST:
             raise ValueError(f"{where}: its transform must be below {LARGEST:g}, got {np.abs(matrix).max():g}")
         if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
-            raise ValueError(f"{where}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}")
+            raise ValueError(
+                f"{self.title}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}"
+            )
         if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
-            raise ValueError(f"{where}: its transform has a scale of zero")
+            raise ValueError(f"{self.title}: its transform has a scale of zero")
         matrix.flags.writeable = False
         object.__setattr__(self, "transform", matrix)
         object.__setattr__(self, "children", _check_nodes(self.children, f"{where}: its children"))
         for name in ("visible", "shadow"):
             object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
+
+    @property
+    def title(self) -> str:
+        """How messages call it."""
+        return f"node {shown(self.name)}"
 
 
 def _check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:
@@ -115,7 +124,16 @@ class Placed:
     content: Any
     world: Matrix  # (4, 4) node-to-world
     node: Node
-    path: tuple[int, ...]  # which child of which child
+    way: Way
+
+    @cached_property
+    def path(self) -> tuple[int, ...]:
+        """Which child of which child the node is."""
+        path, way = [], self.way
+        while way is not None:
+            way, k = way
+            path.append(k)
+        return tuple(path[::-1])
 
     @cached_property
     def axes(self) -> Matrix:
@@ -150,7 +168,7 @@ class Placed:
         scale = float(np.cbrt(np.linalg.det(linear)))
         if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
             raise ValueError(
-                f"node {self.node.name!r}: a point object takes rotation, translation and one scale for all axes, "
+                f"{self.node.title}: a point object takes rotation, translation and one scale for all axes, "
                 f"got {np.round(linear, 4).tolist()}"
             )
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
@@ -192,19 +210,24 @@ class Scene:
     def _placed(self) -> tuple[Placed, ...]:
         """Raises ValueError for a node that is below itself."""
         found: list[Placed] = []
-        stack: list[tuple[Node, Matrix, tuple[int, ...], tuple[Node, ...]]] = []
-        stack.extend((node, np.eye(4), (k,), ()) for k, node in reversed(list(enumerate(self.nodes))))
+        above: set[int] = set()  # ids of the nodes on the way down
+        stack: list[tuple[Node, Matrix | None, Way]] = []  # without a matrix: the way up, past the node
+        stack.extend((node, np.eye(4), (None, k)) for k, node in reversed(list(enumerate(self.nodes))))
         while stack:
-            node, parent, path, above = stack.pop()
-            if any(node is other for other in above):
-                raise ValueError(f"node {node.name!r} is below itself: a scene has no cycles")
+            node, parent, way = stack.pop()
+            if parent is None:
+                above.remove(id(node))
+                continue
+            if id(node) in above:
+                raise ValueError(f"{node.title} is below itself: a scene has no cycles")
             if not node.visible:
                 continue
+            above.add(id(node))
+            stack.append((node, None, way))
             world = parent @ np.asarray(node.transform)
             contents = node.content if isinstance(node.content, tuple) else (node.content,)
-            found.extend(Placed(content, world, node, path) for content in contents if content is not None)
-            below = [(child, world, (*path, k), (*above, node)) for k, child in enumerate(node.children)]
-            stack.extend(below[::-1])
+            found.extend(Placed(content, world, node, way) for content in contents if content is not None)
+            stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
         return tuple(found)
 
     @cached_property
@@ -265,26 +288,45 @@ class Scene:
 
     def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
         """All nodes with their paths, hidden ones too, parents before children."""
-        stack: list[tuple[tuple[int, ...], Node]] = []
-        stack.extend(((k,), node) for k, node in reversed(list(enumerate(self.nodes))))
+        path: list[int] = []
+        stack = [(0, k, node) for k, node in reversed(list(enumerate(self.nodes)))]
         while stack:
-            path, node = stack.pop()
-            yield path, node
-            stack.extend(((*path, k), child) for k, child in reversed(list(enumerate(node.children))))
+            depth, k, node = stack.pop()
+            path[depth:] = [k]
+            yield tuple(path), node
+            stack.extend((depth + 1, k, child) for k, child in reversed(list(enumerate(node.children))))
 
     def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
         """The scene with one node changed (`visible=False`, `transform=...`).
 
         path  which child of which child, as in `every_node`. Raises ValueError if there is no node.
         """
-
-        def changed(nodes: tuple[Node, ...], rest: tuple[int, ...]) -> tuple[Node, ...]:
-            if not rest or not 0 <= rest[0] < len(nodes):
+        nodes = self.nodes
+        for k in path:
+            if not 0 <= k < len(nodes):
                 raise ValueError(f"the scene has no node at the path {path}")
-            node = nodes[rest[0]]
-            new = (
-                replace(node, **changes) if len(rest) == 1 else replace(node, children=changed(node.children, rest[1:]))
-            )
-            return (*nodes[: rest[0]], new, *nodes[rest[0] + 1 :])
+            nodes = nodes[k].children
+        if not path:
+            raise ValueError(f"the scene has no node at the path {path}")
+        levels = [self.nodes]
+        for k in path[:-1]:
+            levels.append(levels[-1][k].children)
+        for nodes, k in zip(levels[::-1], path[::-1], strict=True):
+            new = replace(nodes[k], **changes)
+            changes = {"children": (*nodes[:k], new, *nodes[k + 1 :])}
+        return replace(self, nodes=changes["children"])
 
-        return replace(self, nodes=changed(self.nodes, path))
+    def with_every_node(self, changes: Callable[[Node], dict[str, Any]]) -> Scene:
+        """The scene with all nodes changed, each by the values that the function gives for it."""
+        made: dict[int, Node] = {}
+        stack = [*self.nodes]
+        while stack:
+            node = stack[-1]
+            waiting = [child for child in node.children if id(child) not in made]
+            if id(node) in made or not waiting:
+                stack.pop()
+                if id(node) not in made:
+                    children = tuple(made[id(child)] for child in node.children)
+                    made[id(node)] = replace(node, children=children, **changes(node))
+            stack.extend(waiting if id(node) not in made else [])
+        return replace(self, nodes=tuple(made[id(node)] for node in self.nodes))

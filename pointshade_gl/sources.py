@@ -14,6 +14,8 @@ from .files.builtin import builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder, find_pairs
 from .files.frames import load_frame
+from .files.limits import MAX_PIXELS
+from .files.names import Folder
 from .files.poses import find_poses
 from .files.sequences import FolderSequence, first_readable
 from .frame import Frame
@@ -37,10 +39,11 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
         return load_frame(path, **options)
     folder = check_folder(builtin_folder(path))
     note = options["notes"] = once(options.get("notes", print_note))
-    pairs = find_pairs(folder, note)
+    max_pixels = options.get("max_pixels", MAX_PIXELS)
+    pairs = find_pairs(Folder(folder, options.get("allow_outside", False)), note, max_pixels)
     if not pairs:
         return load_frame(folder, **options)
-    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note), options)
+    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note, max_pixels), options)
     first = first_readable(sequence)
     return first if len(pairs) == 1 else sequence
 
@@ -50,7 +53,7 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
 
     source   a Sequence is read by `ahead` threads, any other iterable by one
     skipped  called in the consumer's thread with one sentence for each frame that raises ValueError or OSError;
-             any other exception goes through
+             any other exception is raised
     ahead    how many frames may wait
 
     The threads end with the iteration, also if the consumer leaves it early. Raises TypeError for a source that is not

@@ -1,21 +1,32 @@
-"""How messages name options: `depth_kind='inverse'` in Python, `--depth-kind inverse` on the command line."""
+"""How messages show options and values: `depth_kind='inverse'` in Python is `--depth-kind inverse` in a terminal."""
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_is_command_line = False  # a plain variable, so that all threads see it
+_LONGEST = 120  # characters of a value that a message shows
+
+_short = reprlib.Repr()
+_short.maxlevel, _short.maxlist, _short.maxtuple, _short.maxdict = 3, 16, 16, 8
+_short.maxstring = _short.maxother = _LONGEST
+
+_is_command_line = False  # plain variables, so that all threads see them
+_is_typed = False  # by the user of the command line, also while a file's own options are named
 
 
-def option(name: str, *values: object, of: str = "") -> str:
+def option(name: str, *values: object, of: str = "", beside_file: bool = False) -> str:
     """An option as its user writes it, with a value or with several to choose from.
 
-    values  a text in capitals stands for something, such as FILE, and is not quoted
-    of      whose value it is in Python: `option("shininess", of="material")` is "material shininess" or "--shininess"
+    values       a text in capitals stands for something, such as FILE, and is not quoted; True is a switch
+    of           whose value it is in Python: `option("shininess", of="material")` is "material shininess" or
+                 "--shininess"
+    beside_file  the option is never written in a file, only passed by the caller: `as_python` does not change it
     """
-    if _is_command_line:
-        return " ".join([f"--{name.replace('_', '-')}", " or ".join(map(str, values))]).rstrip()
+    if _is_typed if beside_file else _is_command_line:
+        shown = " or ".join(str(value) for value in values if value is not True)
+        return f"--{name.replace('_', '-')} {shown}".rstrip()
     name = f"{of} {name}".lstrip()
     return f"{name}={' or '.join(map(_literal, values))}" if values else name
 
@@ -23,26 +34,43 @@ def option(name: str, *values: object, of: str = "") -> str:
 @contextmanager
 def as_command_line() -> Iterator[None]:
     """Inside, messages name options as the command line has them."""
-    with _speaking(True):
+    with _speaking(True, typed=True):
         yield
 
 
 @contextmanager
 def as_python() -> Iterator[None]:
     """Inside, messages name options as Python does. Files use these names, too."""
-    with _speaking(False):
+    with _speaking(False, typed=_is_typed):
         yield
 
 
 @contextmanager
-def _speaking(is_command_line: bool) -> Iterator[None]:
-    global _is_command_line
-    before, _is_command_line = _is_command_line, is_command_line
+def _speaking(is_command_line: bool, typed: bool) -> Iterator[None]:
+    global _is_command_line, _is_typed
+    before = _is_command_line, _is_typed
+    _is_command_line, _is_typed = is_command_line, typed
     try:
         yield
     finally:
-        _is_command_line = before
+        _is_command_line, _is_typed = before
 
 
 def _literal(value: object) -> str:
     return value if isinstance(value, str) and value.isupper() else repr(value)
+
+
+def shown(value: object) -> str:
+    """A value in a message: one line, cut where it is long, for files may hold values of any size and depth."""
+    if type(value).__module__.startswith("pointshade_gl"):
+        return f"a {type(value).__name__}"
+    try:
+        return cut(_short.repr(value), _LONGEST)
+    except ValueError:  # Python does not write integers of more than 4300 digits
+        return f"{type(value).__name__} of many digits"
+
+
+def cut(text: object, longest: int = 200) -> str:
+    """A text, or the message of an error, in one line and cut where it is long."""
+    line = " ".join(str(text).split())
+    return line if len(line) <= longest else f"{line[: longest - 3]}..."

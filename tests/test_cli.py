@@ -2,8 +2,10 @@
 
 import os
 import re
+import signal
 import subprocess
 import sys
+import time
 from importlib.metadata import entry_points
 
 import numpy as np
@@ -304,13 +306,34 @@ def test_an_empty_picture_is_written_and_said(folder, tmp_path):
 
 @pytest.mark.usefixtures("renderer")
 @pytest.mark.skipif(sys.platform == "win32", reason="there a process that is ended has no last word")
-def test_a_film_that_is_ended_from_outside_leaves_nothing_half_written(tmp_path):
+@pytest.mark.parametrize(("name", "suffix"), [("SIGTERM", "gif"), ("SIGHUP", "gif"), ("SIGHUP", "mp4")])
+def test_a_film_that_is_ended_from_outside_leaves_nothing_half_written(tmp_path, name, suffix):
+    """By a request to end, or because the terminal is closed; the shell then sends a second signal."""
     command = [sys.executable, "-m", "pointshade_gl", "render", "--turntable", "light", "--frames", "100000"]
-    with subprocess.Popen([*command, "-o", tmp_path / "out.gif"], stderr=subprocess.PIPE) as process:
+    with subprocess.Popen([*command, "-o", tmp_path / f"out.{suffix}"], stderr=subprocess.PIPE) as process:
         assert process.stderr is not None and process.stderr.readline()  # the note about the driver: it is drawing
-        process.terminate()
+        deadline = time.monotonic() + 30
+        while suffix == "mp4" and not list(tmp_path.iterdir()) and time.monotonic() < deadline:
+            time.sleep(0.01)  # until the hidden file is there
+        process.send_signal(getattr(signal, name))
+        process.send_signal(getattr(signal, name))
         assert process.wait(timeout=60) != 0
-    assert not [path for path in tmp_path.rglob("*") if path.suffix != ".gif"]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no hang-up")
+def test_under_nohup_a_closed_terminal_ends_nothing():
+    code = """if True:
+        import signal, sys
+        from pointshade_gl.cli import main
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        sys.argv[1:] = ["--version"]
+        try:
+            main()
+        finally:
+            print(signal.getsignal(signal.SIGHUP) == signal.SIG_IGN)"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.stdout == f"pointshade_gl {ps.__version__}\nTrue\n", done.stderr
 
 
 def test_the_command_is_installed_under_its_name():

@@ -185,7 +185,22 @@ def test_places_where_no_film_can_lie(tmp_path, name, error, sentence):
         Film(tmp_path / name)
 
 
-@pytest.mark.parametrize("fps", [0, -1, 1e-5, float("nan"), float("inf")])
-def test_impossible_fps_are_named(tmp_path, fps):
-    with pytest.raises(ValueError, match=f"fps must be pictures per second, from 0.01 to 1000, got {fps}"):
+@pytest.mark.parametrize("fps", [0, -1, 1e-5, 1e5, float("nan"), float("inf")])
+def test_impossible_fps(tmp_path, fps):
+    with pytest.raises(ValueError, match=r"fps must be pictures per second, from 0\.01 to 1000, got"):
         Film(tmp_path / "out.gif", fps)
+
+
+@pytest.mark.parametrize("suffix", ["mp4", "gif"])
+@pytest.mark.parametrize("fps", [0.01, 1000])
+def test_the_slowest_and_the_quickest_film_can_be_written(tmp_path, suffix, fps):
+    with Film(tmp_path / f"out.{suffix}", fps) as film:
+        film.add(picture(0))
+        film.add(picture(1))
+    assert (tmp_path / f"out.{suffix}").stat().st_size
+
+
+def test_a_link_that_leads_back_to_itself_is_no_place_for_a_film(tmp_path):
+    (tmp_path / "out.gif").symlink_to("out.gif")
+    with pytest.raises(OSError, match=r"out\.gif is a link that leads back to itself"):
+        Film(tmp_path / "out.gif")

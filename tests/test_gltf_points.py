@@ -118,7 +118,7 @@ def test_a_node_may_be_a_mesh_and_a_point_object_and_be_switched_off(folder):
         ({"frame": "my_frame", "normals": "stars"}, "unknown normals method 'stars'"),
         ({"frame": "my_frame", "shading": 5}, "unknown shading 5"),
         ({"frame": "my_frame", "size": "sizes.npy"}, "'sizes.npy' does not exist"),
-        ({"frame": "my_frame", "fov": "wide", "intrinsics": None}, "fov must be 1 numbers"),
+        ({"frame": "my_frame", "fov": "wide", "intrinsics": None}, "fov must be a number"),
         ({"frame": "my_frame", "pose": [1, 2]}, "pose must be 16 numbers"),
         ({"frame": "my_frame", "material": {"colour": 1}}, "material must be an object"),
         ({"frame": "my_frame", "visible": "yes"}, "visible must be true or false"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pointshade_gl.files import pictures
 from pointshade_gl.files.pictures import check_writable, normals_to_rgb, read_image, save_image
 
 RNG = np.random.default_rng(3)
@@ -91,6 +92,27 @@ def test_saving_over_a_link_replaces_its_target(tmp_path):
     save_image(tmp_path / "link.png", RGBA)
     assert (tmp_path / "link.png").is_symlink()
     np.testing.assert_array_equal(read_image(tmp_path / "image.png"), RGBA)
+
+
+def test_a_link_that_leads_nowhere_is_no_place_for_a_picture(tmp_path):
+    (tmp_path / "loop.png").symlink_to(tmp_path / "back.png")
+    (tmp_path / "back.png").symlink_to(tmp_path / "loop.png")
+    with pytest.raises(OSError, match=r"loop\.png is a link that leads back to itself"):
+        check_writable(tmp_path / "loop.png")
+    (tmp_path / "lost.png").symlink_to(tmp_path / "missing" / "image.png")
+    with pytest.raises(FileNotFoundError, match=r"cannot write \S+lost\.png: there is no folder \S+missing"):
+        save_image(tmp_path / "lost.png", RGBA)
+
+
+@pytest.mark.parametrize("ending", [KeyboardInterrupt, SystemExit])
+def test_an_interrupted_save_leaves_nothing(tmp_path, monkeypatch, ending):
+    def end(*_):
+        raise ending
+
+    monkeypatch.setattr(pictures, "encode_png", end)
+    with pytest.raises(ending):
+        save_image(tmp_path / "image.png", RGBA)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_missing_folder_is_named_and_not_made(tmp_path):
@@ -191,13 +213,13 @@ def test_truncated_pictures_are_refused(tmp_path, suffix, share):
         read_image(path)
 
 
-def test_decompression_bombs_are_refused_and_large_pictures_are_read(tmp_path, monkeypatch):
+def test_pictures_above_the_limit_are_refused_and_pillows_own_limit_does_not_count(tmp_path, monkeypatch):
     save_image(tmp_path / "image.png", RGBA)
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 20)  # Pillow warns above this and raises above its double
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)  # Pillow warns above this and raises above its double
     assert read_image(tmp_path / "image.png").shape == (5, 7, 4)
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
-    with pytest.raises(ValueError, match="is too large: pictures may have up to 20 pixels"):
-        read_image(tmp_path / "image.png")
+    assert Image.MAX_IMAGE_PIXELS == 10
+    with pytest.raises(ValueError, match=r"image\.png has 7x5 pixels, the limit is 34: pass max_pixels=35 to allow it"):
+        read_image(tmp_path / "image.png", max_pixels=34)
 
 
 def test_normal_colours_are_the_usual_ones():

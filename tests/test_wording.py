@@ -11,14 +11,14 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
+from pointshade_gl import cli
 from pointshade_gl.bench.command import select
-from pointshade_gl.cli import main
 from pointshade_gl.files.depth_kinds import choose_scale, to_metres
 from pointshade_gl.files.film import Film
 from pointshade_gl.series import jobs_of
 from pointshade_gl.view import View
 from pointshade_gl.viewer.playback import Playback
-from pointshade_gl.wording import as_command_line, as_python, option
+from pointshade_gl.wording import as_command_line, as_python, option, shown
 
 from .gltf_files import write_gltf
 
@@ -36,6 +36,7 @@ class TestOption:
             (("depth_scale", 1), "depth_scale=1", "--depth-scale 1"),
             (("depth", "FILE"), "depth=FILE", "--depth FILE"),
             (("turntable", "light", "camera"), "turntable='light' or 'camera'", "--turntable light or camera"),
+            (("allow_outside", True), "allow_outside=True", "--allow-outside"),
         ],
     )
     def test_both_forms(self, arguments, python, command_line):
@@ -47,6 +48,21 @@ class TestOption:
         assert option("shininess", of="material") == "material shininess"
         with as_command_line():
             assert option("shininess", of="material") == "--shininess"
+
+    def test_options_that_no_file_holds_keep_the_form_of_the_command_line(self):
+        with as_command_line(), as_python():
+            assert option("max_pixels", 9) == "max_pixels=9"
+            assert option("max_pixels", 9, beside_file=True) == "--max-pixels 9"
+        with as_python():
+            assert option("max_pixels", 9, beside_file=True) == "max_pixels=9"
+
+    def test_long_and_deep_values_are_cut(self):
+        deep = []
+        for _ in range(100_000):
+            deep = [deep]
+        for value in ("x" * 10_000, list(range(10_000)), deep, dict.fromkeys(range(99), "y" * 500), 10**3000):
+            assert len(shown(value)) <= 200
+        assert shown(["a", {"b": 1.5}]) == "['a', {'b': 1.5}]"
 
     def test_all_threads_speak_alike_and_an_error_ends_it(self):
         with contextlib.suppress(KeyError), as_command_line(), ThreadPoolExecutor(1) as pool:
@@ -117,17 +133,18 @@ def pointshade(monkeypatch, capsys, tmp_path):
     numbers = {"fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5, "width": 8, "height": 6}
     (frame / "intrinsics.json").write_text(json.dumps(numbers | {"depth_scale": 1000}))
     monkeypatch.chdir(tmp_path)
-    before = signal.getsignal(signal.SIGTERM)
+    before = {ending: signal.getsignal(ending) for ending in cli._ENDINGS}
 
     def run(line):
         with monkeypatch.context() as typed, pytest.raises(SystemExit) as ended:
             typed.setattr(sys, "argv", ["pointshade", *line.split()])
-            main()
+            cli.main()
         assert option("fov") == "fov"  # the library speaks Python again
         return ended.value.code, *capsys.readouterr()
 
     yield run
-    signal.signal(signal.SIGTERM, before)
+    for ending, handler in before.items():
+        signal.signal(ending, handler)
 
 
 RENDER = "render --depth metres.npy --fov 50 -o out.png"

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera, orbit_pose
+from ..files.names import Folder
 from ..gltf import save_scene
-from ..gltf.points import read_points
+from ..gltf.points import read_frame
 from ..gltf.views import FLIP, light_place
 from ..light import Light
 from ..look import Material
 from ..mesh import Mesh
-from ..scene import Node, Scene
+from ..scene import Node, PointObject, Scene
 from .vase import POSE, UPRIGHT
 
 FOLDER = Path(__file__).parents[2] / "assets" / "scene"
@@ -105,7 +106,7 @@ def turned(outline: Array, flutes: int, around: int = 96) -> tuple[Floats, Float
 
 def scene() -> Scene:
     """The whole scene, with a camera to the right of the one that took the vase."""
-    vase = read_points({"frame": "vase"}, FOLDER, {}, print)
+    vase = PointObject(read_frame({"frame": "vase"}, Folder(FOLDER), print))
     lamp = Light(position=(0, 0, 0), direction=(0, 0, -1), color=(1, 0.72, 0.42), intensity=3.2,
                  attenuation=(0, 0, 1), cone=(20, 32), shadow=True)  # fmt: skip
     sky = Light(direction=(0, 0, -1), color=(0.5, 0.68, 1), intensity=0.42, shadow=True)

@@ -10,32 +10,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..notes import Note
-from .content import FilePath, read_head
+from .arrays import NUMPY, parse_numbers, read_npy, read_npz
+from .content import FilePath, check_size, open_regular, read_head
+from .exr import EXR, read_exr
+from .limits import MAX_PIXELS, PICTURE_TEXT, check_pixels
 from .pictures import read_image
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
-_PGM = re.compile(rb"P([25])" + _GAP + rb"(\d+)" + _GAP + rb"(\d+)" + _GAP + rb"(\d+)\s")
-_NUMPY, _ZIP, _EXR, _PNG = b"\x93NUMPY", b"PK", b"\x76\x2f\x31\x01", b"\x89PNG"
-_SMOOTHER = 8  # so many times rougher than its byte-swapped self is a wrong one; real sensors show 80 to 500
+_NUMBER = _GAP + rb"(\d{1,9})"
+_PGM = re.compile(rb"P([25])" + 3 * _NUMBER + rb"\s")
+_HEADER = 4096  # bytes of the longest PGM header
+_ZIP, _PNG = b"PK", b"\x89PNG"
+_ROWS = 500  # looked at to find the byte order
+_SMOOTHER = (
+    8  # swapped bytes are wrong if swapping them back makes a picture so many times smoother; sensors: 80 to 500
+)
 
 
-def read_depth(path: FilePath, note: Note) -> NDArray[Any]:
-    """(h, w) raw values of a depth picture, of the type that is stored; the content tells the format, not the suffix.
+def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+    """(h, w) raw values of a depth picture, in the type that is stored. The content decides the format, not the suffix.
 
-    Raises OSError for what is no file, ValueError for what is no depth picture and for EXR without its extra.
+    Raises OSError if the path is not a file, ValueError if it is not a depth picture, if it has more than max_pixels
+    pixels, and for EXR without its extra.
     """
     head = read_head(path)
     name = str(path)
-    if head.startswith((_NUMPY, _ZIP)):
-        raw = _load_numpy(path, note)
-    elif head.startswith(_EXR):
-        raw = _read_exr(path)
+    if head.startswith(NUMPY):
+        raw = read_npy(path, max_pixels)
+    elif head.startswith(_ZIP):
+        raw = read_npz(path, note, max_pixels)
+    elif head.startswith(EXR):
+        raw = read_exr(path, max_pixels)
     elif head[:2] in (b"P2", b"P5"):
-        raw = _read_pgm(Path(path), note)
+        raw = _read_pgm(Path(path), note, max_pixels)
     else:
         if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
             raise ValueError(f"{name} has several channels of 16 bits, expected a depth picture of one channel")
-        raw = read_image(path)
+        raw = read_image(path, max_pixels)
     return one_channel(raw, name)
 
 
@@ -61,41 +72,28 @@ def one_channel(array: NDArray[Any], name: str) -> NDArray[Any]:
     return array
 
 
-def _load_numpy(path: FilePath, note: Note) -> NDArray[Any]:
-    try:
-        with Path(path).open("rb") as file:  # opened here: np.load forgets to close a broken archive
-            loaded = np.load(file, allow_pickle=False)
-            if isinstance(loaded, np.ndarray):
-                return loaded
-            arrays = {key: np.asarray(loaded[key]) for key in loaded.files}
-    except Exception as error:  # NumPy and zipfile raise of everything for broken bytes
-        raise ValueError(f"{path} is a broken NumPy file, or one with Python objects: {error}") from None
-    if len(arrays) > 1 and "depth" in arrays:
-        note(f"{path} holds {', '.join(arrays)}: depth is taken")
-        return arrays["depth"]
-    if len(arrays) != 1:
-        raise ValueError(f"{path} must hold one array or one named depth, got {', '.join(arrays) or 'none'}")
-    return next(iter(arrays.values()))
-
-
-def _read_pgm(path: Path, note: Note) -> NDArray[Any]:
-    """Not by Pillow, which stretches the values to 65535 when the file's maximum is lower."""
-    data = path.read_bytes()
-    header = _PGM.match(data)
-    if not header:
-        raise ValueError(f"{path} is a PGM with a broken header")
-    kind, width, height, maximum = (int(text) for text in header.groups())
-    if not (0 < maximum < 65536 and width and height):
-        raise ValueError(f"{path} is a PGM of {width}x{height} with maximum {maximum}: no such picture can be")
-    dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
-    body = data[header.end() :]
+def _read_pgm(path: Path, note: Note, max_pixels: float) -> NDArray[Any]:
+    """Not by Pillow, which stretches the values to 65535 if the file's maximum is lower."""
+    with open_regular(path) as file:
+        header = _PGM.match(file.read(_HEADER))
+        if not header:
+            raise ValueError(f"{path} is a PGM with a broken header")
+        kind, width, height, maximum = (int(text) for text in header.groups())
+        if not (0 < maximum < 65536 and width and height):
+            raise ValueError(f"{path} is a PGM of {width}x{height} with maximum {maximum}: no such picture can be")
+        check_pixels(width, height, str(path), max_pixels)
+        dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
+        if kind == 2:
+            check_size(file, path, max_pixels, PICTURE_TEXT)
+        file.seek(header.end())
+        body = file.read() if kind == 2 else file.read(count * dtype.itemsize)
     if kind == 2:
-        words = body.split()[:count]
-        if not all(word.isdigit() and len(word) < 9 for word in words):
+        values = parse_numbers(body.decode("ascii", "replace"))[:count]
+        if not values.size or not ((values >= 0) & (values == np.floor(values))).all():
             raise ValueError(f"{path} is a PGM of text, expected nothing but whole numbers after its header")
-        values = np.array([min(int(word), maximum) for word in words], dtype)
+        values = values.clip(max=maximum).astype(dtype)
     else:
-        values = np.frombuffer(body[: min(count * dtype.itemsize, len(body) & -dtype.itemsize)], dtype)
+        values = np.frombuffer(body, dtype, len(body) // dtype.itemsize)
     if values.size < count:
         raise ValueError(f"{path} is truncated: expected {count} pixels, got {values.size}")
     raw = values.astype(dtype.newbyteorder("=")).reshape(height, width)
@@ -106,7 +104,8 @@ def _read_pgm(path: Path, note: Note) -> NDArray[Any]:
 
 
 def _is_swapped(raw: NDArray[np.uint16]) -> bool:
-    """Whether neighbouring pixels agree far better with the two bytes exchanged: then the low byte came first."""
+    """Whether neighbouring pixels agree far better with the two bytes swapped: then the low byte came first."""
+    raw = raw[:: max(1, raw.shape[0] // _ROWS)]
     if not (raw & 255).any():
         return False  # 8 bits stored in the high byte: swapped they would be smoother and wrong
     return _roughness(raw) > _SMOOTHER * _roughness(raw.byteswap())
@@ -118,33 +117,3 @@ def _roughness(raw: NDArray[np.uint16]) -> float:
     known = (values[:, 1:] > 0) & (values[:, :-1] > 0)
     steps = np.abs(np.diff(values, axis=1))[known]
     return float(steps.mean()) if steps.size else 0.0
-
-
-def _read_exr(path: FilePath) -> NDArray[Any]:
-    try:
-        import OpenEXR  # only here: an optional extra
-    except ImportError:
-        raise ValueError(f"{path} is an EXR picture: pip install 'pointshade-gl[exr]' to read it") from None
-    try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            channels = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
-    except Exception as error:  # the library raises RuntimeError, ValueError and TypeError for broken files
-        raise ValueError(f"{path} is a broken or truncated EXR picture: {error}") from None
-    return _pick_channel(channels, str(path))
-
-
-def _pick_channel(channels: dict[str, NDArray[Any]], name: str) -> NDArray[Any]:
-    """Depth among EXR channels: the only one, one called depth or Z (not beside X: those are normals), Y or V, grey."""
-    if len(channels) == 1:
-        return next(iter(channels.values()))
-    for key, pixels in channels.items():
-        layer, _, last = key.rpartition(".")
-        beside = f"{layer}.X" if layer else "X"
-        if "depth" in key.lower() or (last in ("Z", "Y") and beside not in channels) or key == "V":
-            return pixels
-    keys = [key for key in ("R", "G", "B") if key in channels]
-    if keys and all(np.array_equal(channels[keys[0]], channels[key], equal_nan=True) for key in keys):
-        return channels[keys[0]]
-    raise ValueError(
-        f"{name} has the channels {', '.join(channels)}, which differ: expected one, or one called Z or depth"
-    )

@@ -1,4 +1,4 @@
-"""From raw depth values to metres along the optical axis: units, markers for missing, and the five kinds of depth."""
+"""From raw depth values to metres along the optical axis: units, and the five kinds of depth."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from ..camera import Camera
 from ..checks import check_positive
 from ..notes import Note
 from ..wording import option
+from .depth_values import blocks, known_values
 
 KINDS = ("z", "ray", "plane", "inverse", "disparity")
-FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
 NEAREST, FARTHEST = 1.0, 10.0  # metres between which inverse depth without a scale is laid
 _MILLIMETRES = 1000.0
 
 
 def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float | None, note: Note) -> float | None:
-    """What raw values are divided by. None: inverse depth without any.
+    """The number by which raw values are divided; None for inverse depth without a scale.
 
-    given is the caller's, filed that of the intrinsics file. Raises ValueError for 8-bit depth without the caller's.
+    given  the caller's; filed  that of the intrinsics file
+
+    Raises ValueError for 8-bit depth without a scale from the caller.
     """
     if given is not None:
         return check_positive(given, option("depth_scale"))
@@ -48,11 +50,17 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
     return 1.0
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what overflows is infinite, and missing in the frame
+@np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame
 def to_metres(
-    raw: NDArray[Any], camera: Camera, kind: str, scale: float | None, baseline: float | None, note: Note
-) -> NDArray[np.float64]:
-    """(h, w) z in metres, 0 where missing, from raw values of one of KINDS.
+    raw: NDArray[Any],
+    camera: Camera,
+    kind: str,
+    scale: float | None,
+    baseline: float | None,
+    note: Note,
+    dtype: type[np.floating] = np.float64,
+) -> NDArray[Any]:
+    """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
     z          raw / scale is z along the optical axis
     ray        raw / scale is the distance along the pixel's ray
@@ -60,83 +68,62 @@ def to_metres(
     inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between 1 and 10 m
     disparity  z = fx * baseline / (raw / scale), baseline in metres
 
-    Raises ValueError when a disparity has no baseline, or inverse depth does not vary.
+    Raises ValueError if a disparity has no baseline, or if inverse depth does not vary.
     """
-    values = raw.astype(np.float64)
     if kind == "inverse" and scale is None:
-        return _spread(values, note)
-    _drop_markers(raw, values, kind, note)
-    values[~((values > 0) & (values < np.inf))] = 0
-    _drop_background(values, note)
-    known = values > 0
-    result = np.zeros_like(values)
-    result[known] = _convert(values[known], _ray_lengths(camera)[known], camera, kind, scale or 1.0, baseline)
-    return result
-
-
-def _convert(
-    values: NDArray[np.float64],
-    ray: NDArray[np.float64],
-    camera: Camera,
-    kind: str,
-    scale: float,
-    baseline: float | None,
-) -> NDArray[np.float64]:
-    if kind == "ray":
-        return values / scale / ray
-    if kind == "plane":
-        return (ray + values / scale) / ray
-    if kind == "inverse":
-        return scale / values
+        return _spread(raw, note, dtype)
     if kind == "disparity":
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
         baseline = check_positive(baseline, option("baseline"))
-        return camera.fx * baseline * scale / values
-    return values / scale
+    values = known_values(raw, kind, note)
+    result = np.empty(raw.shape, dtype)
+    for rows in blocks(raw):
+        result[rows] = _convert(values(rows), rows, camera, kind, scale or 1.0, baseline or 0.0)
+    return result
 
 
-def _ray_lengths(camera: Camera) -> NDArray[np.float64]:
-    """(h, w) length of ((u-cx)/fx, (v-cy)/fy, 1)."""
+def _convert(
+    values: NDArray[np.float64], rows: slice, camera: Camera, kind: str, scale: float, baseline: float
+) -> NDArray[np.float64]:
+    """Metres for values above 0, of these rows of the picture; 0 stays 0."""
+    if kind == "z":
+        return values / scale
+    if kind == "ray":
+        return values / scale / _ray_lengths(camera, rows)
+    if kind == "plane":
+        ray = _ray_lengths(camera, rows)
+        metres = (ray + values / scale) / ray
+    elif kind == "inverse":
+        metres = scale / values
+    else:
+        metres = camera.fx * baseline * scale / values
+    return np.where(values > 0, metres, 0)
+
+
+def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
+    """(n, w) length of ((u-cx)/fx, (v-cy)/fy, 1) in these rows."""
     x = (np.arange(camera.width) - camera.cx) / camera.fx
-    y = (np.arange(camera.height) - camera.cy) / camera.fy
+    y = (np.arange(camera.height)[rows] - camera.cy) / camera.fy
     return np.sqrt(x * x + (y * y)[:, None] + 1)
 
 
-def _spread(values: NDArray[np.float64], note: Note) -> NDArray[np.float64]:
+def _spread(raw: NDArray[Any], note: Note, dtype: type[np.floating]) -> NDArray[Any]:
     """Inverse depth of unknown scale and offset, as networks give it: 0 is the farthest, not missing."""
-    known = np.isfinite(values)
-    if not known.any():
-        return np.zeros_like(values)
-    low, high = values[known].min(), values[known].max()
+    result = np.zeros(raw.shape, dtype)
+    low, high = np.inf, -np.inf
+    for rows in blocks(raw):
+        values = raw[rows].astype(np.float64)
+        known = np.isfinite(values)
+        low, high = min(low, values.min(where=known, initial=low)), max(high, values.max(where=known, initial=high))
+    if low > high:
+        return result
     if low == high:
         raise ValueError(f"inverse depth must vary, got {low:g} everywhere")
     note(f"inverse depth has no scale: its largest value is put at {NEAREST:g} m, its smallest at {FARTHEST:g} m")
-    share = (np.where(known, values, low) - low) / (high - low)
-    return np.where(known, 1 / (1 / FARTHEST + share * (1 / NEAREST - 1 / FARTHEST)), 0)
-
-
-def _drop_markers(raw: NDArray[Any], values: NDArray[np.float64], kind: str, note: Note) -> None:
-    # in inverse depth and disparity the largest values are the nearest points, not markers
-    if raw.dtype.kind != "u" or raw.dtype.itemsize != 2 or kind in ("inverse", "disparity"):
-        return
-    marked = raw >= FAR
-    if marked.any():
-        values[marked] = 0
-        note(f"{np.count_nonzero(marked)} depth values from {FAR} to 65535 are taken as missing")
-
-
-def _drop_background(values: NDArray[np.float64], note: Note) -> None:
-    """Sets to 0 what a renderer wrote where it saw nothing: one extreme value in many pixels, far from all others."""
-    known = values[values > 0]
-    if not known.size:
-        return
-    for value in (known.max(), known.min()):
-        others = known[known != value]
-        share = (known.size - others.size) / known.size
-        if not 0.02 <= share < 0.999:  # below: a few outliers; above: the others are, and this is the surface
-            continue
-        if value > 2 * others.max() or 2 * value < others.min():
-            values[values == value] = 0
-            note(f"the depth value {value:g} of {share:.0%} of the pixels is taken as background, that is, missing")
-            return
+    for rows in blocks(raw):
+        values = raw[rows].astype(np.float64)
+        known = np.isfinite(values)
+        share = (np.where(known, values, low) - low) / (high - low)
+        result[rows] = np.where(known, 1 / (1 / FARTHEST + share * (1 / NEAREST - 1 / FARTHEST)), 0)
+    return result

@@ -1,4 +1,4 @@
-"""Pictures one after the other become a film: .mp4 for players, .gif for web pages."""
+"""Many pictures become a film: .mp4 for players, .gif for web pages."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike
 from ..checks import check_fps, check_path
 from ..wording import option
 from .content import FilePath
+from .names import followed
 from .pictures import check_picture, check_writable
 from .whole import check_place, hidden_beside
 
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: most programs write no film
 
-BACKGROUND = (28, 28, 32)  # films know no alpha: what was not drawn is a dark grey
+BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they are dark grey
 FILM_SUFFIXES = (".mp4", ".gif")
 _NUMBER = re.compile(r"%(0?\d*)d")
 
@@ -40,7 +41,7 @@ def check_film(path: FilePath) -> Path:
 
 
 def is_series(path: Path) -> bool:
-    """True where many pictures go: films, and names with a number in them."""
+    """True for a path of many pictures: a film, or a name with a number in it."""
     return path.suffix.lower() in FILM_SUFFIXES or is_numbered(path)
 
 
@@ -69,21 +70,21 @@ def numbered(path: Path, number: int) -> Path:
 class Film:
     """A film being written: `with Film("out.mp4", fps=30) as film: film.add(image)`.
 
-    The first picture says how large the film is (an .mp4 cuts odd sizes by a pixel), others are fitted into it. A .gif
-    keeps its pictures in memory until the end, when it finds the 256 colours that serve all of them. The file is there
-    when the film is closed, complete, or after an error not at all; a film without a picture is none.
+    The first picture decides how large the film is (an .mp4 cuts odd sizes by a pixel); others are fitted into it. A
+    .gif keeps its pictures in memory until the end, when it finds the 256 colours that suit all of them. The file
+    appears, complete, when the film is closed; after an error, or without a picture, there is none.
 
-    Raises what `check_film` raises, ValueError for fps that are none and OSError when ffmpeg gives up.
+    Raises what `check_film` raises, ValueError for fps outside 0.01 to 1000, and OSError if ffmpeg fails.
     """
 
     def __init__(self, path: FilePath, fps: float = 25.0):
-        self.path = check_film(path).resolve()  # a link stays a link, its target is replaced
+        self.path = followed(check_film(path))  # a link stays a link, its target is replaced
         self.fps = check_fps(fps, option("fps"), "pictures")
         self._temporary = hidden_beside(self.path)
         self._writer: _Mp4 | _Gif | None = None
 
     def add(self, image: ArrayLike) -> None:
-        """image  (h, w, 3|4) uint8; where it is transparent it lies over a dark grey"""
+        """image  (h, w, 3|4) uint8; transparent parts show a dark grey"""
         picture = _flattened(image)
         if self._writer is None:
             kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
@@ -105,7 +106,7 @@ class Film:
             self.discard()
 
     def discard(self) -> None:
-        """Drops what was written so far."""
+        """Removes what was written so far."""
         if self._writer is not None:
             self._writer.abort()
         self._writer = None
@@ -123,7 +124,7 @@ class Film:
 
 _DECODED = ["-f", "rawvideo", "-pix_fmt", "rgb24"]
 _ENCODED = ["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
-# players take films for BT.709, while ffmpeg converts by BT.601 unless it is told
+# players expect BT.709, and ffmpeg converts by BT.601 unless told otherwise
 _CONVERTED = [
     "-vf",
     "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
@@ -132,7 +133,7 @@ _CONVERTED = [
 
 
 class _Mp4:
-    """H.264 by ffmpeg, which reads raw pictures from a pipe; even sizes and yuv420p, as every player wants them."""
+    """H.264 by ffmpeg, which reads raw pictures from a pipe; even sizes and yuv420p, which every player shows."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float):
         import subprocess
@@ -168,7 +169,7 @@ class _Mp4:
 
     def _close_pipe(self) -> None:
         assert self._process.stdin
-        with suppress(OSError):  # what was still to be written goes nowhere; the exit status tells
+        with suppress(OSError):  # the rest cannot be written; the exit status says so
             self._process.stdin.close()
 
     def _failure(self) -> OSError:
@@ -179,7 +180,7 @@ class _Mp4:
 
 
 class _Gif:
-    """256 colours for the whole film and no dithering: nothing flickers, and what stands still costs nothing."""
+    """256 colours for the whole film and no dithering: nothing flickers, and still parts take no space."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float):
         self.shown = size
@@ -194,7 +195,7 @@ class _Gif:
 
         palette = _palette(self._pictures)
         first, *others = (item.quantize(palette=palette, dither=Image.Dither.NONE) for item in self._pictures)
-        # a GIF counts hundredths of a second, and browsers slow down what is quicker than two of them
+        # a GIF counts hundredths of a second, and browsers slow down pictures shorter than two of them
         ticks = np.diff(np.rint(np.arange(len(self._pictures) + 1) * 100 / self._fps)).clip(2)
         durations = [int(tick) * 10 for tick in ticks]
         first.save(self._path, "GIF", save_all=True, append_images=others, duration=durations, loop=0)
@@ -204,7 +205,7 @@ class _Gif:
 
 
 def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Image:
-    """The 256 colours nearest to all that the film shows, as a palette picture; every picture is looked at."""
+    """The 256 colours nearest to those of the film, as a palette picture; every picture counts."""
     from PIL import Image
 
     side = max(8, math.isqrt(looked_at // len(pictures)))

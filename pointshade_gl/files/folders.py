@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +12,8 @@ import numpy as np
 from ..notes import Note
 from ..wording import option
 from .content import FilePath, read_text
+from .limits import MAX_PIXELS, PARTS, check_limit
+from .names import Folder
 
 # The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
 COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
@@ -18,6 +21,7 @@ DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm
 COLOR_NAMES, DEPTH_NAMES = ("color", "rgb"), ("depth",)
 
 _WORD = r"(?:^|[\W_])(?:{})(?=[\W_]|\d*$)"  # in a file's name: depth_0001, depth0001, 0001.depth; not depth16_raw
+_WORDS = re.compile(_WORD.format("|".join(COLOR_NAMES + DEPTH_NAMES)))
 
 
 class PictureFile(NamedTuple):
@@ -37,7 +41,7 @@ class Pair(NamedTuple):
 
 
 def check_folder(folder: FilePath) -> Path:
-    """The folder as a path. Raises OSError when it is none."""
+    """The folder as a path. Raises OSError if it is not one."""
     place = Path(folder)
     if place.is_file():
         raise NotADirectoryError(
@@ -52,7 +56,7 @@ def check_folder(folder: FilePath) -> Path:
 def find_picture(
     folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...], stem: str | None, note: Note
 ) -> Path | None:
-    """The picture of one of the names, or of a folder so named the one with the stem, else the first."""
+    """The picture with one of the names. In a folder with such a name: the picture with the stem, else the first."""
     for name in names:
         found = sorted(
             (path for path in _pictures(folder, suffixes) if path.stem.lower() == name),
@@ -69,17 +73,18 @@ def find_picture(
     return None
 
 
-def find_pairs(folder: Path, note: Note) -> list[Pair]:
-    """The frames of a sequence in their order; none for a folder of one frame, or of none.
+def find_pairs(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> list[Pair]:
+    """The frames of a sequence in their order; none for a folder with one frame or without any.
 
     Pictures are those that depth.txt and rgb.txt list (TUM), those of the folders depth/ and color/ (or rgb/), or files
     such as depth_0001.png and color_0001.png or 0001.depth.png. Depth and colour belong together by name, else by the
-    nearest time stamp, else by order. Raises ValueError when none of these fits.
+    nearest time stamp, else by order. Raises ValueError if none of these fits, or if a list names files elsewhere.
     """
+    folder = place.path
     if any(path.stem.lower() in DEPTH_NAMES for path in _pictures(folder, DEPTH_SUFFIXES)):
         return []
-    depths = _list_pictures(folder, DEPTH_NAMES, DEPTH_SUFFIXES)
-    colors = _list_pictures(folder, COLOR_NAMES, COLOR_SUFFIXES)
+    depths = _list_pictures(place, DEPTH_NAMES, DEPTH_SUFFIXES, max_pixels)
+    colors = _list_pictures(place, COLOR_NAMES, COLOR_SUFFIXES, max_pixels)
     if not depths or not colors:
         return [Pair(item.path, None, item.time) for item in depths]
     partners = _partners(folder, depths, colors, note)
@@ -124,10 +129,13 @@ def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     return order[np.where(is_left, left, right)]
 
 
-def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...]) -> list[PictureFile]:
+def _list_pictures(
+    place: Folder, names: tuple[str, ...], suffixes: tuple[str, ...], max_pixels: float
+) -> list[PictureFile]:
+    folder = place.path
     for name in names:
         if (folder / f"{name}.txt").is_file():
-            listed = _read_list(folder, folder / f"{name}.txt", suffixes)
+            listed = _read_list(place, folder / f"{name}.txt", suffixes, max_pixels)
             if listed:
                 return listed
         if (folder / name).is_dir():
@@ -142,25 +150,32 @@ def _list_pictures(folder: Path, names: tuple[str, ...], suffixes: tuple[str, ..
     return []
 
 
-def _read_list(folder: Path, path: Path, suffixes: tuple[str, ...]) -> list[PictureFile]:
+def _read_list(place: Folder, path: Path, suffixes: tuple[str, ...], max_pixels: float) -> list[PictureFile]:
     """The pictures of a text file with a time stamp and a file name a line; none if it holds anything else."""
-    lines = (line.split("#")[0].split(maxsplit=1) for line in read_text(path).splitlines())
-    entries = [(_number(words[0]), folder / words[1].strip()) for words in lines if len(words) == 2]
-    return [
-        PictureFile(file, _key(file), time)
-        for time, file in entries
-        if time is not None and file.suffix.lower() in suffixes
-    ]
+    lines = read_text(place.check(path), max_pixels).splitlines()
+    check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
+    found = []
+    for line in lines:
+        words = line.split("#")[0].split(maxsplit=1)
+        time = _number(words[0]) if len(words) == 2 else None
+        if time is None or not words[1].rstrip().lower().endswith(suffixes):
+            continue
+        try:
+            file = place.named(words[1].rstrip())
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+        found.append(PictureFile(file, _key(file), time))
+    return found
 
 
 def _key(path: Path) -> str:
     """What the pictures of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
-    words = _WORD.format("|".join(COLOR_NAMES + DEPTH_NAMES))
-    return re.sub(words, "", path.stem.lower()).strip("._- ")
+    return _WORDS.sub("", path.stem.lower()).strip("._- ")
 
 
 def _number(text: str) -> float | None:
-    return float(text) if re.fullmatch(r"\d+(\.\d*)?", text) else None
+    number = float(text) if re.fullmatch(r"\d+(\.\d*)?", text) else math.inf
+    return number if number < math.inf else None  # 400 digits are infinite, too
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:

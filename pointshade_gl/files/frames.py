@@ -1,4 +1,4 @@
-"""Files become frames: finds the pictures, reads them, and tells every guess it makes."""
+"""Files become frames: finds the pictures, reads them, and prints every guess."""
 
 from __future__ import annotations
 
@@ -21,12 +21,14 @@ from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
 from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
 from .intrinsics import Intrinsics, place_camera, read_intrinsics
+from .limits import MAX_PIXELS
+from .names import Folder
 from .pictures import read_image
 from .poses import load_pose
 
 
 def load_frame(
-    folder: FilePath | None = None,
+    folder: FilePath | Folder | None = None,
     *,
     color: FilePath | ArrayLike | None = None,
     depth: FilePath | ArrayLike | None = None,
@@ -36,6 +38,8 @@ def load_frame(
     depth_kind: str | None = None,
     baseline: float | None = None,
     pose: FilePath | ArrayLike | None = None,
+    allow_outside: bool = False,
+    max_pixels: float = MAX_PIXELS,
     notes: Note | None = None,
 ) -> Frame:
     """A frame from a folder with color.* (or rgb.*), depth.* and intrinsics.json, or from single files and arrays.
@@ -51,16 +55,19 @@ def load_frame(
     depth_kind   z, ray, plane, inverse or disparity; the default is that of the intrinsics file, else z
     baseline     metres between the cameras of a disparity
     pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
+    allow_outside  let depth.txt and rgb.txt name files outside the folder
+    max_pixels   of a picture; the default passes 12 288 x 8 192. Other limits follow from it (see `files.limits`).
     notes        called with one sentence for every guess; the default prints it to stderr
 
-    Raises ValueError, TypeError or OSError, in one sentence, for what cannot be read right.
+    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.
     """
     note = notes or print_note
-    place = None if folder is None else check_folder(builtin_folder(folder))
-    depth, color = _find_pictures(place, depth, color, note)
-    raw = read_depth(depth, note) if _is_path(depth) else _check_depth(depth)
-    picture = read_color(color) if _is_path(color) else _check_color(color)
-    source = _find_intrinsics(place, intrinsics, fov, note)
+    check_positive(max_pixels, option("max_pixels", beside_file=True))
+    place = _open_folder(folder, allow_outside)
+    depth, color = _find_pictures(place, depth, color, note, max_pixels)
+    raw = read_depth(depth, note, max_pixels) if _is_path(depth) else _check_depth(depth)
+    picture = read_color(color, max_pixels) if _is_path(color) else _check_color(color)
+    source = _find_intrinsics(place, intrinsics, fov, note, max_pixels)
     camera = _make_camera(source, fov, raw, picture, note)
     kind = depth_kind if depth_kind is not None else (source and source.depth_kind) or "z"
     if depth_kind is not None or source is None:
@@ -70,7 +77,8 @@ def load_frame(
     filed = _filed_scale(source, kind, raw, _is_path(depth))
     scale = choose_scale(raw, kind, depth_scale, filed, note)
     baseline = _filed_baseline(source, kind) if baseline is None else baseline
-    metres = to_metres(raw, camera, kind, scale, baseline, note)
+    metres = to_metres(raw, camera, kind, scale, baseline, note, np.float32)
+    del raw
     matrix: Any = load_pose(pose) if _is_path(pose) else pose
     frame = Frame(picture, metres, camera, matrix)
     if not frame.points_known:
@@ -78,9 +86,9 @@ def load_frame(
     return frame
 
 
-def read_color(path: FilePath) -> NDArray[np.uint8]:
+def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
     """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path), str(path))
+    return to_color(read_image(path, max_pixels), str(path))
 
 
 def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
@@ -90,6 +98,12 @@ def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
     if image.dtype != np.uint8:
         image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
+
+
+def _open_folder(folder: FilePath | Folder | None, allow_outside: bool) -> Folder | None:
+    if folder is None or isinstance(folder, Folder):
+        return folder
+    return Folder(check_folder(builtin_folder(folder)), allow_outside)
 
 
 def _is_path(value: Any) -> TypeGuard[FilePath]:
@@ -110,14 +124,15 @@ def _check_color(color: Any) -> NDArray[Any] | None:
     return array
 
 
-def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> tuple[Any, Any]:
+def _find_pictures(place: Folder | None, depth: Any, color: Any, note: Note, max_pixels: float) -> tuple[Any, Any]:
     """Depth and colour: those that were passed, else the folder's."""
-    if folder is None:
+    if place is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
         return depth, color
+    folder = place.path
     if depth is None and color is None:
-        pairs = find_pairs(folder, note)
+        pairs = find_pairs(place, note, max_pixels)
         if pairs:
             depth, color, _ = pairs[0]
         if len(pairs) > 1:
@@ -134,20 +149,28 @@ def _find_pictures(folder: Path | None, depth: Any, color: Any, note: Note) -> t
         color = find_picture(folder, COLOR_NAMES, COLOR_SUFFIXES, stem, note)
         if color is None:
             note(f"{folder} has no color.* or rgb.* picture: the surface is light grey")
+    for path in (depth, color):
+        if _is_path(path):
+            place.check(Path(path))
     return depth, color
 
 
-def _find_intrinsics(folder: Path | None, intrinsics: Any, fov: float | None, note: Note) -> Intrinsics | None:
-    """The caller's intrinsics; what they leave unsaid about the depth comes from the folder's file."""
+def _find_intrinsics(
+    place: Folder | None, intrinsics: Any, fov: float | None, note: Note, max_pixels: float
+) -> Intrinsics | None:
+    """The caller's intrinsics; what they do not say about the depth comes from the folder's file."""
     if intrinsics is not None and fov is not None:
         raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
-    # nerfstudio's file may hold poses only: it is asked when nobody else knows the camera
+    # nerfstudio's file may hold poses only: it is read if nothing else says what the camera is
     names = ("intrinsics.json", "transforms.json") if intrinsics is None and fov is None else ("intrinsics.json",)
-    paths = [folder / name for name in names] if folder else []
-    filed = next((read_intrinsics(path, note) for path in paths if path.is_file()), None)
+    paths = [place.path / name for name in names] if place else []
+    filed = None
+    for path in paths:
+        if place and filed is None and path.is_file():
+            filed = read_intrinsics(place.check(path), note, max_pixels)
     if intrinsics is None:
         return filed
-    given = read_intrinsics(intrinsics, note)
+    given = read_intrinsics(intrinsics, note, max_pixels)
     if filed is None:
         return given
     unsaid = {
@@ -177,7 +200,7 @@ def _make_camera(
 
 
 def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
-    """The depth_scale of the intrinsics file, if it speaks of this depth. Raises ValueError for an impossible one."""
+    """The depth_scale of the intrinsics file, if it is about this depth. Raises ValueError for an impossible one."""
     if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
         return None  # it says raw values per metre, and these are none
     if raw.dtype.kind == "f" and not from_file:

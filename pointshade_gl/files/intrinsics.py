@@ -1,4 +1,4 @@
-"""Intrinsics from all that users hand over: numbers, text, our JSON, Open3D's, nerfstudio's."""
+"""Intrinsics in every form that users have: numbers, text, our JSON, Open3D's, nerfstudio's."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from ..camera import Camera
 from ..checks import as_array
 from ..notes import Note
-from ..wording import option
-from .content import parse_json, read_numbers, read_text, split_numbers
+from ..wording import option, shown
+from .arrays import read_numbers
+from .content import parse_object, read_text, split_numbers
+from .limits import MAX_PIXELS
 
 Size = tuple[int, int]  # width, height
 
@@ -25,7 +27,7 @@ _DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """What the source said: (fx, fy, cx, cy), the size of their picture, how the depth is coded; None = unsaid."""
+    """What the source says: (fx, fy, cx, cy), the size of their picture, how the depth is coded; None = nothing."""
 
     name: str
     numbers: tuple[float, float, float, float]
@@ -35,10 +37,10 @@ class Intrinsics:
     baseline: float | None = None
 
 
-def read_intrinsics(source: Any, note: Note) -> Intrinsics:
+def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS) -> Intrinsics:
     """Intrinsics from a path, a text 'fx,fy,cx,cy', four numbers, a matrix or a Camera.
 
-    Raises ValueError for a content that is none of these, OSError when the file cannot be read.
+    Raises ValueError for any other content, OSError if the file cannot be read.
     """
     if isinstance(source, Camera):
         return Intrinsics("the camera", source.intrinsics, (source.width, source.height))
@@ -47,7 +49,7 @@ def read_intrinsics(source: Any, note: Note) -> Intrinsics:
         if numbers is not None:
             return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
-        return _read_file(Path(source), note)
+        return _read_file(Path(source), note, max_pixels)
     array = as_array(source, f"intrinsics must be {_EXPECTED}")
     return _from_numbers(array.ravel(), option("intrinsics"), note)
 
@@ -95,11 +97,11 @@ def _text(size: Size) -> str:
     return f"{size[0]}x{size[1]}"
 
 
-def _read_file(path: Path, note: Note) -> Intrinsics:
-    text = read_text(path)
+def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
+    text = read_text(path, max_pixels)
     if not text.lstrip().startswith("{"):
-        return _from_numbers(read_numbers(path), str(path), note)
-    data = parse_json(text, path)
+        return _from_numbers(read_numbers(path, max_pixels), str(path), note)
+    data = parse_object(text, path, max_pixels)
     if isinstance(data.get("intrinsic"), dict):  # Open3D's camera parameters hold the extrinsic beside it
         data = data["intrinsic"]
     if "intrinsic_matrix" in data:
@@ -113,23 +115,20 @@ def _read_file(path: Path, note: Note) -> Intrinsics:
             "or nerfstudio's fl_x, fl_y, cx, cy"
         )
     fx, fy, cx, cy = (_number(data, key, path) for key in ("fx", "fy", "cx", "cy"))
-    return Intrinsics(
-        str(path),
-        (fx, fy, cx, cy),
-        _size(data, "width", "height", path),
-        _optional(data, "depth_scale", path),
-        None if data.get("depth_kind") is None else str(data["depth_kind"]),
-        _optional(data, "baseline", path),
-    )
+    size, scale = _size(data, "width", "height", path), _optional(data, "depth_scale", path)
+    kind = data.get("depth_kind")
+    if not isinstance(kind, str | None):
+        raise ValueError(f"{path}: depth_kind must be a text, got {shown(kind)}")
+    return Intrinsics(str(path), (fx, fy, cx, cy), size, scale, kind, _optional(data, "baseline", path))
 
 
 def _from_open3d(data: dict[str, Any], path: Path, note: Note) -> Intrinsics:
     try:
         matrix = np.asarray(data["intrinsic_matrix"], np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         matrix = np.empty(0)
     if matrix.size != 9:
-        raise ValueError(f"{path}: intrinsic_matrix must be a list of 9 numbers, got {data['intrinsic_matrix']!r}")
+        raise ValueError(f"{path}: intrinsic_matrix must be a list of 9 numbers, got {shown(data['intrinsic_matrix'])}")
     if matrix.ndim == 1:
         matrix = matrix.reshape(3, 3).T  # Open3D writes columns
     numbers = _from_numbers(matrix.ravel(), str(path), note).numbers
@@ -170,7 +169,7 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
 def _number(data: dict[str, Any], key: str, path: Path) -> float:
     value = data.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{path}: {key} must be a number, got {value!r}")
+        raise ValueError(f"{path}: {key} must be a number, got {shown(value)}")
     try:
         return float(value)
     except OverflowError:  # JSON has whole numbers of any length

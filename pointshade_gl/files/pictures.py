@@ -1,19 +1,23 @@
-"""Pictures to files and back, and normals as colours. Whatever is wrong with a file is told in one sentence."""
+"""Pictures to files and back, and normals as colours. Whatever is wrong with a file becomes one sentence."""
 
 from __future__ import annotations
 
 import struct
 import warnings
 import zlib
-from io import BytesIO
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..checks import as_given, check_path
-from .content import FilePath, read_head
+from ..wording import cut
+from .content import FilePath, check_size, open_regular, read_head
+from .limits import MAX_PIXELS, check_pixels
 from .whole import check_place, written_whole
 
 if TYPE_CHECKING:
@@ -26,7 +30,13 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
+# Formats whose header says how large the decoded picture is. In others, such as ICO, a second picture may hide.
+_READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
+_READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
+_TURNED = 0x0112  # the EXIF tag of how a camera was held
+_TILE = (322, 323)  # the TIFF tags of a tile's width and height
+_pillow = Lock()  # its limit and Python's filters for warnings are the whole process's: one thread at a time
 
 
 def check_writable(path: FilePath) -> Path:
@@ -110,48 +120,95 @@ def encode_png(array: NDArray[np.uint8]) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
 
 
-def read_image(path: FilePath) -> NDArray[Any]:
+def read_image(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
-    Palettes and other colour models become RGB or RGBA; the turn that a camera noted in EXIF is done.
+    Palettes and other colour models become RGB or RGBA; the picture is turned as its camera noted in EXIF. It may be
+    read-only.
 
-    Raises FileNotFoundError and other OSErrors for what is no file, ValueError for what is no complete picture.
+    Raises OSError if the path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
     """
     read_head(path)
-    return decode_image(Path(path).read_bytes(), str(path))
+    with open_regular(path) as file:
+        check_size(file, path, max_pixels)
+        return decode_image(file, str(path), max_pixels)
 
 
-def decode_image(data: bytes, name: str) -> NDArray[Any]:
-    """What `read_image` gives, from the bytes of a file. Raises ValueError, with the name, for no complete picture."""
-    image = _open_image(data, name)
+def decode_image(file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+    """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
+    image = _open_image(file, name, max_pixels)
     if image.mode in ("I", "F") or image.mode.startswith("I;16"):
         array = np.asarray(image)
-        return array.astype(array.dtype.newbyteorder("="))  # I;16B is big-endian
+        return array.astype(array.dtype.newbyteorder("="), copy=False)  # I;16B is big-endian
     if image.mode == "1":
         image = image.convert("L")
     elif image.mode not in ("L", "RGB", "RGBA") or image.has_transparency_data:
         image = image.convert("RGBA" if image.has_transparency_data else "RGB")
-    return np.array(image)
+    return np.asarray(image)
 
 
-def _open_image(data: bytes, path: str) -> Image.Image:
-    from PIL import Image, ImageOps, UnidentifiedImageError
+def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
+    """The decoded picture, turned upright. Its size is checked first."""
+    from PIL import ImageOps, UnidentifiedImageError
 
-    if data.startswith(_POSTSCRIPT):
-        raise ValueError(f"{path} is PostScript, a program that would have to run: convert it to PNG")
+    head = file.read(64)
+    file.seek(0)
+    if head.startswith(_POSTSCRIPT):
+        raise ValueError(f"{name} is PostScript, a program that would have to run: convert it to PNG")
+    _check_webp(head, name, max_pixels)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Pillow's remarks about metadata and 100 megapixels help nobody here
-            with Image.open(BytesIO(data)) as image:
-                image.load()
-                return ImageOps.exif_transpose(image)
+        with _opened(file, head) as image:
+            check_pixels(*image.size, name, max_pixels)
+            tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
+            check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
+            image.load()
+            with _pillow, warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                is_turned = image.getexif().get(_TURNED, 1) != 1
+        return ImageOps.exif_transpose(image) if is_turned else image
     except UnidentifiedImageError:
-        raise ValueError(f"{path} is not a picture, or one in a format that Pillow cannot read") from None
-    except Image.DecompressionBombError:
-        limit = 2 * (Image.MAX_IMAGE_PIXELS or 0)
-        raise ValueError(f"{path} is too large: pictures may have up to {limit} pixels") from None
+        raise ValueError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
+    except MemoryError:
+        raise
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
-        raise ValueError(f"{path} is a broken or truncated picture: {error}") from None
+        if str(error).startswith(f"{name} "):
+            raise
+        raise ValueError(f"{name} is a broken or truncated picture: {cut(error)}") from None
+
+
+@contextmanager
+def _opened(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+    """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
+    from PIL import Image
+
+    formats: tuple[str, ...] = _READ
+    if head[4:8] == b"ftyp":
+        Image.init()
+        formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
+    with _pillow, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        usual, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            image = Image.open(file, formats=formats)
+        finally:
+            Image.MAX_IMAGE_PIXELS = usual
+    with image:
+        yield image
+
+
+def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
+    """Checks the size of a WebP, for which Pillow reserves memory when it opens it. Raises ValueError."""
+    if head[:4] != b"RIFF" or head[8:12] != b"WEBP" or len(head) < 30:
+        return
+    kind = head[12:16]
+    if kind == b"VP8X":
+        sides = int.from_bytes(head[24:27], "little") + 1, int.from_bytes(head[27:30], "little") + 1
+    elif kind == b"VP8L":
+        bits = int.from_bytes(head[21:25], "little")
+        sides = (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    else:
+        sides = int.from_bytes(head[26:28], "little") & 0x3FFF, int.from_bytes(head[28:30], "little") & 0x3FFF
+    check_pixels(*sides, name, max_pixels)
 
 
 def normals_to_rgb(normals: ArrayLike) -> NDArray[np.uint8]:

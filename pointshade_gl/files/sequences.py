@@ -43,7 +43,7 @@ class FolderSequence(Sequence[Frame]):
 
 
 def first_readable(sequence: FolderSequence) -> Frame:
-    """One frame as a proof that camera and options are right; raises the first one's error if there is none."""
+    """One frame that shows that camera and options are right. Raises the first frame's error if there is none."""
     for index in (0, len(sequence) // 2, len(sequence) - 1):
         try:
             return sequence[index]

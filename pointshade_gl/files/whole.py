@@ -1,4 +1,8 @@
-"""Writing files whole: beside their target, under a hidden name, then renamed. So no half-written file is ever left."""
+"""Writing files whole: beside their target under a hidden name, then renamed.
+
+So nobody meets a half-written file. After an error or an interruption nothing is left; only a process that is killed
+leaves its hidden `.part` file.
+"""
 
 from __future__ import annotations
 
@@ -10,24 +14,28 @@ from types import TracebackType
 from uuid import uuid4
 
 from .content import FilePath
+from .names import followed
 
 
 def check_place(path: Path) -> Path:
-    """The path, if a file can lie there. Raises OSError when it has no folder, or is one."""
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
-    if path.is_dir():
+    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot."""
+    target = followed(path) if path.is_symlink() else path
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: there is no folder {target.parent}, create it first")
+    if target.is_dir():
         raise IsADirectoryError(f"cannot write {path}: it is a folder")
+    if target.exists() and not target.is_file():
+        raise OSError(f"cannot write {path}: it is a pipe or a device")
     return path
 
 
 @contextmanager
 def written_whole(path: FilePath) -> Iterator[Path]:
-    """A path beside the target to write to; on leaving it becomes the target, or after an error it is removed.
+    """A path beside the target to write to. At the end it becomes the target; after an error it is removed.
 
     A link stays a link: the file that it names is replaced.
     """
-    target = Path(path).resolve()
+    target = followed(Path(path))
     temporary = hidden_beside(target)
     try:
         yield temporary
@@ -42,7 +50,7 @@ def hidden_beside(target: Path) -> Path:
 
 
 class FileSet:
-    """Files of a folder, which appear there on `commit`, or never."""
+    """Files of a folder, which appear there on `commit`, or not at all."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -64,7 +72,7 @@ class FileSet:
         return path
 
     def commit(self) -> None:
-        """Moves the files into place, in the order of staging. Raises OSError, before the first, if one cannot be."""
+        """Moves the files into place, in the order of staging. Raises OSError, before the first, if one cannot move."""
         for name in self._names:
             target = self.folder / name
             if target.is_dir():
@@ -84,4 +92,4 @@ class FileSet:
         ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}
         others = sorted({path.name for path in parent.iterdir()} - ours)
         if others:
-            raise FileExistsError(f"{parent} holds {', '.join(others[:3])}, which is not of this scene: move it away")
+            raise FileExistsError(f"{parent} holds {', '.join(others[:3])}, not of this scene: move it away")

@@ -24,24 +24,31 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..files.limits import MAX_PIXELS
+
 if TYPE_CHECKING:
     from ..files.content import FilePath
     from ..notes import Note
     from ..scene import Scene
 
 
-def load_scene(path: FilePath, *, notes: Note | None = None) -> Scene:
+def load_scene(
+    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
+) -> Scene:
     """A scene from a .gltf or .glb file; "demo" is the built-in one.
 
     Reads triangles with base colours, nodes, the first perspective camera, KHR_lights_punctual, and point objects by
-    `extras` (see above). Files that it names must lie in its folder; nothing is fetched or executed.
-    notes   called with one sentence for everything that is left out; the default prints it to stderr
+    `extras` (see above). Files that it names must lie in its folder, also through links; nothing is fetched or run.
+
+    allow_outside  let the scene name files outside its folder
+    max_pixels     of one picture; all other limits follow from it (see `files.limits`)
+    notes          called with one sentence for everything that is left out; the default prints it to stderr
 
     Raises ValueError or OSError, in one sentence that names the node or the part, for what cannot be read right.
     """
     from .read import load_scene
 
-    return load_scene(path, notes=notes)
+    return load_scene(path, allow_outside=allow_outside, max_pixels=max_pixels, notes=notes)
 
 
 def save_scene(path: FilePath, scene: Scene) -> None:

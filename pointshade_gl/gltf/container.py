@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from ..files.content import read_head
+from ..files.content import parse_json, read_bytes, read_head
+from ..files.limits import SCENE_BYTES, SCENE_TEXT
+from ..wording import cut, shown
+from .decode import decode
 
 if TYPE_CHECKING:
     from pygltflib import GLTF2
@@ -27,34 +29,32 @@ def library() -> ModuleType:
     return pygltflib
 
 
-def read_container(path: Path) -> tuple[GLTF2, bytes | None]:
+def read_container(path: Path, max_pixels: float) -> tuple[GLTF2, memoryview | None]:
     """The parts of a file as pygltflib's objects, and the binary chunk of a GLB.
 
-    Raises OSError for what is no file, ValueError for what is no glTF 2.0 or requires an unknown extension.
+    Raises OSError if the path is not a file, ValueError if it is not glTF 2.0 or requires an unknown extension.
     """
     pygltflib = library()
     is_binary = read_head(path).startswith(_MAGIC)
-    data = path.read_bytes()
+    data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)
     try:
-        raw = json.loads(text.decode("utf-8-sig"), object_hook=_drop_odd_extras)
+        raw = parse_json(str(text, "utf-8-sig"), max_pixels)
     except UnicodeDecodeError:
         what = "is a GLB whose JSON is" if is_binary else "is neither glTF nor GLB: it is"
         raise ValueError(f"{what} no text in UTF-8") from None
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"is not valid JSON: {error}") from None
     _check_version(raw)
     try:
-        gltf = pygltflib.GLTF2.from_json(json.dumps(raw), infer_missing=True)
-    except Exception as error:  # the library raises of everything for values of the wrong type
+        gltf = decode(pygltflib.GLTF2, raw)
+    except ValueError as error:
         raise ValueError(f"is not valid glTF 2.0: {error}") from None
     unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]
     if unknown:
-        raise ValueError(f"requires the extension {', '.join(map(str, unknown))}: known are {', '.join(KNOWN)}")
+        raise ValueError(f"requires the extension {cut(', '.join(unknown))}: known are {', '.join(KNOWN)}")
     return gltf, blob
 
 
-def _split(data: bytes) -> tuple[bytes, bytes | None]:
+def _split(data: memoryview) -> tuple[memoryview, memoryview | None]:
     """The JSON and the binary chunk of a GLB."""
     if len(data) < 20:
         raise ValueError(f"is a truncated GLB of {len(data)} bytes")
@@ -63,7 +63,7 @@ def _split(data: bytes) -> tuple[bytes, bytes | None]:
         raise ValueError(f"is a GLB of version {version}, expected 2")
     if length > len(data):
         raise ValueError(f"is a truncated GLB: it has {len(data)} of {length} bytes")
-    chunks: dict[bytes, bytes] = {}
+    chunks: dict[bytes, memoryview] = {}
     place = 12
     while place + 8 <= length:
         size, kind = struct.unpack_from("<I4s", data, place)
@@ -83,18 +83,12 @@ def pack(text: bytes, blob: bytes) -> bytes:
     return struct.pack("<4sII", _MAGIC, 2, 12 + len(body)) + body
 
 
-def _drop_odd_extras(item: dict[str, Any]) -> dict[str, Any]:
-    """glTF allows extras of any type, pygltflib objects only."""
-    if not isinstance(item.get("extras", {}), dict):
-        del item["extras"]
-    return item
-
-
 def _check_version(raw: Any) -> None:
     asset = raw.get("asset") if isinstance(raw, dict) else None
     if not isinstance(asset, dict) or "version" not in asset:
         raise ValueError("is no glTF: it has no asset.version")
     for key in ("version", "minVersion"):
         version = asset.get(key, "2.0")
-        if str(version).split(".")[0] != "2" or (key == "minVersion" and version != "2.0"):
-            raise ValueError(f"is glTF of {key} {version}, expected 2.0")
+        version = version if isinstance(version, str) else shown(version)
+        if version.split(".")[0] != "2" or (key == "minVersion" and version != "2.0"):
+            raise ValueError(f"is glTF of {key} {version[:20]}, expected 2.0")

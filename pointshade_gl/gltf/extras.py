@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
+
+from ..files.content import parse_json
+from ..wording import shown
 
 
 def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
@@ -15,10 +17,10 @@ def options(extras: Any, known: Sequence[str]) -> dict[str, Any]:
     if said is None:
         return {}
     if not isinstance(said, dict):
-        raise ValueError(f"its extras 'pointshade' must be an object, got {said!r}")
+        raise ValueError(f"its extras 'pointshade' must be an object, got {shown(said)}")
     for key in said:
         if key not in known:
-            raise ValueError(f"its extras 'pointshade' have an unknown {key!r}: known are {', '.join(known)}")
+            raise ValueError(f"its extras 'pointshade' have an unknown {shown(key)}: known are {', '.join(known)}")
     return said
 
 
@@ -27,14 +29,14 @@ def from_text(said: str) -> Any:
     if not said.lstrip().startswith("{"):
         return {"frame": said}
     try:
-        return json.loads(said)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"its extras 'pointshade' are not valid JSON: {error}") from None
+        return parse_json(said)
+    except ValueError as error:
+        raise ValueError(f"its extras 'pointshade': its text {error}") from None
 
 
 def switch(said: dict[str, Any], key: str, default: bool = True) -> bool:
     """A switch of extras; Blender's older ones are 0 and 1."""
     value = said.get(key, default)
-    if value not in (0, 1):
-        raise ValueError(f"its extras: {key} must be true or false, got {value!r}")
+    if not isinstance(value, int) or value not in (0, 1):
+        raise ValueError(f"its extras: {key} must be true or false, got {shown(value)}")
     return bool(value)

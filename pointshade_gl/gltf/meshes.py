@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Mesh
+from ..wording import cut
 from .checks import label, numbers, pick, telling
 from .container import UNLIT
 from .extras import options
@@ -54,10 +55,12 @@ class Meshes:
             parts.note(f"{part}: its morph targets are not drawn")
         points = parts.array(held["POSITION"], ("VEC3",)).astype(np.float32)
         if primitive.indices is None:
-            corners = np.arange(len(points))
+            corners = np.arange(len(points), dtype=np.uint32)
+            parts.count_corners(len(corners))
         else:
             corners = parts.array(primitive.indices, ("SCALAR",))[:, 0]
         faces = triangles(corners, mode)
+        parts.count_corners(max(faces.size - len(corners), 0))  # strips and fans have three for each
         if not len(faces):
             parts.note(f"{part} is left out: it has no triangle")
             return None
@@ -82,7 +85,7 @@ class Meshes:
             material = pick(self._parts.gltf.materials, index, "material")
             part = label("material", index, material.name)
             if material.alphaMode not in (None, "OPAQUE"):
-                self._parts.note(f"{part}: its transparency ({material.alphaMode}) is not drawn")
+                self._parts.note(f"{part}: its transparency ({cut(material.alphaMode)}) is not drawn")
             with telling(part):
                 said = options(material.extras, _MATERIAL_KEYS)
                 look: dict[str, Any] = {"shading": "none"} if UNLIT in (material.extensions or {}) else {}

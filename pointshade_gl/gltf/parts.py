@@ -1,9 +1,9 @@
-"""The inside of a glTF file: buffers, arrays and pictures, each read once, and only from the scene's folder."""
+"""The inside of a glTF file: buffers, arrays and pictures, read only from the scene's folder and up to a limit."""
 
 from __future__ import annotations
 
 import base64
-import re
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, unquote_to_bytes
@@ -11,55 +11,52 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.frames import to_color
+from ..files.content import read_bytes
+from ..files.frames import read_color, to_color
+from ..files.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
+from ..files.names import Folder, followed
 from ..files.pictures import decode_image
 from ..notes import Note
+from ..wording import cut, shown
 from .checks import label, pick, telling
 
 if TYPE_CHECKING:
-    from pygltflib import GLTF2, Accessor
+    from pygltflib import GLTF2, Accessor, Image
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
-def inside(folder: Path, text: Any) -> Path:
-    """The file or folder that a scene names, if it lies in the scene's folder, links followed.
+def inside(folder: Folder, text: Any) -> Path:
+    """The file or folder that a scene names, with links followed.
 
-    Raises ValueError for a path that leaves it and for addresses, FileNotFoundError for what does not exist.
+    Raises ValueError for a path that leaves the scene's folder and for addresses, FileNotFoundError for a path to
+    nothing.
     """
-    if not isinstance(text, str) or not text:
-        raise ValueError(f"a file must be named by a text, got {text!r}")
-    if re.match(r"[A-Za-z][A-Za-z0-9+.-]*:|[/\\]", text):
-        raise ValueError(f"{text!r} is an address or an absolute path, expected a path relative to the scene's file")
-    root = folder.resolve()
-    path = (root / text).resolve()
-    if not path.is_relative_to(root):
-        raise ValueError(f"{text!r} leaves the scene's folder")
+    path = folder.check(folder.named(text))
     if not path.exists():
-        raise FileNotFoundError(f"{text!r} does not exist in {folder}")
-    return path
+        raise FileNotFoundError(f"{shown(text)} does not exist in {folder.path}")
+    return followed(path)
 
 
 class Parts:
     """Numbered parts of one file. Every method raises ValueError or OSError, naming the part, for what is broken."""
 
-    def __init__(self, path: Path, gltf: GLTF2, blob: bytes | None, note: Note) -> None:
-        self.folder = path.parent
-        self.gltf = gltf
-        self.note = note
+    def __init__(self, folder: Folder, gltf: GLTF2, blob: memoryview | None, note: Note, max_pixels: float) -> None:
+        self.folder, self.gltf, self.note, self.max_pixels = folder, gltf, note, max_pixels
         self._blob = blob
-        self._buffers: dict[int, bytes] = {}
+        self._files: dict[Path, memoryview] = {}
+        self._buffers: dict[int, memoryview] = {}
         self._pictures: dict[int, NDArray[np.uint8]] = {}
+        self._corners, self._pixels = 0, 0  # read so far
 
     def array(self, index: Any, types: tuple[str, ...]) -> NDArray[Any]:
         """(n, width) values of an accessor of one of the types; normalised integers become float32."""
         accessor = pick(self.gltf.accessors, index, "accessor")
         with telling(f"accessor {index}"):
             if accessor.type not in types or accessor.componentType not in _TYPES:
-                raise ValueError(
-                    f"is {accessor.type} of component type {accessor.componentType}, expected {' or '.join(types)}"
-                )
+                kind = f"{cut(accessor.type)} of component type {accessor.componentType}"
+                raise ValueError(f"is {kind}, expected {' or '.join(types)}")
             dtype, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
             values = self._elements(accessor.bufferView, accessor.byteOffset, accessor.count, dtype, width)
             if accessor.sparse is not None:
@@ -73,9 +70,29 @@ class Parts:
         image = pick(self.gltf.images, index, "image")
         if index not in self._pictures:
             with telling(label("image", index, image.name)):
-                data = bytes(self._view(image.bufferView)[0]) if image.uri is None else self._fetch(image.uri)
-                self._pictures[index] = to_color(decode_image(data, "its file"), "its file")
+                self._pictures[index] = self._decoded(image)
         return self._pictures[index]
+
+    def count_corners(self, count: int) -> None:
+        """Raises ValueError if the meshes that were read have more corners and indices than a scene may have."""
+        self._corners += count
+        what = f"with it the scene has {self._corners} corners and indices"
+        check_limit(self._corners, what, self.max_pixels, SCENE_CORNERS)
+
+    def count_pixels(self, count: int) -> None:
+        """Raises ValueError if the textures and frames that were read have more pixels than a scene may have."""
+        self._pixels += count
+        what = f"with it the scene's pictures have {self._pixels} pixels"
+        check_limit(self._pixels, what, self.max_pixels, SCENE_PIXELS)
+
+    def _decoded(self, image: Image) -> NDArray[np.uint8]:
+        if image.uri is not None and not image.uri.startswith("data:"):
+            picture = read_color(self._file(image.uri), self.max_pixels)
+        else:
+            data = self._view(image.bufferView)[0] if image.uri is None else self._fetch(image.uri)
+            picture = to_color(decode_image(BytesIO(data), "its file", self.max_pixels), "its file")
+        self.count_pixels(picture.shape[0] * picture.shape[1])
+        return picture
 
     def _elements(self, view: Any, offset: int | None, count: Any, dtype: np.dtype, width: int) -> NDArray[Any]:
         data, stride = self._view(view)
@@ -86,6 +103,7 @@ class Parts:
         end = offset + stride * (count - 1) + size
         if end > len(data):
             raise ValueError(f"it ends at byte {end} of a buffer view of {len(data)} bytes")
+        self.count_corners(count)
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
 
     def _changed(self, accessor: Accessor, values: NDArray[Any]) -> NDArray[Any]:
@@ -112,26 +130,32 @@ class Parts:
             start, length = view.byteOffset or 0, view.byteLength
             if length is None or length < 1 or start < 0 or start + length > len(data):
                 raise ValueError(f"{length} bytes at byte {start} do not fit into a buffer of {len(data)} bytes")
-            return memoryview(data)[start : start + length], view.byteStride
+            return data[start : start + length], view.byteStride
 
-    def _buffer(self, index: Any) -> bytes:
+    def _buffer(self, index: Any) -> memoryview:
         buffer = pick(self.gltf.buffers, index, "buffer")
         if index not in self._buffers:
             with telling(f"buffer {index}"):
                 data = self._blob if buffer.uri is None else self._fetch(buffer.uri)
                 if data is None or (buffer.uri is None and index != 0):
                     raise ValueError("has no uri, and the file has no binary chunk for it")
-                if buffer.byteLength is None or len(data) < buffer.byteLength:
+                if buffer.byteLength is None or not 0 <= buffer.byteLength <= len(data):
                     raise ValueError(f"has {len(data)} bytes, expected {buffer.byteLength}")
                 self._buffers[index] = data[: buffer.byteLength]
         return self._buffers[index]
 
-    def _fetch(self, uri: str) -> bytes:
-        """The bytes of a data URI, or of a file in the scene's folder."""
+    def _fetch(self, uri: str) -> memoryview:
+        """The bytes of a data URI, or of a file in the scene's folder, which is read once."""
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
-            return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
+            return memoryview(base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body))
+        path = self._file(uri)
+        if path not in self._files:
+            self._files[path] = memoryview(read_bytes(path, self.max_pixels, SCENE_BYTES))
+        return self._files[path]
+
+    def _file(self, uri: str) -> Path:
         path = inside(self.folder, unquote(uri))
         if not path.is_file():
-            raise ValueError(f"{uri!r} is no file")
-        return path.read_bytes()
+            raise ValueError(f"{shown(uri)} is no file")
+        return path

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,15 +10,20 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..files.arrays import read_npy
 from ..files.builtin import FRAMES
+from ..files.content import split_numbers
 from ..files.frames import load_frame
+from ..files.limits import MAX_PIXELS, SCENE_FRAMES, check_limit
+from ..files.names import Folder
 from ..files.pictures import save_image
 from ..frame import Frame
 from ..look import Look, Material
 from ..notes import Note
 from ..scene import PointObject
+from ..wording import shown
 from .checks import numbers
-from .parts import inside
+from .parts import Parts, inside
 from .views import FLIP
 
 _NUMBERS = ("fov", "depth_scale", "baseline")
@@ -32,7 +36,7 @@ KEYS = (*FRAME_KEYS, *OBJECT_KEYS, "material")
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
 
 
-def read_points(said: dict[str, Any], folder: Path, frames: dict[str, Frame], note: Note) -> PointObject | None:
+def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> PointObject | None:
     """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
 
     frames  those that the file has named before, so that none is loaded twice
@@ -45,8 +49,10 @@ def read_points(said: dict[str, Any], folder: Path, frames: dict[str, Frame], no
     frame_said = {key: said[key] for key in FRAME_KEYS if key in said}
     key = json.dumps(frame_said, sort_keys=True)
     if key not in frames:
-        frames[key] = _load(frame_said, folder, note)
-    object_said = {key: _array(said[key], folder) for key in OBJECT_KEYS if key in said}
+        check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
+        frames[key] = read_frame(frame_said, parts.folder, parts.note, parts.max_pixels)
+        parts.count_pixels(frames[key].depth.size)
+    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
     return PointObject(frames[key], read_material(said.get("material", {})), **object_said)
 
 
@@ -54,15 +60,17 @@ def read_material(said: Any) -> Material:
     """A Material of an object's values. Raises ValueError."""
     known = ("ambient", "diffuse", "specular", "shininess")
     if not isinstance(said, dict) or not set(said) <= set(known):
-        raise ValueError(f"its material must be an object of {', '.join(known)}, got {said!r}")
+        raise ValueError(f"its material must be an object of {', '.join(known)}, got {shown(said)}")
     return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
 
 
-def _load(said: dict[str, Any], folder: Path, note: Note) -> Frame:
+def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> Frame:
+    """The frame that extras describe. `save_scene` describes it in the same way. Raises ValueError or OSError."""
     options = dict(said)
     for key in _FILES:
         value = options.get(key)
-        if isinstance(value, str) and not re.fullmatch(r"[-+\d.eE,;\s]+", value):  # those are numbers
+        # a text of four numbers is intrinsics; everywhere else "1.5" is the name of a file
+        if isinstance(value, str) and not (key == "intrinsics" and split_numbers(value)):
             options[key] = inside(folder, value)
     for key in _NUMBERS:
         if key in options:
@@ -70,33 +78,29 @@ def _load(said: dict[str, Any], folder: Path, note: Note) -> Frame:
     place = options.pop("frame", None)
     if place not in (*FRAMES, None):
         place = inside(folder, place)
-        if place.is_dir():
-            _check_links(place, folder)
-        else:
+        if not place.is_dir():
             options.setdefault("depth", place)
             place = None
     pose = options.pop("pose", None)
     placed = pose if isinstance(pose, Path) else numbers(FLIP if pose is None else pose, (4, 4), "pose")
-    frame = load_frame(place, **options, pose=placed, notes=note)
+    fenced = Folder(place, folder.allow_outside, folder.path) if isinstance(place, Path) else place
+    frame = load_frame(fenced, **options, pose=placed, max_pixels=max_pixels, notes=note)
     _sources[frame] = options | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
     return frame
 
 
-def _check_links(place: Path, folder: Path) -> None:
-    for path in place.rglob("*"):
-        if path.is_symlink():
-            inside(folder, str(path.relative_to(folder.resolve())))
-
-
-def _array(value: Any, folder: Path) -> Any:
-    """An option as it stands, or the array of the .npy file that it names."""
-    if not (isinstance(value, str) and value.endswith(".npy")):
-        return value
-    path = inside(folder, value)
-    try:
-        return np.load(path, allow_pickle=False)
-    except Exception as error:  # a broken header raises of everything
-        raise ValueError(f"{value!r} is a broken NumPy file: {error}") from None
+def _value(key: str, value: Any, parts: Parts) -> Any:
+    """An option of an object: a name, numbers, or the array of the .npy file that it names."""
+    if isinstance(value, str):
+        return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
+    if isinstance(value, list):
+        try:
+            return np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"{key} must be numbers, got {shown(value)}") from None
+    if value is not None:
+        numbers(value, (), key)
+    return value
 
 
 def write_points(

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks import check_positive
 from ..files.builtin import builtin_scene
 from ..files.content import FilePath
+from ..files.limits import MAX_PIXELS, PARTS, check_limit
+from ..files.names import Folder
 from ..frame import Frame
 from ..light import Light
 from ..notes import Note, print_note
 from ..scene import Node, Scene
-from ..wording import as_python
+from ..wording import as_python, cut, option
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .extras import options, switch
@@ -28,28 +31,33 @@ if TYPE_CHECKING:
 _NODE_KEYS = (*KEYS, "visible", "shadow")
 
 
-def load_scene(path: FilePath, *, notes: Note | None = None) -> Scene:
-    """See the package, which imports this module when it is first asked."""
+def load_scene(
+    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
+) -> Scene:
+    """See the package, which imports this module when it is first needed."""
     file = builtin_scene(path)
-    note = notes or print_note
+    check_positive(max_pixels, option("max_pixels", beside_file=True))
+    folder = Folder(file.parent, allow_outside, file.parent)
     with as_python(), telling(str(file)):  # extras have the names of Python's options
-        gltf, blob = read_container(file)
-        return _Reader(Parts(file, gltf, blob, note)).scene()
+        gltf, blob = read_container(file, max_pixels)
+        return _Reader(Parts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
 
 
 class _Reader:
     def __init__(self, parts: Parts) -> None:
-        self.gltf, self.note = parts.gltf, parts.note
-        self.folder = parts.folder
+        self.gltf, self.note, self.parts = parts.gltf, parts.note, parts
         self.meshes = Meshes(parts)
         self.frames: dict[str, Frame] = {}
         self.parents: dict[int, int | None] = {}  # in the order of the walk
+        self.places: dict[int, Matrix] = {}  # node-to-parent
         self.cameras: list[tuple[int, Matrix]] = []  # nodes with one, node-to-world
         self.light_factor = INTENSITY
 
     def scene(self) -> Scene:
         self._tell_what_is_left_out()
         gltf = self.gltf
+        count = len(gltf.nodes or ())
+        check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
         chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
         said = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
         self.light_factor = self._light_factor(numbers(said.get("exposure", 1), (), "exposure").item())
@@ -68,9 +76,9 @@ class _Reader:
         return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]))
 
     def _tell_what_is_left_out(self) -> None:
-        for name in self.gltf.extensionsUsed or ():
-            if name not in KNOWN:
-                self.note(f"the extension {name} is not read")
+        unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in KNOWN]
+        if unread:
+            self.note(f"the extension{'s' * (len(unread) > 1)} {cut(', '.join(unread))} cannot be read")
         if self.gltf.animations:
             self.note("animations are not played")
         if self.gltf.skins:
@@ -108,7 +116,8 @@ class _Reader:
                     raise ValueError(self._met_twice(index, parent))
             self.parents[index] = parent
             with telling(self._label(index)):
-                world = above @ local_matrix(node)
+                self.places[index] = local_matrix(node)
+                world = above @ self.places[index]
             if node.camera is not None:
                 self.cameras.append((index, world))
             stack += [(child, index, world) for child in (node.children or [])[::-1]]
@@ -125,7 +134,7 @@ class _Reader:
         """A perspective camera; None for an orthographic one."""
         camera = pick(self.gltf.cameras, index, "camera")
         with telling(label("camera", index, camera.name)):
-            return None if camera.type == "orthographic" else read_camera(camera)
+            return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
         """The nodes; one with nothing but the scene's camera is the scene's pose already, and no node of it."""
@@ -142,7 +151,7 @@ class _Reader:
                 made = Node(
                     content[0] if len(content) == 1 else content or None,
                     node.name or "",
-                    local_matrix(node),
+                    self.places[index],
                     children,
                     visible=switch(said, "visible"),
                     shadow=switch(said, "shadow"),
@@ -151,7 +160,7 @@ class _Reader:
         return tuple(node for root in roots for node in built[root])
 
     def _content(self, node: GltfNode, said: dict[str, Any]) -> tuple[Any, ...]:
-        points = read_points(said, self.folder, self.frames, self.note)
+        points = read_points(said, self.parts, self.frames)
         meshes = () if node.mesh is None else self.meshes[node.mesh]
         light = self._light(node, said)
         return (*([points] if points else []), *meshes, *([light] if light else []))

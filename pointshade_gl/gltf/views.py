@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..files.limits import check_pixels
 from ..light import Light, unit
+from ..wording import shown
 from .checks import numbers
 from .extras import options, switch
 
@@ -27,8 +29,8 @@ _LIGHT_KEYS = ("shadow", "attenuation", "at")
 _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def read_camera(camera: GltfCamera) -> Camera:
-    """A perspective camera, 480 pixels high unless its extras know better. Raises ValueError."""
+def read_camera(camera: GltfCamera, max_pixels: float) -> Camera:
+    """A perspective camera, 480 pixels high unless its extras say otherwise. Raises ValueError."""
     view = camera.perspective
     if view is None:
         raise ValueError("has no perspective")
@@ -37,12 +39,16 @@ def read_camera(camera: GltfCamera) -> Camera:
         missing = [key for key in _CAMERA_KEYS if key not in said]
         if missing:
             raise ValueError(f"its extras 'pointshade' have no {', '.join(missing)}")
-        return Camera(*numbers([said[key] for key in _CAMERA_KEYS], (6,), "the camera").tolist())
+        fx, fy, cx, cy, width, height = numbers([said[key] for key in _CAMERA_KEYS], (6,), "the camera").tolist()
+        check_pixels(math.ceil(width), math.ceil(height), "its picture", max_pixels)
+        return Camera(fx, fy, cx, cy, width, height)  # type: ignore[arg-type]
     fov = numbers(view.yfov, (), "yfov").item()
     aspect = numbers(_ASPECT if view.aspectRatio is None else view.aspectRatio, (), "aspectRatio").item()
     if not 0 < fov < math.pi or aspect <= 0:
         raise ValueError(f"yfov must lie between 0 and pi and aspectRatio be above 0, got {fov:g} and {aspect:g}")
-    return Camera.from_fov(math.degrees(fov), max(1, round(_HEIGHT * aspect)), _HEIGHT)
+    width = max(1, round(_HEIGHT * aspect))
+    check_pixels(width, _HEIGHT, "its picture", max_pixels)
+    return Camera.from_fov(math.degrees(fov), width, _HEIGHT)
 
 
 def camera_pose(world: Matrix) -> Matrix:
@@ -73,13 +79,13 @@ def read_light(light: Any, factor: float, node_casts: bool) -> Light:
     node_casts  whether it casts shadows when its own extras do not say
     """
     if not isinstance(light, dict):
-        raise ValueError(f"must be an object, got {light!r}")
+        raise ValueError(f"must be an object, got {shown(light)}")
     kind = light.get("type")
     if kind not in ("directional", "point", "spot"):
-        raise ValueError(f"its type must be directional, point or spot, got {kind!r}")
+        raise ValueError(f"its type must be directional, point or spot, got {shown(kind)}")
     said = options(light.get("extras"), _LIGHT_KEYS)
     if said.get("at", "viewer") != "viewer":
-        raise ValueError(f"its extras: at must be 'viewer', got {said['at']!r}")
+        raise ValueError(f"its extras: at must be 'viewer', got {shown(said['at'])}")
     placed, falls = "at" not in said, kind != "directional"
     attenuation = numbers(said.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation")
     return Light(

@@ -17,7 +17,7 @@ from ..gpu.present import Marker, PresentPass
 from ..gpu.steps import Lap
 from ..mesh import Mesh
 from ..renderer import Renderer
-from ..scene import PointObject, Scene
+from ..scene import Node, PointObject, Scene
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
@@ -133,10 +133,12 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
     """The scene with one shading model for all objects; None leaves each object its own."""
     if shading is None:
         return scene
-    for path, node in scene.every_node():
+
+    def changes(node: Node) -> dict[str, Any]:
         parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        scene = scene.with_node(path, content=tuple(_part_shaded(part, shading) for part in parts if part is not None))
-    return scene
+        return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
+
+    return scene.with_every_node(changes)
 
 
 def _part_shaded(part: Any, shading: str) -> Any:

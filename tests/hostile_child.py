@@ -1,0 +1,90 @@
+"""Runs jobs that may misbehave, one after the other: `python -m tests.hostile_child jobs.json`.
+
+Prints a line of JSON for each: what it raised, how long it took, how much memory, and which files it opened.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import time
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import pointshade_gl as ps
+from pointshade_gl.files.film import Film
+
+MEMORY = 500 * 2**20
+PATIENCE = 20  # seconds until a job counts as hanging
+
+
+def quiet(_):
+    pass
+
+
+def load_source(path, **options):
+    source = ps.open_source(path, notes=quiet, **options)
+    return [frame.points_known for frame in source] if not isinstance(source, ps.Frame) else source
+
+
+CALLS = {
+    "frame": lambda *paths, **options: ps.load_frame(*paths, notes=quiet, **options),
+    "source": load_source,
+    "scene": lambda path, **options: sum(1 for _ in ps.load_scene(path, notes=quiet, **options).every_node()),
+    "save": lambda path: ps.save_image(path, np.zeros((2, 2, 3), np.uint8)),
+    "film": lambda path, **options: Film(path, **options),
+}
+opened: list[str] | None = None  # while a job runs
+
+
+def watch(event, arguments):
+    if event == "open" and opened is not None and isinstance(arguments[0], str):
+        opened.append(arguments[0])
+
+
+def hang(*_):
+    raise RuntimeError(f"still busy after {PATIENCE} s")
+
+
+def limit_memory():
+    """This process may take 500 MB more than it has (Linux knows how much that is)."""
+    if sys.platform == "linux":
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY,) * 2)
+
+
+def run(job):
+    global opened
+    os.chdir(job["folder"])
+    before, opened = time.process_time(), []  # other processes may keep this one waiting
+    error = ""
+    try:
+        CALLS[job["call"]](*job["arguments"], **job["options"])
+    except Exception as raised:
+        error = f"{type(raised).__name__}: {raised}"
+    kind, _, sentence = error.partition(": ")
+    found, opened = opened, None
+    return {"kind": kind, "sentence": sentence, "seconds": time.process_time() - before, "opened": found}
+
+
+def main():
+    warnings.simplefilter("error")
+    CALLS["frame"]("vase")  # what is imported late is there, and counts for no job
+    CALLS["scene"]("demo")
+    sys.addaudithook(watch)
+    limit_memory()
+    if hasattr(signal, "SIGALRM"):
+        signal.signal(signal.SIGALRM, hang)
+    for job in json.loads(Path(sys.argv[1]).read_text()):
+        if hasattr(signal, "SIGALRM"):
+            signal.alarm(PATIENCE)
+        print(json.dumps({"name": job["name"]} | run(job)), flush=True)
+
+
+main()

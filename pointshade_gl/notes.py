@@ -1,4 +1,4 @@
-"""Notes: one sentence for every guess, printed unless the caller listens."""
+"""Notes: one sentence for every guess, printed unless the caller takes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def print_note(text: str) -> None:
 
 
 def once(note: Note) -> Note:
-    """Tells each kind of note once: those that differ only in numbers are of one kind. From any thread."""
+    """Passes on each kind of note once, from any thread. Notes that differ only in numbers are of one kind."""
     told: set[str] = set()
     lock = threading.Lock()
 

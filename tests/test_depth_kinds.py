@@ -131,6 +131,24 @@ def test_a_plane_with_an_outlier_is_no_background():
     np.testing.assert_array_equal(convert(raw), raw)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_16_bits_are_looked_up_with_the_same_result_as_wider_numbers(kind):
+    """Blocks of rows, too: this picture has several."""
+    camera, notes = ps.Camera(900, 900, 700, 300, 1400, 600), []
+    raw = np.random.default_rng(6).integers(300, 4000, (600, 1400)).astype(np.uint16)
+    raw[:, :400], raw[5] = 40_000, 0  # a background, and holes
+    results = [
+        to_metres(raw.astype(dtype), camera, kind, 1000.0, 0.1, notes.append)
+        for dtype in (np.uint16, ">u2", np.int32, np.float32, np.float64)
+    ]
+    for result in results[1:]:
+        np.testing.assert_array_equal(result, results[0])
+    assert len(notes) == 5 and len(set(notes)) == 1 and "the depth value 40000 of 29%" in notes[0]
+    assert not results[0][5].any() and results[0][0, 400:].all() and not results[0][:, :400].any()
+    single = to_metres(raw, camera, kind, 1000.0, 0.1, notes.append, np.float32)
+    np.testing.assert_array_equal(single, results[0].astype(np.float32))
+
+
 def test_depth_beyond_float_is_not_an_accident():
     raw = Z.copy()
     raw[3, 4] = 1e-320
@@ -173,7 +191,7 @@ def test_guessed_scales_are_told(raw, kind, filed, expected, sentence):
 
 @pytest.mark.parametrize("filed", [None, 1000])
 def test_8_bit_depth_is_refused_with_a_way_out(filed):
-    with pytest.raises(ValueError, match=r"256 levels are no distances: pass depth_kind='inverse' .* or depth_scale"):
+    with pytest.raises(ValueError, match=r"256 levels are too few .*: pass depth_kind='inverse' .* or depth_scale"):
         choose_scale(U8, "z", None, filed, refuse)
 
 

@@ -1,6 +1,7 @@
 """Frames from folders, files and arrays: what is found, what is guessed and printed, what is refused."""
 
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -213,3 +214,20 @@ def test_a_broken_pose_array_is_refused(tmp_path):
     (tmp_path / "pose.npy").write_bytes(b"\x93NUMPY\x01\x00")
     with pytest.raises(ValueError, match=r"pose\.npy is a broken NumPy file"):
         load_pose(tmp_path / "pose.npy")
+
+
+@pytest.mark.parametrize("suffix", ["png", "npy"])
+def test_a_large_picture_takes_little_more_memory_than_its_frame(tmp_path, suffix):
+    """Python's own count: 4 bytes a pixel stay, 42 were needed before pictures were converted in blocks."""
+    raw = (1000 + np.arange(1_000_000) % 3000).astype(np.uint16).reshape(1000, 1000)
+    if suffix == "png":
+        save(raw, tmp_path / "depth.png")
+    else:
+        np.save(tmp_path / "depth.npy", raw.astype(np.float32) / 1000)
+    ps.load_frame(depth=tmp_path / f"depth.{suffix}", fov=50, notes=lambda _: None)  # what is imported late
+    tracemalloc.start()
+    try:
+        ps.load_frame(depth=tmp_path / f"depth.{suffix}", fov=50, notes=lambda _: None)
+        assert tracemalloc.get_traced_memory()[1] < 20 * raw.size
+    finally:
+        tracemalloc.stop()

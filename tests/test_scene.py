@@ -73,6 +73,34 @@ def test_with_node_changes_one_node_and_nothing_else():
     assert scene.nodes[0].children[1] is leaf and leaf.shadow
 
 
+def test_with_every_node_changes_them_all_and_shared_ones_once():
+    leaf = ps.Node(MESH, "leaf")
+    scene = ps.Scene((ps.Node(None, "a", children=(leaf, leaf)), ps.Node(None, "b", children=(leaf,))))
+    seen = []
+
+    def changes(node):
+        seen.append(node.name)
+        return {"name": node.name.upper()}
+
+    changed = scene.with_every_node(changes)
+    assert [(path, node.name) for path, node in changed.every_node()] == [
+        ((0,), "A"), ((0, 0), "LEAF"), ((0, 1), "LEAF"), ((1,), "B"), ((1, 0), "LEAF")
+    ]  # fmt: skip
+    assert changed.nodes[0].children[0] is changed.nodes[1].children[0] and sorted(seen) == ["a", "b", "leaf"]
+    assert leaf.name == "leaf"
+
+
+def test_scenes_deeper_than_pythons_stack_are_walked_and_changed():
+    node = ps.Node(MESH, "last")
+    for _ in range(5000):
+        node = ps.Node(None, "", children=(node,))
+    scene = ps.Scene((node,))
+    (placed,) = scene.placed()
+    assert placed.path == (0,) * 5001 == list(scene.every_node())[-1][0]
+    assert list(scene.with_node(placed.path, name="new").every_node())[-1][1].name == "new"
+    assert not list(scene.with_every_node(lambda node: {"visible": False}).placed())
+
+
 @pytest.mark.parametrize(
     ("transform", "complaint"),
     [

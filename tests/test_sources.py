@@ -170,7 +170,7 @@ class TestPairing:
         notes = []
         write(tmp_path, 3, "depth/d{}.png", "color/c{}.png")
         assert numbers(open_source(tmp_path, **OPTIONS, notes=notes.append)) == [0, 1, 2]
-        assert notes == [f"{tmp_path}: depth and colour are paired by order, their names do not tell"]
+        assert notes == [f"{tmp_path}: depth and colour are paired by order, their names do not match"]
 
     def test_what_cannot_be_paired_is_refused(self, tmp_path):
         write(tmp_path, 3, "depth/d{}.png", "color/c{}.png")

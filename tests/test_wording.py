@@ -191,6 +191,9 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         ("bench --only magic", "unknown name 'magic' for --only"),
         ("render demo -o out.png --fov 50 --depth metres.npy", "leave out --depth, --fov"),
         ("render demo -o out.png --max-depth-step 3% --ambient 1", "leave out --max-depth-step, --ambient"),
+        ("render frame -o out.png --max-pixels 40", "the limit is 40: pass --max-pixels 48 to allow it"),
+        ("render frame -o out.png --max-pixels 0", "--max-pixels must be a finite number above 0, got 0"),
+        ("render listed -o out.png", "'../depth16.png' leaves the folder listed: pass --allow-outside to allow it"),
     ],
 )
 @pytest.mark.usefixtures("renderer")
@@ -201,6 +204,8 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
         for k in range(2):
             source = tmp_path / {"npy": "metres.npy", "png": "color.png"}[suffix]
             (tmp_path / "many" / kind / f"{k}.{suffix}").write_bytes(source.read_bytes())
+    (tmp_path / "listed").mkdir()
+    (tmp_path / "listed" / "depth.txt").write_text("1.0 ../depth16.png")
     (tmp_path / "many" / "intrinsics.json").write_bytes((tmp_path / "frame" / "intrinsics.json").read_bytes())
     code, _, errors = pointshade(line)
     *notes, error = errors.splitlines()
@@ -224,6 +229,17 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
 def test_notes_on_the_command_line(pointshade, line, sentence):
     code, _, errors = pointshade(f"{line} -o out.png")
     assert code == 0 and sum(sentence in text for text in errors.splitlines()) == 1, errors
+
+
+@pytest.mark.parametrize("said", [{"depth": "{}/depth16.png", "fov": 50}, {"frame": "{}/frame"}])
+@pytest.mark.usefixtures("renderer")
+def test_the_command_line_can_allow_a_scene_to_name_files_outside(pointshade, tmp_path, said):
+    (tmp_path / "scene").mkdir()
+    values = {key: value.format("..") if isinstance(value, str) else value for key, value in said.items()}
+    extras = {"extras": {"pointshade": values}}
+    write_gltf(tmp_path / "scene", {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [extras]})
+    assert pointshade("render scene/scene.gltf -o out.png")[0] == 2
+    assert pointshade("render scene/scene.gltf -o out.png --allow-outside --max-pixels 100")[0] == 0
 
 
 @pytest.mark.usefixtures("renderer")
@@ -257,9 +273,12 @@ def test_what_a_file_says_is_named_as_the_file_has_it(pointshade, tmp_path, valu
         ({"frame": "frame", "shading": "toon"}, "unknown shading 'toon'"),
         ({"depth": "depth8.png", "fov": 50}, "pass depth_kind='inverse' for a network's output, or depth_scale"),
         ({"frame": "frame", "material": {"specular": -1}}, "material specular must be"),
+        ({"frame": "../frame"}, "'../frame' leaves the scene's folder: pass --allow-outside to allow it"),
     ],
 )
-def test_extras_of_a_scene_have_the_names_of_python(pointshade, tmp_path, values, sentence):
+def test_extras_of_a_scene_have_the_names_of_python_and_its_user_those_of_the_command_line(
+    pointshade, tmp_path, values, sentence
+):
     extras = {"extras": {"pointshade": values}}
     write_gltf(tmp_path, {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [extras]})
     code, _, errors = pointshade("render scene.gltf -o out.png")

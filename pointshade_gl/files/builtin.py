@@ -1,4 +1,4 @@
-"""What comes with the package: the frame "vase", the scene "demo"."""
+"""Files that come with the package: the frame "vase", the scene "demo"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Depth pictures of every format: a file comes in, its raw numbers come out, one channel, nothing scaled."""
+"""Depth pictures of every format: from a file to its raw numbers, one channel, nothing scaled."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _read_pgm(path: Path, note: Note, max_pixels: float) -> NDArray[Any]:
             raise ValueError(f"{path} is a PGM with a broken header")
         kind, width, height, maximum = (int(text) for text in header.groups())
         if not (0 < maximum < 65536 and width and height):
-            raise ValueError(f"{path} is a PGM of {width}x{height} with maximum {maximum}: no such picture can be")
+            raise ValueError(f"{path} is a PGM of {width}x{height} with maximum {maximum}: there is no such picture")
         check_pixels(width, height, str(path), max_pixels)
         dtype, count = np.dtype(">u2" if maximum > 255 else "u1"), width * height
         if kind == 2:

@@ -30,8 +30,8 @@ def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float
     metric = kind not in ("inverse", "disparity")
     if metric and raw.dtype.itemsize == 1:
         raise ValueError(
-            f"depth has 8 bits, and 256 levels are no distances: pass {option('depth_kind', 'inverse')} for a "
-            f"network's output, or {option('depth_scale')} (levels per metre) to insist"
+            f"depth has 8 bits, and 256 levels are too few for distances: pass {option('depth_kind', 'inverse')} for a "
+            f"network's output, or {option('depth_scale')} (levels per metre) to use it as it is"
         )
     if filed is not None:
         if raw.dtype.kind == "f" and filed != 1:

@@ -27,7 +27,7 @@ _NUMBER = re.compile(r"%(0?\d*)d")
 
 
 def check_film(path: FilePath) -> Path:
-    """The path, if a `Film` can be written there; ask before a long computation.
+    """The path, if a `Film` can be written there; call it before a long computation.
 
     Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
     folder does not exist.
@@ -46,7 +46,7 @@ def is_series(path: Path) -> bool:
 
 
 def check_series(path: Path) -> None:
-    """Raises ValueError or OSError unless many pictures can be written there; ask before a long computation."""
+    """Raises ValueError or OSError unless many pictures can be written there; call it before a long computation."""
     if not is_series(path):
         raise ValueError(
             f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"

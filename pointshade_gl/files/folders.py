@@ -15,7 +15,7 @@ from .content import FilePath, read_text
 from .limits import MAX_PIXELS, PARTS, check_limit
 from .names import Folder
 
-# The earlier ones win when a folder holds several: for depth those that keep the most, for colour the lossless ones.
+# If a folder holds several, the earlier ones win: for depth those that keep the most, for colour the lossless ones.
 COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
 DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
 COLOR_NAMES, DEPTH_NAMES = ("color", "rgb"), ("depth",)
@@ -113,10 +113,10 @@ def _partners(
             return [colors[i] if good else None for i, good in zip(near, close, strict=True)]
     if len(depths) != len(colors):
         raise ValueError(
-            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not tell which belong "
+            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not show which belong "
             "together: give the two of a frame the same name"
         )
-    note(f"{folder}: depth and colour are paired by order, their names do not tell")
+    note(f"{folder}: depth and colour are paired by order, their names do not match")
     return list(colors)
 
 

@@ -12,7 +12,7 @@ from ..wording import option, shown
 
 _LONGEST = 1024  # characters of a name
 _ABSOLUTE = re.compile(r"[A-Za-z]:|[/\\]")
-_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:[/\\]")
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Folder:
     """A folder, and what the files in it may name.
 
     allow_outside  names in its files may leave it
-    root           its files must lie in here even through links: the folder of a scene, which came as a whole. Without
-                   a root links are the user's own, who may have put a data set on another disk, and are followed.
+    root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
+                   Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
     """
 
     path: Path

@@ -36,11 +36,11 @@ _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
 _TURNED = 0x0112  # the EXIF tag of how a camera was held
 _TILE = (322, 323)  # the TIFF tags of a tile's width and height
-_pillow = Lock()  # its limit and Python's filters for warnings are the whole process's: one thread at a time
+_pillow = Lock()  # its limit and Python's filters for warnings belong to the whole process: one thread at a time
 
 
 def check_writable(path: FilePath) -> Path:
-    """The path, if `save_image` can write there; ask before a long computation.
+    """The path, if `save_image` can write there; call it before a long computation.
 
     Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
     """
@@ -53,9 +53,9 @@ def check_writable(path: FilePath) -> Path:
 def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
     """Writes a picture in the format of the path's suffix, completely or not at all.
 
-    image   (h, w, 3|4) or (h, w) uint8; for .npy any array of numbers. JPEG knows no alpha: it gets the picture
-            over black.
-    small   take ten times as long over a PNG that is a little smaller
+    image   (h, w, 3|4) or (h, w) uint8; for .npy any array of numbers. JPEG has no alpha: it gets the picture over
+            black.
+    small   spend ten times as long on a PNG that is a little smaller
 
     Raises ValueError for an unknown suffix or shape, TypeError for values that are not uint8,
     FileNotFoundError when the folder does not exist.

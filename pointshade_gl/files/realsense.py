@@ -16,7 +16,7 @@ class RealSenseSource(Iterator[Frame]):
     """What the camera sees from now on, without end; depth is carried into the colour picture. Close it after use.
 
     size  (width, height) in pixels of depth and colour, which the camera must offer at fps pictures a second
-    sdk   the module pyrealsense2, or an object that does as it does; None imports it
+    sdk   the module pyrealsense2, or an object that behaves like it; None imports it
 
     Raises ValueError without the extra `realsense`, OSError when no camera answers; a frame that does not come in time
     is an OSError too, and the next may come again.

@@ -5,7 +5,7 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
         baseline and pose of `load_frame`; normals, shading, size, splat, max_depth_step and noise of `PointObject`
         (arrays as .npy files), and material, an object with values of `Material`.
         The node stands where the camera stood that took the frame, and looks as glTF cameras do, along -z with y up;
-        pose, 4x4 from the frame's camera (OpenCV axes) to the node, says otherwise.
+        pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.
         {"visible": false}, {"shadow": false} are the switches of any `Node`.
 light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"at": "viewer"} is the light at the viewer's upper left.
         Without extras a light casts shadows; point and spot lights fall with the square of the distance.
@@ -13,7 +13,7 @@ material  values of `Material`, and shading of `Mesh`.
 camera  fx, fy, cx, cy, width, height of `Camera`, all of them.
 scene   {"ambient": [r, g, b]}, {"exposure": x}, a factor on all lights of the file; {"pose": 4x4} without a camera.
 
-An object may also be written as JSON in a text, as Blender's custom properties of type string are.
+An object may also be JSON in a text, as in Blender's custom properties of type string.
 
 Intensities, candela and lux, become `Light.intensity` by a factor of 1/pi: a Lambertian white surface under pi lux is
 white. Blender (its exporter's default, "Standard") writes 683 lumens for each of its watts: files that name it as their

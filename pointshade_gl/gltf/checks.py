@@ -1,4 +1,4 @@
-"""Errors inside a glTF file name the part they are about: `scene.gltf: node 'vase': there is no folder ...`."""
+"""Errors in a glTF file name the part where they are: `scene.gltf: node 'vase': there is no folder ...`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FAR = 1e30  # nothing in a scene is larger, and its cube still is a number
 
 @contextmanager
 def telling(part: str) -> Iterator[None]:
-    """Every ValueError, TypeError and OSError inside begins with the part's name; endless nesting is one, too."""
+    """Every ValueError, TypeError and OSError inside begins with the part's name. Deep nesting is a ValueError."""
     try:
         yield
     except (ValueError, TypeError, OSError) as error:

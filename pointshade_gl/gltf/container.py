@@ -42,7 +42,7 @@ def read_container(path: Path, max_pixels: float) -> tuple[GLTF2, memoryview | N
         raw = parse_json(str(text, "utf-8-sig"), max_pixels)
     except UnicodeDecodeError:
         what = "is a GLB whose JSON is" if is_binary else "is neither glTF nor GLB: it is"
-        raise ValueError(f"{what} no text in UTF-8") from None
+        raise ValueError(f"{what} not text in UTF-8") from None
     _check_version(raw)
     try:
         gltf = decode(pygltflib.GLTF2, raw)
@@ -77,7 +77,7 @@ def _split(data: memoryview) -> tuple[memoryview, memoryview | None]:
 
 
 def pack(text: bytes, blob: bytes) -> bytes:
-    """A GLB of JSON and of the bytes that it speaks of; without any there is no second chunk."""
+    """A GLB of JSON and the bytes that it refers to; without bytes there is no second chunk."""
     chunks = [(_JSON, text + b" " * (-len(text) % 4)), (_BIN, blob + bytes(-len(blob) % 4))]
     body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks if data)
     return struct.pack("<4sII", _MAGIC, 2, 12 + len(body)) + body
@@ -86,7 +86,7 @@ def pack(text: bytes, blob: bytes) -> bytes:
 def _check_version(raw: Any) -> None:
     asset = raw.get("asset") if isinstance(raw, dict) else None
     if not isinstance(asset, dict) or "version" not in asset:
-        raise ValueError("is no glTF: it has no asset.version")
+        raise ValueError("is not glTF: it has no asset.version")
     for key in ("version", "minVersion"):
         version = asset.get(key, "2.0")
         version = version if isinstance(version, str) else shown(version)

@@ -13,7 +13,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from ..wording import shown
 
 _UNREAD = ("animations", "skins", "samplers")  # only their presence matters
-_WHOLE = 2**63  # larger numbers count nothing
+_WHOLE = 2**63  # no larger number is needed
 
 Reader = Callable[[Any, str], Any]  # of a value and of its place in the file
 
@@ -31,7 +31,7 @@ def decode(kind: type, value: Any, place: str = "") -> Any:
 
 @cache
 def _readers(kind: type) -> dict[str, Reader]:
-    """For each field of a class what reads it. Unknown keys of a file are ignored, as glTF asks."""
+    """A reader for each field of a class. Unknown keys of a file are ignored, as glTF requires."""
     hints = get_type_hints(kind)
     return {name: _any if name in _UNREAD else _reader(hint) for name, hint in hints.items()} | {"extras": _extras}
 
@@ -40,16 +40,25 @@ def _reader(hint: Any) -> Reader:
     if get_origin(hint) is Union:  # Optional
         return _reader(get_args(hint)[0])
     if get_origin(hint) is list:
-        item = _reader(get_args(hint)[0])
-        return lambda value, place: [
-            None if one is None and "." not in place else item(one, f"{place}[{k}]")  # a part that nothing may name
-            for k, one in enumerate(_of(list, value, place))
-        ]
+        return _list_of(_reader(get_args(hint)[0]))
     if get_origin(hint) is dict:
         return lambda value, place: _of(dict, value, place)
     if isinstance(hint, type) and is_dataclass(hint):
         return lambda value, place: decode(hint, value, place)
     return {int: _whole, float: _number, str: _text, bool: _switch}.get(hint) or _attributes_of(hint)
+
+
+def _list_of(item: Reader) -> Reader:
+    """A numbered part of the file may be null: `pick` refuses it where it is used."""
+
+    def read(value: Any, place: str) -> list[Any]:
+        may_be_null = "." not in place
+        return [
+            None if one is None and may_be_null else item(one, f"{place}[{k}]")
+            for k, one in enumerate(_of(list, value, place))
+        ]
+
+    return read
 
 
 def _of(kind: type, value: Any, place: str) -> Any:

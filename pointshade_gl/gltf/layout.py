@@ -12,7 +12,7 @@ def layout(data: dict[str, Any]) -> str:
 
 
 def _lines(value: Any, indent: str = "") -> str:
-    """One line for what is short and for the parts of a list."""
+    """One line for each short value and for each part of a list."""
     text = json.dumps(value, ensure_ascii=False)
     inner = indent + "  "
     if len(text) <= 100 or not isinstance(value, dict | list):
@@ -26,7 +26,7 @@ def _lines(value: Any, indent: str = "") -> str:
 
 
 def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    """What a reader looks for first comes first: the scene before the bytes, and the name of each part."""
+    """In the order in which people read: the scene before the bytes, each part's name before the rest."""
     first = ("asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions", "meshes", "materials")
     data = {key: data[key] for key in first if key in data} | data
     for node in data.get("nodes", ()):

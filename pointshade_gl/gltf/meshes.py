@@ -1,4 +1,4 @@
-"""Meshes of glTF and ours, with their materials."""
+"""Meshes of glTF become ours, with their materials."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class Parts:
         size, offset = dtype.itemsize * width, offset or 0
         stride = stride or size
         if count is None or count < 1 or offset < 0 or stride < size:
-            raise ValueError(f"{count} elements of {size} bytes at byte {offset}, {stride} bytes apart, cannot be")
+            raise ValueError(f"{count} elements of {size} bytes at byte {offset}, {stride} bytes apart, are impossible")
         end = offset + stride * (count - 1) + size
         if end > len(data):
             raise ValueError(f"it ends at byte {end} of a buffer view of {len(data)} bytes")
@@ -107,7 +107,7 @@ class Parts:
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
 
     def _changed(self, accessor: Accessor, values: NDArray[Any]) -> NDArray[Any]:
-        """With the elements that a sparse accessor replaces."""
+        """The values with those that a sparse accessor replaces."""
         sparse = accessor.sparse
         if sparse is None or sparse.indices is None or sparse.values is None:
             raise ValueError("its sparse part has no indices or no values")
@@ -157,5 +157,5 @@ class Parts:
     def _file(self, uri: str) -> Path:
         path = inside(self.folder, unquote(uri))
         if not path.is_file():
-            raise ValueError(f"{shown(uri)} is no file")
+            raise ValueError(f"{shown(uri)} is not a file")
         return path

@@ -85,7 +85,7 @@ class _Reader:
             self.note("skins are not applied: their meshes stand in the pose they were modelled in")
 
     def _roots(self) -> list[int]:
-        """All nodes that are nobody's child, for a file without scenes."""
+        """All nodes without a parent, for a file without scenes."""
         nodes = self.gltf.nodes or []
         children = {child for node in nodes if node for child in node.children or ()}
         return [k for k in range(len(nodes)) if k not in children]
@@ -106,7 +106,7 @@ class _Reader:
         return label("node", index, self._node(index).name)
 
     def _walk(self, roots: list[int]) -> None:
-        """Visits all nodes below the roots. Raises ValueError for one that is met twice: nodes form trees."""
+        """Visits all nodes below the roots. Raises ValueError for one that it meets twice: nodes form trees."""
         stack: list[tuple[Any, int | None, Matrix]] = [(root, None, np.eye(4)) for root in roots[::-1]]
         while stack:
             index, parent, above = stack.pop()
@@ -137,7 +137,7 @@ class _Reader:
             return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
 
     def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
-        """The nodes; one with nothing but the scene's camera is the scene's pose already, and no node of it."""
+        """The nodes. A node that holds only the scene's camera becomes the scene's pose and is left out."""
         built: dict[int, tuple[Node, ...]] = {}
         for index in reversed(self.parents):
             node = self._node(index)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def local_matrix(node: GltfNode) -> Matrix:
-    """(4, 4) node-to-parent. Raises ValueError for numbers that are no transform."""
+    """(4, 4) node-to-parent. Raises ValueError for numbers that are not a transform."""
     if node.matrix is not None:
         return numbers(node.matrix, (4, 4), "matrix").T  # glTF writes columns
     result = np.eye(4)
@@ -41,7 +41,7 @@ def _rotation(quaternion: Matrix) -> Matrix:
 
 
 def transform_of(matrix: Matrix) -> dict[str, list[float]]:
-    """translation, rotation and scale where they say the same as the matrix, else the matrix."""
+    """translation, rotation and scale if they are the same as the matrix, else the matrix."""
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
     turn = matrix[:3, :3] / scale
     if np.abs(turn.T @ turn - np.eye(3)).max() > 1e-12 or np.linalg.det(turn) < 0:

@@ -1,4 +1,4 @@
-"""Cameras and lights of glTF and ours: both look along -z with y up there, along z with y down or anywhere here."""
+"""Cameras and lights, from glTF and back. There both look along -z with y up; our cameras look along z with y down."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def camera_pose(world: Matrix) -> Matrix:
 
 
 def write_camera(camera: Camera) -> dict[str, Any]:
-    """Of glTF, with our numbers beside, which say where the principal point is and how many pixels there are."""
+    """A glTF camera. Our numbers stand in its extras: the principal point and the size in pixels are not in glTF."""
     field = 2 * math.atan(camera.height / 2 / abs(camera.fy))
     aspect = camera.width / camera.fx * abs(camera.fy) / camera.height
     return {
@@ -112,7 +112,7 @@ def _three(values: Matrix) -> tuple[float, float, float]:
 
 
 def light_place(light: Light) -> Matrix:
-    """(4, 4) where a glTF node must stand below ours for a light of that position and direction."""
+    """(4, 4) the place below our node of a glTF node that shines as the light does."""
     place = np.eye(4)
     if light.position is not None:
         place[:3, 3] = light.position
@@ -126,7 +126,7 @@ def light_place(light: Light) -> Matrix:
 
 
 def write_light(light: Light, node_casts: bool) -> dict[str, Any]:
-    """Of KHR_lights_punctual, for a node that stands at `light_place`."""
+    """A light of KHR_lights_punctual, for a node at `light_place`."""
     kind = "spot" if light.is_spot else "directional" if light.position is None else "point"
     strongest = max(1.0, *light.color)  # glTF's colours end at 1
     values: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""A scene becomes glTF: one glTF node for each of ours, and one below it for what glTF cannot put into the same."""
+"""A scene becomes glTF: one glTF node for each of ours, and more below it for what one glTF node cannot hold."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from .points import write_material, write_points
 from .transforms import transform_of
 from .views import FLIP, Matrix, light_place, write_camera, write_light
 
-NO_NAME = r"\W+"  # what a folder's name goes without
+NO_NAME = r"\W+"  # not in the names of folders
 
 
 def save_scene(path: FilePath, scene: Scene) -> None:
-    """See the package, which imports this module when it is first asked."""
+    """See the package, which imports this module when it is first needed."""
     path, scene = check_path(path), check_type(scene, Scene, "scene")
     if path.suffix.lower() not in (".gltf", ".glb"):
         raise ValueError(f"cannot write {path}: its suffix must be .gltf or .glb")
@@ -55,7 +55,7 @@ class _Writer:
         self.lights: list[dict[str, Any]] = []
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
-        self.known: dict[Any, int] = {}  # numbers of what several nodes share: meshes, materials, pictures
+        self.known: dict[Any, int] = {}  # numbers of the parts that several nodes share: meshes, materials, pictures
 
     def scene(self, scene: Scene) -> None:
         """Numbers the nodes from above, each before those below it."""
@@ -82,7 +82,7 @@ class _Writer:
         self.gltf.scene = 0
 
     def node(self, node: Node) -> int:
-        """One of ours with its content, without its children."""
+        """One of our nodes with its content, without its children."""
         contents = node.content if isinstance(node.content, tuple) else (node.content,)
         meshes = tuple(item for item in contents if isinstance(item, Mesh) and len(item.faces))
         points = [item for item in contents if isinstance(item, PointObject)]
@@ -132,7 +132,7 @@ class _Writer:
     def primitive(self, mesh: Mesh) -> Any:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
         attributes = self.lib.Attributes(POSITION=self.accessor(mesh.positions, "VEC3"))
-        place = self.gltf.accessors[attributes.POSITION]  # of positions glTF asks the bounds
+        place = self.gltf.accessors[attributes.POSITION]  # glTF requires the bounds of positions
         place.min, place.max = mesh.positions.min(0).tolist(), mesh.positions.max(0).tolist()
         attributes.NORMAL = None if mesh.normals is None else self.accessor(_unit(mesh.normals), "VEC3")
         attributes.TEXCOORD_0 = None if mesh.uv is None else self.accessor(mesh.uv, "VEC2")
@@ -163,7 +163,7 @@ class _Writer:
         if key == ((1.0, 1.0, 1.0), id(None), "phong", Material()):
             return None
         if key not in self.known:
-            # glTF's own metal would reflect nothing of a diffuse light in other viewers
+            # glTF's default metal would reflect no diffuse light in other viewers
             base = self.lib.PbrMetallicRoughness(baseColorFactor=[*mesh.color, 1.0], metallicFactor=0.0)
             base.roughnessFactor = None
             material = self.lib.Material(
@@ -220,6 +220,6 @@ class _Writer:
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Of unit length, as glTF asks; those that are, are left as they stand."""
+    """Normals of unit length, as glTF requires. Those that have it already stay as they are."""
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.where((np.abs(length - 1) < 1e-4) | (length == 0), normals, normals / np.maximum(length, 1e-30))

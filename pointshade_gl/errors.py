@@ -2,7 +2,7 @@
 
 
 class ContextError(RuntimeError):
-    """No usable OpenGL context: none on this machine, too old, or used from another thread or process."""
+    """No usable OpenGL context: none on this machine, too old, released, or of another thread or process."""
 
 
 class ShaderError(RuntimeError):

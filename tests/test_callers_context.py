@@ -183,6 +183,11 @@ def set_textures(context, gl, things):
     gl.ActiveTexture(0x84C0 + 5)
 
 
+def set_the_unit_of_uploads(context, gl, things):
+    context.default_texture_unit = 9
+    things.texture.use(9)
+
+
 def set_storage_buffers(context, gl, things):
     things.buffer.bind_to_storage_buffer(0, 256, 512)
     things.buffer.bind_to_storage_buffer(1)
@@ -234,7 +239,7 @@ SETTERS = [setter for name, setter in list(globals().items()) if name.startswith
 def known_to_moderngl(context):
     return (
         context.fbo, context.mglo.fbo, context.viewport, context.scissor, context.wireframe, context.cull_face,
-        context.front_face,
+        context.front_face, context.default_texture_unit,
     )  # fmt: skip
 
 

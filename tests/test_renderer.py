@@ -45,9 +45,11 @@ def living_objects(context, find_address=egl_address):
     target.use()
     array.render(moderngl.POINTS, 1)
     bound.use()
-    compute = context.compute_shader(MINIMAL_COMPUTE)
-    compute.run()
-    for item in (target, texture, array, program, compute):
+    if context.version_code >= 430:
+        compute = context.compute_shader(MINIMAL_COMPUTE)
+        compute.run()
+        compute.release()
+    for item in (target, texture, array, program):
         item.release()
     counts = {}
     for kind in KINDS:

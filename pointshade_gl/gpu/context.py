@@ -53,7 +53,6 @@ class Context:
         if self.gl.version_code < 330:
             name, version = self.gl.info["GL_RENDERER"], self.gl.version_code / 100
             raise ContextError(f"OpenGL 3.3 is needed, {name} offers {version:.1f}")
-        self._screen = self.gl.detect_framebuffer(0)
         self._callers = None if self.owned else CallersState(self.gl)
         with self._set_aside():
             self.info = self.gl.info  # asked of the driver each time, and only right while current
@@ -115,10 +114,11 @@ class Context:
             with self._callers.set_aside():
                 yield
             return
+        screen = self.gl.detect_framebuffer(0)
         try:
             yield
         finally:
-            self._screen.use()  # so that no picture of ours is bound when it is freed
+            screen.use()  # so that nothing of ours is bound when it is freed
 
     @property
     def is_released(self) -> bool:

@@ -14,7 +14,7 @@ from typing import Any
 import moderngl
 
 from .raw_gl import GL
-from .state_parts import all_parts
+from .state_parts import UPLOAD_UNIT, all_parts
 
 # What makes GL note an error again, and does nothing else: a function and its arguments.
 AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("BindVertexArray", 0xFFFFFFFF)}
@@ -25,21 +25,22 @@ class CallersState:
 
     def __init__(self, context: moderngl.Context):
         self._context: Any = context
-        self._gl = gl = GL(context)
-        self._parts = all_parts(gl, context.version_code, context.default_texture_unit)
+        self._gl = GL(context)
+        self._parts = all_parts(self._gl, context)
 
     @contextmanager
     def set_aside(self) -> Iterator[None]:
         """GL's defaults inside; afterwards all is as it was, also the errors that GL has noted."""
         context, errors = self._context, self._take_errors()
-        fbo, bound = context.fbo, context.mglo.fbo  # what moderngl takes for bound
+        known_to_moderngl = context.fbo, context.mglo.fbo, context.default_texture_unit
         taken = [part.take() for part in self._parts]
+        context.default_texture_unit = UPLOAD_UNIT
         try:
             yield
         finally:
             for part, value in zip(self._parts, taken, strict=True):
                 part.put_back(value)
-            context.fbo, context.mglo.fbo = fbo, bound
+            context.fbo, context.mglo.fbo, context.default_texture_unit = known_to_moderngl
             self._note_again(errors)
 
     def _take_errors(self) -> list[int]:
@@ -50,18 +51,18 @@ class CallersState:
         return errors
 
     def _note_again(self, errors: list[int]) -> None:
-        """The caller finds their errors where they were; two kinds can only be told of in a warning."""
+        """The caller finds their errors where they were. Those that no call can repeat become a warning."""
         for error in errors:
             if error in AGAIN:
                 name, *arguments = AGAIN[error]
                 getattr(self._gl, name)(*arguments)
             else:
-                warnings.warn(f"OpenGL had noted error {error:#06x} before this call", RuntimeWarning, stacklevel=5)
+                warnings.warn(f"OpenGL had noted error {error:#06x} before this call", RuntimeWarning, stacklevel=2)
 
 
 @contextmanager
 def enabled(context: moderngl.Context, *switches: int) -> Iterator[None]:
-    """Switches of GL on inside and off afterwards. moderngl's own notes of the caller's switches stay as they are."""
+    """Switches of GL on inside and off afterwards; what moderngl has noted of the caller's switches stays."""
     for switch in switches:
         context.enable_direct(switch)
     try:

@@ -7,9 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
+import moderngl
+
 from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
 
-UNITS = 6  # texture units that our passes use, from 0 on; moderngl uploads through one of its own
+UNITS = 6  # texture units from which our passes read, from 0 on
+UPLOAD_UNIT = UNITS  # through which moderngl uploads, while it is us who draw
 STORAGE_BUFFERS = 2  # bindings that our compute shaders use, from 0 on
 DRAW_BUFFERS = 8  # each has its own blending and colour mask
 
@@ -57,16 +60,20 @@ class Part(NamedTuple):
     put_back: Callable[[Any], None]
 
 
-def all_parts(gl: GL, version: int, upload_unit: int) -> list[Part]:
-    """version: of OpenGL, as 430; upload_unit: the texture unit through which moderngl uploads."""
-    is_430 = version >= 430
+def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
+    """The parts that a context has."""
+    is_430, has_clip_control = context.version_code >= 430, "GL_ARB_clip_control" in context.extensions
     parts = [
-        switches(gl, [*SWITCHES.values(), *([PRIMITIVE_RESTART_FIXED_INDEX] if is_430 else [])]),
+        switches(gl, [*SWITCHES.values(), *[PRIMITIVE_RESTART_FIXED_INDEX] * is_430]),
         scissor_test(gl), numbers(gl, SET_BY_US, None), numbers(gl, NEEDED_BY_US, NEEDED),
         *(vector(gl, *names) for names in VECTORS),
-        blending(gl), color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl, [*range(UNITS), upload_unit]),
+        blending(gl), color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl),
     ]  # fmt: skip
-    return parts + [storage_buffers(gl)] * is_430 + [clip_control(gl)] * (version >= 450)
+    if is_430:
+        parts.append(storage_buffers(gl))
+    if context.version_code >= 450 or has_clip_control:
+        parts.append(clip_control(gl))
+    return parts
 
 
 def asking(gl: GL, *names: int) -> Callable[[], list[int]]:
@@ -210,10 +217,10 @@ def program(gl: GL) -> Part:
     return Part(asking(gl, 0x8B8D), put_back)
 
 
-def texture_units(gl: GL, units: list[int]) -> Part:
+def texture_units(gl: GL) -> Part:
     """2D textures, and samplers: these filter in place of the textures' own settings."""
     ask_active, ask_bound = asking(gl, 0x84E0), asking(gl, 0x8069, 0x8919)
-    first, texture_2d, activate = 0x84C0, 0x0DE1, gl.ActiveTexture
+    first, texture_2d, activate, units = 0x84C0, 0x0DE1, gl.ActiveTexture, (*range(UNITS), UPLOAD_UNIT)
 
     def take() -> tuple[int, list[list[int]]]:
         active, bound = ask_active()[0], []

@@ -109,7 +109,7 @@ class Screen:
             before, texture = self._drawings[name]
             if before == arguments:
                 return texture
-            texture.release()
+            self._drawings.pop(name)[1].release()
         texture = self._present.upload(draw(*arguments))
         self._drawings[name] = arguments, texture
         return texture

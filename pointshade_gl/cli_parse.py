@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from .wording import option
+
 if TYPE_CHECKING:
     from .light import Light
 
@@ -13,7 +15,7 @@ def light_from(text: str) -> Light:
     """A point light at X,Y,Z."""
     from .light import Light
 
-    x, y, z = _numbers(text, 3, ",", "--light takes three numbers X,Y,Z in metres")
+    x, y, z = _numbers(text, 3, ",", f"{option('light')} takes three numbers X,Y,Z in metres")
     return Light(position=(x, y, z))
 
 
@@ -21,7 +23,7 @@ def size_from(text: str | None) -> tuple[int, int] | None:
     """Width and height of WxH; None without a text."""
     if text is None:
         return None
-    expected = "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
+    expected = f"{option('size')} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
     width, height = _numbers(text, 2, "x", expected)
     if width < 1 or height < 1 or width % 1 or height % 1:
         raise ValueError(f"{expected}, got {text!r}")

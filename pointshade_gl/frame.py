@@ -24,7 +24,7 @@ class Frame:
     color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
             Where its alpha is 0 the depth counts as missing.
     depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN and infinite mean missing
-            and become 0. Kept as read-only float32.
+            and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
     camera  Camera of the depth picture
     pose    (4, 4) camera-to-world; None is the identity
 

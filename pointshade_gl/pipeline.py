@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
-from .culling import Shot, coarser, coarser_size, coarser_step, compose, is_alone
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.frame_store import FrameStore
@@ -20,13 +19,17 @@ from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.textures import SplatImage, SurfaceImage, Target, empty
+from .level_of_detail import coarser, coarser_size, coarser_step
 from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
 from .scene import Matrix, Placed, PointObject, Scene
 from .shadow_views import ShadowView, shadow_views
+from .shot import Shot, compose, is_alone
 
 LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and mix that light
+# What a scene holds, on the GPU. A new kind of object has its content in scene.py, its passes beside
+# gpu/mesh_objects.py and its type here; it needs a branch wherever this module asks for an `isinstance`.
 Thing = ShownPoints | PlacedMesh
 
 
@@ -158,18 +161,18 @@ class Pipeline:
     def _draw_single(self, target: Target, thing: Thing, shot: Shot, lamps: Lamps) -> None:
         """The picture of one point object. A new view is lit at once, because most views see only one light."""
         assert isinstance(thing, ShownPoints)
-        run, always, form, eye = self.steps.run, self.steps.always, self._points, shot.eye
+        run, always, points, eye = self.steps.run, self.steps.always, self._points, shot.eye
         before = target.splats.version
-        run("splats", form.draw_splats, target.splats, thing.points, eye)
+        run("splats", points.draw_splats, target.splats, thing.points, eye)
         looking = target.splats, thing, eye
         if thing.shading != "phong":
-            always("resolve", form.draw_picture, target.picture, *looking)
+            always("resolve", points.draw_picture, target.picture, *looking)
         elif target.splats.version > before:
             material = shot.shown[0].content.look.material
             lights = self._light.inputs(lamps.seen_from(eye.pose)) | {"material": material.strengths}
-            always("resolve", form.draw_lit, target.picture, *looking, lights)
+            always("resolve", points.draw_lit, target.picture, *looking, lights)
         else:
-            run("resolve", form.draw_surface, target.surfaces, *looking)
+            run("resolve", points.draw_surface, target.surfaces, *looking)
             self._light_pixels(target, shot, lamps)
 
     def _draw_surfaces(self, target: Target, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:

@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose
 from .checks import check_choice, check_count, check_type, shown
-from .culling import MERGE, check_merge
 from .errors import ContextError
 from .estimators import check_method
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.steps import Steps
+from .level_of_detail import MERGE, check_merge
 from .light import Light, check_lights
 from .look import Look, Material
 from .noise import Choice

@@ -19,13 +19,12 @@ from .frame import Frame
 from .renderer import Renderer
 from .scene import Scene
 from .sources import prefetched
+from .turntable import TURN, TURNTABLES, views_of_turn
 from .view import View
 from .wording import option
 
-TURNTABLES = ("light", "camera")
 # to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
-TURN = 75  # pictures of a turntable: three seconds at 25 per second
 Job = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
 
 
@@ -47,17 +46,11 @@ def jobs_of(
         if turntable is None:
             turn = option("turntable", *TURNTABLES)
             raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
-        check_choice(option("turntable"), turntable, TURNTABLES)
-        return turntable_jobs(source, view, turntable, count or TURN), count or TURN
+        check_choice(option("turntable"), turntable, tuple(TURNTABLES))
+        views = views_of_turn(source, view, turntable, count or TURN)
+        return ((k, source, seen.of(source)) for k, seen in enumerate(views)), count or TURN
     source = source[:count]
     return sequence_jobs(source, view, skipped), len(source)
-
-
-def turntable_jobs(frame: Frame | Scene, view: View, what: str, count: int) -> Generator[Job, None, None]:
-    """The light or the camera moves once around the object, in `count` even steps."""
-    turn = {"light": view.with_light_turned, "camera": view.with_camera_turned}[what]
-    for k in range(count):
-        yield k, frame, turn(frame, 360 * k / count).of(frame)
 
 
 def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Job, None, None]:

@@ -1,9 +1,9 @@
-"""How frames and scenes are seen: from where, under which lights; and how lights and camera move around them."""
+"""How frames and scenes are seen: from where and under which lights."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,6 @@ from .frame import Frame
 from .light import Light, check_lights
 from .look import Look
 from .scene import Scene
-
-# where a turntable's light starts: above the front; from the pivot, camera axes, in units of the frame's scale
-_FRONT = (0.0, -0.45, -0.75)
 
 
 @dataclass(frozen=True)
@@ -52,36 +49,13 @@ class View:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
         pivot = frame.pivot if pivot is None else pivot
-        turns = self.yaw, self.pitch, self.dolly, _upright(frame)
+        turns = self.yaw, self.pitch, self.dolly, upright_of(frame)
         pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
         camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
 
-    def with_light_turned(self, frame: Frame | Scene, degrees: float) -> View:
-        """The view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
-        frame = frame.framed() if isinstance(frame, Scene) else frame
-        pose, pivot = np.asarray(frame.pose), frame.pivot
-        turn = orbit_pose(pose, pivot, degrees, upright=_upright(frame)) @ np.linalg.inv(pose)
-        lights = self.lights or (frame.lights if isinstance(frame, Scene) else [])
-        start = pivot + frame.scale * pose[:3, :3] @ _FRONT
-        return replace(self, lights=[_turned(light, turn) for light in lights or [Light(position=tuple(start))]])
 
-    def with_camera_turned(self, frame: Frame | Scene, degrees: float) -> View:
-        """The view after its camera moved around the frame's pivot, to its right."""
-        if self.pose is None:
-            return replace(self, yaw=self.yaw + degrees)
-        return replace(self, pose=orbit_pose(self.pose, frame.pivot, degrees, upright=_upright(frame)))
-
-
-def _upright(frame: Frame | Scene) -> NDArray[np.float64] | None:
+def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:
     """The axis that camera and lights turn around: a scene's vertical. A frame has no known up direction: None."""
     return frame.upright if isinstance(frame, Scene) else None
-
-
-def _turned(light: Light, turn: NDArray[np.float64]) -> Light:
-    if light.position is not None:
-        light = replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
-    if light.direction is not None:
-        light = replace(light, direction=tuple(turn[:3, :3] @ light.direction))
-    return light

@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
-from pointshade_gl.culling import MERGE
+from pointshade_gl.level_of_detail import MERGE
 from pointshade_gl.look import Look
 from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.reference.surface_pass import surface_by_noise

@@ -5,8 +5,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
-from pointshade_gl.culling import looking_distance
 from pointshade_gl.reference.render import render as mirror_render
+from pointshade_gl.shot import looking_distance
 
 from . import frames
 from .compare import compare_images

@@ -7,7 +7,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
-from pointshade_gl.culling import coarser, coarser_step, is_in_view
+from pointshade_gl.level_of_detail import coarser, coarser_step
+from pointshade_gl.shot import is_in_view
 
 from . import frames
 

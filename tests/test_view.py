@@ -7,6 +7,7 @@ import pytest
 from pytest import approx
 
 import pointshade_gl as ps
+from pointshade_gl.turntable import with_camera_turned, with_light_turned
 from pointshade_gl.view import View
 
 CAMERA = ps.Camera(50, 50, 19.5, 14.5, 40, 30)
@@ -49,7 +50,7 @@ def test_one_pose_serves_all_frames():
 @pytest.mark.parametrize("pose", [None, POSE])
 def test_the_light_starts_above_the_front_and_goes_right_behind_left(pose):
     frame = wall(pose=pose)
-    way = [seen(frame, View().with_light_turned(frame, angle).lights[0].position) for angle in (0, 90, 180, 270, 360)]
+    way = [seen(frame, with_light_turned(View(), frame, angle).lights[0].position) for angle in (0, 90, 180, 270, 360)]
     front, right, behind, left, again = way
     assert front == approx((0, -0.45, -0.75)) and right == approx((0.75, -0.45, 0))
     assert behind == approx((0, -0.45, 0.75)) and left == approx((-0.75, -0.45, 0)) and again == approx(front)
@@ -62,7 +63,7 @@ def test_the_users_lights_go_round_together_and_keep_their_light():
         ps.Light(direction=(0, 0.2, 1), intensity=2),
         ps.Light(),
     ]
-    point, far, default = View(lights).with_light_turned(frame, 180).lights
+    point, far, default = with_light_turned(View(lights), frame, 180).lights
     assert point.position == approx((2 * frame.pivot[0] - 0.5, -1, 2)) and point.color == (1, 0, 0)
     assert far.direction == approx((0, 0.2, -1)) and far.intensity == 2
     assert default == ps.Light()
@@ -70,10 +71,10 @@ def test_the_users_lights_go_round_together_and_keep_their_light():
 
 def test_the_camera_goes_round_from_where_the_view_stands():
     frame = wall(pose=POSE)
-    turned = View(yaw=20, pitch=10).with_camera_turned(frame, 90).of(frame)["pose"]
+    turned = with_camera_turned(View(yaw=20, pitch=10), frame, 90).of(frame)["pose"]
     np.testing.assert_allclose(turned, ps.orbit_pose(POSE, frame.pivot, 110, 10), atol=1e-12)
     own = ps.orbit_pose(None, (0, 0, 1), yaw=-30)
-    turned = View(pose=own).with_camera_turned(frame, 90).of(frame)["pose"]
+    turned = with_camera_turned(View(pose=own), frame, 90).of(frame)["pose"]
     np.testing.assert_allclose(turned, ps.orbit_pose(own, frame.pivot, 90), atol=1e-12)
 
 
@@ -82,12 +83,12 @@ def test_a_scene_is_gone_round_upright_however_its_camera_looks_down():
     down = ps.orbit_pose(np.diag([1.0, -1, -1, 1]), (0, 0, 0), pitch=40)
     scene = ps.Scene((ps.Node(ps.PointObject(wall())),), camera=CAMERA, pose=down)
     for degrees in (0, 90, 200, 300):
-        view = View().with_camera_turned(scene, degrees)
+        view = with_camera_turned(View(), scene, degrees)
         pose = view.of(scene)["pose"]
         assert pose[1, 0] == approx(0, abs=1e-12) and pose[1, 2] == approx(down[1, 2])
-        lamp = View().with_light_turned(scene, degrees).lights[0]
+        lamp = with_light_turned(View(), scene, degrees).lights[0]
         assert lamp.position is not None and lamp.position[1] == approx(
-            View().with_light_turned(scene, 0).lights[0].position[1]
+            with_light_turned(View(), scene, 0).lights[0].position[1]
         )
 
 

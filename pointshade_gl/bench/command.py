@@ -12,6 +12,7 @@ from rich.progress import Progress
 
 from ..estimators import METHODS
 from ..files.whole import written_whole
+from ..notes import print_note
 from ..renderer import Renderer
 from ..wording import option
 from .charts import check_matplotlib, error_chart, stability_chart
@@ -103,8 +104,7 @@ def measure(
     console = Console(stderr=True)
     if renderer.context.is_software:
         name = renderer.context.renderer
-        text = f"note: {name} is a software renderer: errors are right, times are those of this CPU"
-        console.print(text, soft_wrap=True)
+        print_note(f"{name} is a software renderer: errors are right, times are those of this CPU")
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("measuring", total=None)
         measurement = Measurement(renderer, plan, methods, seed, lambda: progress.advance(task))

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from ..camera import Camera, orbit_pose
-from ..culling import MERGE
 from ..errors import ContextError
 from ..files.frames import load_frame
 from ..files.pictures import save_image
 from ..frame import Frame
+from ..level_of_detail import MERGE
 from ..light import Light
 from ..look import Material
 from ..reference.rasterizers import merged_splats

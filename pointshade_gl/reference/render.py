@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
-from ..culling import MERGE
 from ..frame import Frame
+from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene

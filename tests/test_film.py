@@ -49,6 +49,27 @@ def shown(path):
 
 
 class TestMp4:
+    @pytest.mark.skipif(os.name == "nt", reason="Windows has no process groups of this kind")
+    def test_ctrl_c_reaches_us_alone_so_a_film_can_still_be_finished(self, tmp_path):
+        """A terminal sends it to all processes of a command."""
+        code = """if True:
+            import os, signal, sys, time
+            import numpy as np
+            from pointshade_gl.files.film import Film
+
+            with Film(sys.argv[1], fps=10) as film:
+                film.add(np.full((48, 64, 4), 255, np.uint8))
+                try:
+                    os.killpg(0, signal.SIGINT)
+                    time.sleep(5)
+                except KeyboardInterrupt:
+                    time.sleep(0.3)  # in which ffmpeg would end
+                film.add(np.full((48, 64, 4), 255, np.uint8))
+        """
+        path = tmp_path / "out.mp4"
+        subprocess.run([sys.executable, "-c", code, path], check=True, timeout=60, start_new_session=True)
+        assert len(decoded(path)[0]) == 2
+
     def test_every_picture_is_there_in_its_colours_over_a_dark_background(self, tmp_path):
         with Film(tmp_path / "out.mp4", fps=12.5) as film:
             for k in range(6):

@@ -147,6 +147,7 @@ class _Mp4:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self._log,
+            start_new_session=True,  # Ctrl+C is for us: it would end ffmpeg before the film is whole
         )
 
     def add(self, picture: Image.Image) -> None:

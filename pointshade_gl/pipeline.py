@@ -28,8 +28,9 @@ from .shadow_views import ShadowView, shadow_views
 from .shot import Shot, compose, is_alone
 
 LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, and mix that light
-# What a scene holds, on the GPU. A new kind of object has its content in scene.py, its passes beside
-# gpu/mesh_objects.py and its type here; it needs a branch wherever this module asks for an `isinstance`.
+# What a scene holds, on the GPU. A new kind of object is described beside mesh.py, may be placed by scene.py, has its
+# passes beside gpu/mesh_objects.py and its type here. It needs a branch wherever this module, shot.py, viewer/screen.py
+# and gltf/write.py ask whether something is a mesh: all others count as point objects.
 Thing = ShownPoints | PlacedMesh
 
 
@@ -115,7 +116,10 @@ class Pipeline:
         return self._target
 
     def _draw_shadows(self, shot: Shot, things: dict[Placed, Thing]) -> Lamps:
-        """The lights, with the shadow map of those that cast shadows."""
+        """The lights, with the shadow map of those that cast shadows.
+
+        Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
+        """
         lights = shot.lights
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in shot.shown)
         if not (early or any(light.shadow or light.is_spot for light in lights)):

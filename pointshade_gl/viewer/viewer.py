@@ -288,7 +288,7 @@ class Viewer:
         return self.state.panel and self.screen.panel.settling > 0
 
     def _content(self) -> tuple[Any, ...]:
-        """Everything that the window's content depends on."""
+        """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
         return self.state, self.lights, self.held, self.frame, window, self._message, self._mouse.drag
 

@@ -152,6 +152,8 @@ def check_numbers(
     value: Any, count: int, complaint: str, low: float = -LARGEST, high: float = LARGEST
 ) -> tuple[float, ...]:
     """Exactly `count` numbers, as floats. Raises ValueError with the complaint unless all lie between low and high."""
+    if type(value) is tuple and len(value) == count and all(type(x) is float and low <= x <= high for x in value):
+        return value  # checked before: lights are made anew for every picture
     array = as_array(value, complaint)
     if array.shape != (count,) or not ((array >= low) & (array <= high)).all():
         raise ValueError(f"{complaint}, got {shown(value)}")

@@ -46,6 +46,13 @@ class Frame:
         self.depth.flags.writeable = False
 
     @cached_property
+    def picture_camera(self) -> Camera:
+        """Who looks unless another camera is given: the frame's own, at the colours' size if both sides are larger."""
+        height, width = self.depth.shape if self.color is None else self.color.shape[:2]
+        is_larger = width > self.camera.width and height > self.camera.height
+        return self.camera.resized(width, height) if is_larger else self.camera
+
+    @cached_property
     def points_known(self) -> int:
         """How many pixels have a depth."""
         return int(np.count_nonzero(self.depth))

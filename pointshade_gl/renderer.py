@@ -88,6 +88,7 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        upsample: str = "vote",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -95,20 +96,22 @@ class Renderer:
         (which replaces its own), camera and pose may be passed, because its objects have a look of their own.
 
         light    one Light or several; None is the default Light
-        camera   who looks; None is the frame's own camera. Its size is the picture's.
+        camera   who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its
+                 size is the picture's.
         pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
         normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
         shading  "none", "flat", "gouraud" or "phong"
         size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
         max_depth_step, noise  as for `estimate_normals`
+        upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
         """
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise,
+                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -126,13 +129,14 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        upsample: str = "vote",
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call.
         """
         material = Material() if material is None else material
-        options = material, normals, shading, size, splat, max_depth_step, noise
+        options = material, normals, shading, size, splat, max_depth_step, noise, upsample
         if isinstance(frame, Frame):
             scene = self._scene_of(frame, Look(*options))
         elif isinstance(frame, Scene):
@@ -149,7 +153,7 @@ class Renderer:
     def _scene_of(self, frame: Frame, look: Look) -> Scene:
         """The scene of one frame; the last one again if nothing has changed."""
         if self._last is None or self._last[0] is not frame or not look.is_uniform or self._last[1] != look:
-            scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
+            scene = Scene((Node(PointObject(frame, look=look)),), frame.picture_camera, frame.pose)
             self._last = (frame, look, scene) if look.is_uniform else None
             return scene
         return self._last[2]

@@ -1,16 +1,28 @@
-"""Frames on the GPU: uploaded once, with the normals that were asked for."""
+"""Frames on the GPU: uploaded once, with the normals that were asked for, at the size that a view needs."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import moderngl
 
+from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, parse_noise
 from .steps import Steps
 from .surface import SurfacePass
-from .textures import FrameTextures
+from .textures import FrameTextures, LargePoints, PointLight, PointSurface
+from .vote import VotePass
+
+
+class DrawnPoints(NamedTuple):
+    """A frame's points as they are drawn, and the camera that saw them at their size."""
+
+    surface: PointSurface
+    lit: PointLight
+    camera: Camera
 
 
 class FrameStore:
@@ -22,6 +34,7 @@ class FrameStore:
     def __init__(self, context: moderngl.Context, steps: Steps):
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
+        self._vote: VotePass | None = None  # made for the first frame with colours larger than its depth
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -50,8 +63,8 @@ class FrameStore:
     def _free(self, unused: list[FrameTextures]) -> None:
         for textures in unused:
             self._kept.remove(textures)
+            self._steps.forget(of=textures.images)
             textures.release()
-            self._steps.forget(of=[textures, textures.surface, textures.lit])
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
@@ -63,6 +76,26 @@ class FrameStore:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
             self.choice = Choice("the caller's")
 
+    def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
+        """The points with their normals, at the size of `camera`: the frame's own, resized."""
+        self.find_normals(textures, frame, look)
+        if camera == frame.camera:
+            return DrawnPoints(textures.surface, textures.lit, camera)
+        large = self._fit_large(textures, (camera.width, camera.height))
+        self._vote = self._vote or VotePass(self._context)
+        self._steps.run("vote", self._vote.run, textures, textures.surface, frame.camera, large.surface, of=textures)
+        return DrawnPoints(large.surface, large.lit, camera)
+
+    def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
+        if textures.large is None or textures.large.size != size:
+            if textures.large is not None:
+                self._steps.forget(of=textures.large.images)
+                textures.large.release()
+            textures.large = None  # stays so when the new one does not fit the GPU
+            textures.large = LargePoints(self._context, size)
+        return textures.large
+
     def release(self) -> None:
-        for item in (*self._kept, self._surface):
-            item.release()
+        for item in (*self._kept, self._vote, self._surface):
+            if item is not None:
+                item.release()

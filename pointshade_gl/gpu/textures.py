@@ -55,6 +55,7 @@ class FrameTextures(Images):
             self.surface = self._keep(PointSurface(context, self.size))
             self.lit = self._keep(PointLight(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
+        self.large: LargePoints | None = None  # made for the first view that shows them
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color
@@ -68,6 +69,30 @@ class FrameTextures(Images):
         self.color.write(NEUTRAL if frame.color is None else frame.color)
         self.frame = frame
         self.raise_version()
+
+    @property
+    def images(self) -> list[Images]:
+        """These textures, and the images made from them."""
+        return [self, self.surface, self.lit, *(self.large.images if self.large else ())]
+
+    def release(self) -> None:
+        if self.large:
+            self.large.release()
+        super().release()
+
+
+class LargePoints(Images):
+    """A frame's points at a larger size than its depth: `surface` and `lit`, as in FrameTextures."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.surface = self._keep(PointSurface(context, size))
+            self.lit = self._keep(PointLight(context, size))
+
+    @property
+    def images(self) -> list[Images]:
+        return [self.surface, self.lit]
 
 
 class PointSurface(Images):

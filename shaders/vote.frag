@@ -1,0 +1,30 @@
+#version 330 core
+// A small surface (unit normal, depth) -> the same surface at a larger size, its outlines as the picture shows them.
+#include "common/vote.glsl"
+
+uniform sampler2D surface_map;
+uniform sampler2D guide_map;  // from vote_guide.frag
+uniform sampler2D color_map;
+uniform vec4 source;
+uniform vec2 large_size;
+uniform float least_span;
+
+out vec4 surface;
+
+void main() {
+    vec2 pixel = gl_FragCoord.xy - 0.5;
+    vec2 at = rescale_position(pixel, large_size, vec2(textureSize(surface_map, 0)));
+    Corners corners = corners_at(surface_map, at);
+    ivec2 low = corners.low, high = corners.high;
+    float calm = min(
+        min(surface_at(guide_map, low).a, surface_at(guide_map, ivec2(high.x, low.y)).a),
+        min(surface_at(guide_map, ivec2(low.x, high.y)).a, surface_at(guide_map, high).a)
+    );
+    if (calm > 0.0) {
+        surface = mix_planes(corners, at, source);
+    } else {
+        float span = max(float(textureSize(color_map, 0).x) / large_size.x, least_span);
+        vec3 color = mean_color(color_map, pixel, large_size, span);
+        surface = vote_surface(surface_map, guide_map, at, color, source);
+    }
+}

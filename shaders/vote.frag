@@ -3,7 +3,8 @@
 #include "common/vote.glsl"
 
 uniform sampler2D surface_map;
-uniform sampler2D guide_map;  // from vote_guide.frag
+uniform sampler2D calm_map;   // from calm.frag
+uniform sampler2D guide_map;  // from guide.frag
 uniform sampler2D color_map;
 uniform vec4 source;
 uniform vec2 large_size;
@@ -17,8 +18,8 @@ void main() {
     Corners corners = corners_at(surface_map, at);
     ivec2 low = corners.low, high = corners.high;
     float calm = min(
-        min(surface_at(guide_map, low).a, surface_at(guide_map, ivec2(high.x, low.y)).a),
-        min(surface_at(guide_map, ivec2(low.x, high.y)).a, surface_at(guide_map, high).a)
+        min(surface_at(calm_map, low).r, surface_at(calm_map, ivec2(high.x, low.y)).r),
+        min(surface_at(calm_map, ivec2(low.x, high.y)).r, surface_at(calm_map, high).r)
     );
     if (calm > 0.0) {
         surface = mix_planes(corners, at, source);

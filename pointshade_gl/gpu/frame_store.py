@@ -12,9 +12,9 @@ from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, parse_noise
 from .steps import Steps
-from .surface import SurfacePass
+from .surface import Estimator, SurfacePass
 from .textures import FrameTextures, LargePoints, PointLight, PointSurface
-from .vote import VotePass
+from .upsample import UpsamplePass
 
 
 class DrawnPoints(NamedTuple):
@@ -34,7 +34,7 @@ class FrameStore:
     def __init__(self, context: moderngl.Context, steps: Steps):
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
-        self._vote: VotePass | None = None  # made for the first frame with colours larger than its depth
+        self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -68,10 +68,10 @@ class FrameStore:
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
-        if isinstance(look.normals, str):
-            options = look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth)
-            run = self._surface.run
-            self.choice = self._steps.run("surface", run, textures, frame.camera, *options, of=textures)
+        if estimator := _estimator(frame, look):
+            self.choice = self._steps.run(
+                "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
+            )
         else:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
             self.choice = Choice("the caller's")
@@ -82,8 +82,9 @@ class FrameStore:
         if camera == frame.camera:
             return DrawnPoints(textures.surface, textures.lit, camera)
         large = self._fit_large(textures, (camera.width, camera.height))
-        self._vote = self._vote or VotePass(self._context)
-        self._steps.run("vote", self._vote.run, textures, textures.surface, frame.camera, large.surface, of=textures)
+        self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
+        inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
+        self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return DrawnPoints(large.surface, large.lit, camera)
 
     def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
@@ -96,6 +97,13 @@ class FrameStore:
         return textures.large
 
     def release(self) -> None:
-        for item in (*self._kept, self._vote, self._surface):
+        for item in (*self._kept, self._upsample, self._surface):
             if item is not None:
                 item.release()
+
+
+def _estimator(frame: Frame, look: Look) -> Estimator | None:
+    """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
+    if not isinstance(look.normals, str):
+        return None
+    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth)

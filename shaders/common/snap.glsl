@@ -2,45 +2,58 @@
 
 // Puts samples that lie between two surfaces onto one of them.
 
-const int SNAP_WINDOW = 7;        // pixels around a sample in which both surfaces are looked for
-const float SNAP_REACH = 1.5;     // standard deviation of the weights there, pixels
+const int SNAP_WINDOW = 7;       // samples along the square around a sample in which both surfaces are looked for
+const float SNAP_REACH = 1.5;    // standard deviation of the weights there, samples
+const float LEAST_SHARE = 0.05;  // of either surface, however near a sample's 1/z is to the other one's
 
-// Unit normal and depth of a mixed sample whose 1/z is w: the plane of the nearest sample of the nearer or of the farther
-// surface around it; depth 0 if there is none. Samples of its colour, and near its own 1/z, decide which.
-// surface_map: without mixed samples, which have a depth of 0. guide_map: mean colour of each sample.
-vec4 snap_sample(sampler2D surface_map, sampler2D guide_map, ivec2 pixel, float w, vec4 source) {
+// One of the two surfaces around a sample.
+struct Side {
+    vec4 plane;     // unit normal and 1/z of its planes where the sample is: weighted sum
+    float total;    // of the weights
+    float alike;    // the same for samples of the sample's colour
+};
+
+Side add_to_side(Side side, float weight, vec4 plane, float likeness) {
+    return Side(side.plane + weight * plane, side.total + weight, side.alike + weight * likeness);
+}
+
+// The nearest and the farthest 1/z around a pixel; 0 and 0 without any.
+vec2 range_around(sampler2D surface_map, ivec2 pixel) {
     float farthest = 1e30, nearest = 0.0;
     for (int k = 0; k < SNAP_WINDOW * SNAP_WINDOW; ++k) {
         ivec2 off = ivec2(k % SNAP_WINDOW, k / SNAP_WINDOW) - SNAP_WINDOW / 2;
-        vec4 there = sample_at(surface_map, pixel + off);
-        if (there.w <= 0.0) continue;
-        farthest = min(farthest, 1.0 / there.w);
-        nearest = max(nearest, 1.0 / there.w);
+        float z = sample_at(surface_map, pixel + off).w;
+        float w = 1.0 / max(z, 1e-30);
+        farthest = z > 0.0 ? min(farthest, w) : farthest;
+        nearest = z > 0.0 ? max(nearest, w) : nearest;
     }
-    if (nearest == 0.0) return vec4(0.0);
-    float middle = 0.5 * (nearest + farthest);
+    return nearest > 0.0 ? vec2(nearest, farthest) : vec2(0.0);
+}
+
+// Unit normal and depth of a mixed sample whose 1/z is w, on the nearer or on the farther surface around it; depth 0 if
+// there is none. Which one, say the colours of their samples and how near its own 1/z is to theirs.
+// surface_map: mixed samples have a depth of 0. guide_map: mean colour of each sample.
+vec4 snap_sample(sampler2D surface_map, sampler2D guide_map, ivec2 pixel, float w, vec4 source) {
+    vec2 range = range_around(surface_map, pixel);
     vec3 color = surface_at(guide_map, pixel).rgb;
-    vec2 votes = vec2(0.0);                // of the nearer surface, of the farther one
-    vec2 distances = vec2(1e30);           // to the nearest sample of each
-    ivec2 near_place = pixel, far_place = pixel;
+    Side near = Side(vec4(0.0), 0.0, 0.0), far = near;
     for (int k = 0; k < SNAP_WINDOW * SNAP_WINDOW; ++k) {
         ivec2 off = ivec2(k % SNAP_WINDOW, k / SNAP_WINDOW) - SNAP_WINDOW / 2;
         vec4 there = sample_at(surface_map, pixel + off);
         if (there.w <= 0.0) continue;
-        vec3 difference = color - surface_at(guide_map, pixel + off).rgb;
-        float away = float(off.x * off.x + off.y * off.y);
-        float vote = exp(-away / (2.0 * SNAP_REACH * SNAP_REACH) - dot(difference, difference) / (2.0 * COLOR_REACH * COLOR_REACH));
-        if (1.0 / there.w > middle) {
-            votes.x += vote;
-            if (away < distances.x) { distances.x = away; near_place = pixel + off; }
+        float weight = gaussian(vec2(off), SNAP_REACH);
+        vec2 slope = sample_slope(there, pixel + off, source);
+        vec4 plane = vec4(there.xyz, 1.0 / there.w - dot(slope, vec2(off)));
+        float likeness = color_likeness(color, surface_at(guide_map, pixel + off).rgb);
+        if (1.0 / there.w > 0.5 * (range.x + range.y)) {
+            near = add_to_side(near, weight, plane, likeness);
         } else {
-            votes.y += vote;
-            if (away < distances.y) { distances.y = away; far_place = pixel + off; }
+            far = add_to_side(far, weight, plane, likeness);
         }
     }
-    float share = clamp((w - farthest) / max(nearest - farthest, 1e-30), 0.05, 0.95);  // of the nearer surface
-    bool is_near = votes.x * share > votes.y * (1.0 - share);
-    ivec2 place = is_near ? near_place : far_place;
-    vec4 found = surface_at(surface_map, place);
-    return vec4(found.xyz, 1.0 / (1.0 / found.w + dot(sample_slope(found, place, source), vec2(pixel - place))));
+    float share = clamp((w - range.y) / max(range.x - range.y, 1e-30), LEAST_SHARE, 1.0 - LEAST_SHARE);
+    float near_vote = near.total > 0.0 ? share * near.alike / near.total : 0.0;
+    float far_vote = far.total > 0.0 ? (1.0 - share) * far.alike / far.total : 0.0;
+    Side side = near_vote > far_vote || far.total == 0.0 ? near : far;
+    return side.total > 0.0 ? vec4(normalize(side.plane.xyz), side.total / side.plane.w) : vec4(0.0);
 }

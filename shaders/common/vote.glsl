@@ -19,6 +19,16 @@ vec3 mean_color(sampler2D picture, vec2 position, vec2 size, float span) {
         + sample_picture(picture, centre + vec2(-off, off)) + sample_picture(picture, centre + vec2(off, off)));
 }
 
+float gaussian(vec2 off, float reach) {
+    return exp(-dot(off, off) / (2.0 * reach * reach));
+}
+
+// How likely two colours belong to one surface, 0..1.
+float color_likeness(vec3 a, vec3 b) {
+    vec3 off = a - b;
+    return exp(-dot(off, off) / (2.0 * COLOR_REACH * COLOR_REACH));
+}
+
 // Depth below 0 outside of the frame, where there is neither a surface nor a hole.
 vec4 sample_at(sampler2D surface_map, ivec2 pixel) {
     ivec2 last = textureSize(surface_map, 0) - 1;
@@ -76,10 +86,8 @@ vec4 vote_surface(sampler2D surface_map, sampler2D guide_map, vec2 at, vec3 colo
         ivec2 pixel = first + ivec2(k % 4, k / 4);
         surfaces[k] = sample_at(surface_map, pixel);
         vec2 off = at - vec2(pixel);
-        vec3 difference = color - surface_at(guide_map, pixel).rgb;
-        float far = dot(off, off) / (2.0 * VOTE_REACH * VOTE_REACH)
-            + dot(difference, difference) / (2.0 * COLOR_REACH * COLOR_REACH);
-        votes[k] = surfaces[k].w < 0.0 ? 0.0 : exp(-far);
+        float vote = gaussian(off, VOTE_REACH) * color_likeness(color, surface_at(guide_map, pixel).rgb);
+        votes[k] = surfaces[k].w < 0.0 ? 0.0 : vote;
     }
     float most = 0.0;
     int winner = -1;
@@ -107,7 +115,7 @@ vec4 vote_surface(sampler2D surface_map, sampler2D guide_map, vec2 at, vec3 colo
         ivec2 pixel = first + ivec2(k % 4, k / 4);
         if (!shares_layer(surfaces[k], vec2(pixel - first - place), surfaces[winner], slope)) continue;
         vec2 off = at - vec2(pixel);
-        float weight = exp(-dot(off, off) / (2.0 * VALUE_REACH * VALUE_REACH));
+        float weight = gaussian(off, VALUE_REACH);
         float w = 1.0 / surfaces[k].w + dot(sample_slope(surfaces[k], pixel, source), off);
         sum += weight * vec4(surfaces[k].xyz, w);
         total += weight;

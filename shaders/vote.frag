@@ -15,14 +15,13 @@ out vec4 surface;
 void main() {
     vec2 pixel = gl_FragCoord.xy - 0.5;
     vec2 at = rescale_position(pixel, large_size, vec2(textureSize(surface_map, 0)));
-    Corners corners = corners_at(surface_map, at);
-    ivec2 low = corners.low, high = corners.high;
-    float calm = min(
-        min(surface_at(calm_map, low).r, surface_at(calm_map, ivec2(high.x, low.y)).r),
-        min(surface_at(calm_map, ivec2(low.x, high.y)).r, surface_at(calm_map, high).r)
-    );
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    float calm = 1.0;
+    for (int k = 0; k < 4; ++k) {
+        calm = min(calm, surface_at(calm_map, clamp(ivec2(floor(at)) + ivec2(k % 2, k / 2), ivec2(0), last)).r);
+    }
     if (calm > 0.0) {
-        surface = mix_planes(corners, at, source);
+        surface = mix_facets(surface_map, at, source);
     } else {
         float span = max(float(textureSize(color_map, 0).x) / large_size.x, least_span);
         vec3 color = mean_color(color_map, pixel, large_size, span);

@@ -22,7 +22,7 @@ vec2 range_around(sampler2D surface_map, ivec2 pixel) {
     float farthest = 1e30, nearest = 0.0;
     for (int k = 0; k < SNAP_WINDOW * SNAP_WINDOW; ++k) {
         ivec2 off = ivec2(k % SNAP_WINDOW, k / SNAP_WINDOW) - SNAP_WINDOW / 2;
-        float z = sample_at(surface_map, pixel + off).w;
+        float z = facet_at(surface_map, pixel + off, vec4(1.0)).surface.w;
         float w = 1.0 / max(z, 1e-30);
         farthest = z > 0.0 ? min(farthest, w) : farthest;
         nearest = z > 0.0 ? max(nearest, w) : nearest;
@@ -39,13 +39,12 @@ vec4 snap_sample(sampler2D surface_map, sampler2D guide_map, ivec2 pixel, float 
     Side near = Side(vec4(0.0), 0.0, 0.0), far = near;
     for (int k = 0; k < SNAP_WINDOW * SNAP_WINDOW; ++k) {
         ivec2 off = ivec2(k % SNAP_WINDOW, k / SNAP_WINDOW) - SNAP_WINDOW / 2;
-        vec4 there = sample_at(surface_map, pixel + off);
-        if (there.w <= 0.0) continue;
+        Facet there = facet_at(surface_map, pixel + off, source);
+        if (there.surface.w <= 0.0) continue;
         float weight = gaussian(vec2(off), SNAP_REACH);
-        vec2 slope = sample_slope(there, pixel + off, source);
-        vec4 plane = vec4(there.xyz, 1.0 / there.w - dot(slope, vec2(off)));
+        vec4 plane = vec4(there.surface.xyz, facet_reaches(there, vec2(pixel)));
         float likeness = color_likeness(color, surface_at(guide_map, pixel + off).rgb);
-        if (1.0 / there.w > 0.5 * (range.x + range.y)) {
+        if (1.0 / there.surface.w > 0.5 * (range.x + range.y)) {
             near = add_to_side(near, weight, plane, likeness);
         } else {
             far = add_to_side(far, weight, plane, likeness);

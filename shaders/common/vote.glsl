@@ -4,19 +4,30 @@
 // Brings a small surface to the size of its picture: colour decides which surface a pixel lies on, position alone
 // decides its value there (the weights are those of joint bilateral upsampling: Kopf et al. 2007).
 
-const float SAME_LAYER = 0.03;   // a sample that misses a plane by less than this share of 1/z lies on it
-const float VOTE_REACH = 1.0;    // standard deviation of a vote's weight, depth pixels
-const float COLOR_REACH = 0.1;   // and in colour, 0..1
-const float VALUE_REACH = 0.5;   // the same for the values, depth pixels
-const float GUIDE_SPAN = 0.3333; // depth pixels over which a sample's colour is averaged
+const float SAME_LAYER = 0.03;    // a sample that misses a plane by less than this share of 1/z lies on it
+const float VOTE_REACH = 1.0;     // standard deviation of a vote's weight, samples
+const float COLOR_REACH = 0.1;    // and in colour, 0..1
+const float VALUE_REACH = 0.5;    // the same for values, samples
+const float GUIDE_SPAN = 0.3333;  // samples over which their colour is averaged
+const float CREASE = 0.8;         // cosine between the normals of two faces that meet in a crease
+const float SAME_FACE = 0.99;     // cosine between normals of one face
+const float LEAST_FACE = 3.5;     // samples that a face has at least
+
+// A sample of the small surface, and its plane.
+struct Facet {
+    vec4 surface;  // unit normal and depth; depth 0 in a hole, below 0 outside of the frame, where there is nothing
+    vec2 pixel;
+    vec2 slope;    // of 1/z per sample
+};
 
 // The mean colour over a square `span` pixels of the picture wide, around a position of another one of this size.
 vec3 mean_color(sampler2D picture, vec2 position, vec2 size, float span) {
     vec2 centre = rescale_position(position, size, vec2(textureSize(picture, 0)));
-    float off = 0.5 * max(span - 1.0, 0.0);  // each sample is a pixel wide itself
+    float off = 0.5 * max(span - 1.0, 0.0);  // what is read is a pixel wide itself
     if (off == 0.0) return sample_picture(picture, centre);
-    return 0.25 * (sample_picture(picture, centre + vec2(-off, -off)) + sample_picture(picture, centre + vec2(off, -off))
-        + sample_picture(picture, centre + vec2(-off, off)) + sample_picture(picture, centre + vec2(off, off)));
+    vec3 above = sample_picture(picture, centre + vec2(-off, -off)) + sample_picture(picture, centre + vec2(off, -off));
+    vec3 below = sample_picture(picture, centre + vec2(-off, off)) + sample_picture(picture, centre + vec2(off, off));
+    return 0.25 * (above + below);
 }
 
 float gaussian(vec2 off, float reach) {
@@ -29,96 +40,124 @@ float color_likeness(vec3 a, vec3 b) {
     return exp(-dot(off, off) / (2.0 * COLOR_REACH * COLOR_REACH));
 }
 
-// Depth below 0 outside of the frame, where there is neither a surface nor a hole.
-vec4 sample_at(sampler2D surface_map, ivec2 pixel) {
+Facet facet_at(sampler2D surface_map, ivec2 pixel, vec4 source) {
     ivec2 last = textureSize(surface_map, 0) - 1;
-    return pixel == clamp(pixel, ivec2(0), last) ? surface_at(surface_map, pixel) : vec4(0.0, 0.0, 0.0, -1.0);
+    vec4 surface = pixel == clamp(pixel, ivec2(0), last) ? surface_at(surface_map, pixel) : vec4(0.0, 0.0, 0.0, -1.0);
+    vec2 at = vec2(pixel);
+    vec2 slope = surface.w > 0.0 ? inverse_depth_slope(surface.xyz, pixel_ray(at, source), surface.w, source) : vec2(0.0);
+    return Facet(surface, at, slope);
 }
 
-vec2 sample_slope(vec4 surface, ivec2 pixel, vec4 source) {
-    return inverse_depth_slope(surface.xyz, pixel_ray(vec2(pixel), source), surface.w, source);
+// 1/z of a facet's plane.
+float facet_reaches(Facet facet, vec2 at) {
+    return 1.0 / facet.surface.w + dot(facet.slope, at - facet.pixel);
 }
 
-// Is a sample, this many pixels off, part of the layer of another one? Holes form a layer, too.
-bool shares_layer(vec4 surface, vec2 off, vec4 own, vec2 slope) {
-    if (own.w == 0.0) return surface.w == 0.0;
-    return lies_on_plane(surface.w, off, own.w, slope, SAME_LAYER);
+// Does a facet belong to the layer of another one? Holes form a layer, too; outside of the frame there is none.
+bool shares_layer(Facet facet, Facet own) {
+    if (own.surface.w <= 0.0) return own.surface.w == 0.0 && facet.surface.w == 0.0;
+    return lies_on_plane(facet.surface.w, facet.pixel - own.pixel, own.surface.w, own.slope, SAME_LAYER);
 }
 
-// Whether all known samples of the 5x5 around a pixel lie on its plane, without a hole: 1 or 0.
+// Whether all known samples of the 5x5 around a pixel lie on its plane, without a hole and without a crease: 1 or 0.
 float is_calm(sampler2D surface_map, ivec2 pixel, vec4 source) {
-    vec4 own = surface_at(surface_map, pixel);
-    vec2 slope = sample_slope(own, pixel, source);
-    bool calm = own.w > 0.0;
+    Facet own = facet_at(surface_map, pixel, source);
+    bool calm = own.surface.w > 0.0;
     for (int k = 0; k < 25; ++k) {
-        ivec2 off = ivec2(k % 5 - 2, k / 5 - 2);
-        vec4 there = sample_at(surface_map, pixel + off);
-        calm = calm && (there.w < 0.0 || shares_layer(there, vec2(off), own, slope));
+        Facet facet = facet_at(surface_map, pixel + ivec2(k % 5 - 2, k / 5 - 2), source);
+        bool alike = shares_layer(facet, own) && dot(facet.surface.xyz, own.surface.xyz) > CREASE;
+        calm = calm && (facet.surface.w < 0.0 || alike);
     }
     return calm ? 1.0 : 0.0;
 }
 
+// A weighted sum of normals and of 1/z, with a facet added to it.
+vec4 add_facet(vec4 sum, float weight, Facet facet, vec2 at) {
+    return sum + weight * vec4(facet.surface.xyz, facet_reaches(facet, at));
+}
+
 // Unit normal and depth where four calm samples surround a position: their planes, mixed by the distances.
-vec4 mix_planes(Corners corners, vec2 at, vec4 source) {
-    ivec2 low = corners.low, high = corners.high;
-    ivec2 pixels[4] = ivec2[4](low, ivec2(high.x, low.y), ivec2(low.x, high.y), high);
-    vec4 surfaces[4] = vec4[4](corners.a, corners.b, corners.c, corners.d);
+vec4 mix_facets(sampler2D surface_map, vec2 at, vec4 source) {
+    ivec2 last = textureSize(surface_map, 0) - 1;
     vec4 sum = vec4(0.0);
     float total = 0.0;
     for (int k = 0; k < 4; ++k) {
-        vec2 off = at - vec2(pixels[k]);
-        vec2 closeness = max(1.0 - abs(off), 0.0);
+        Facet facet = facet_at(surface_map, clamp(ivec2(floor(at)) + ivec2(k % 2, k / 2), ivec2(0), last), source);
+        vec2 closeness = max(1.0 - abs(at - facet.pixel), 0.0);
         float weight = closeness.x * closeness.y;
-        float w = 1.0 / surfaces[k].w + dot(sample_slope(surfaces[k], pixels[k], source), off);
-        sum += weight * vec4(surfaces[k].xyz, w);
+        sum = add_facet(sum, weight, facet, at);
         total += weight;
     }
     return vec4(normalize(sum.xyz), total / sum.w);
 }
 
-// Unit normal and depth at a position that may lie near an edge, from the colour seen there; 0 where it shows a hole.
+// The facet whose layer has most votes, from the four around a position: 16 samples vote, by distance and by colour.
+Facet win_vote(sampler2D surface_map, sampler2D guide_map, Facet around[4], vec2 at, vec3 color, vec4 source) {
+    vec4 votes = vec4(0.0);
+    for (int k = 0; k < 16; ++k) {
+        ivec2 pixel = ivec2(floor(at)) + ivec2(k % 4, k / 4) - 1;
+        Facet facet = facet_at(surface_map, pixel, source);
+        float vote = gaussian(at - facet.pixel, VOTE_REACH) * color_likeness(color, surface_at(guide_map, pixel).rgb);
+        for (int j = 0; j < 4; ++j) votes[j] += shares_layer(facet, around[j]) ? vote : 0.0;
+    }
+    Facet winner = around[0];
+    float most = votes[0];
+    for (int j = 1; j < 4; ++j) {
+        if (votes[j] > most) winner = around[j];
+        most = max(most, votes[j]);
+    }
+    return winner;
+}
+
+// Is the face of `other` seen at a position instead of that of `own`? Of two planes that meet in a crease, the one in
+// front is seen if each of the two lies in front of the other at its own sample, else the one behind.
+bool is_across_crease(Facet own, Facet other, vec2 at) {
+    float front = facet_reaches(own, own.pixel) - facet_reaches(other, own.pixel)
+        + facet_reaches(other, other.pixel) - facet_reaches(own, other.pixel);
+    return (facet_reaches(other, at) - facet_reaches(own, at)) * front > 0.0;
+}
+
+// Unit normal and depth at a position from the 16 samples around it that share a layer, of one face of it where it has a
+// crease; the closest count most. own: the closest of the layer; other: the closest one with another normal, or `own`.
+vec4 mix_layer(sampler2D surface_map, Facet winner, Facet own, Facet other, vec2 at, vec4 source) {
+    vec4 both = vec4(0.0), face = vec4(0.0);
+    float both_total = 0.0, face_total = 0.0;
+    vec2 sizes = vec2(0.0);  // samples of the two faces
+    vec3 seen = is_across_crease(own, other, at) ? other.surface.xyz : own.surface.xyz;
+    for (int k = 0; k < 16; ++k) {
+        Facet facet = facet_at(surface_map, ivec2(floor(at)) + ivec2(k % 4, k / 4) - 1, source);
+        if (!shares_layer(facet, winner)) continue;
+        float weight = gaussian(at - facet.pixel, VALUE_REACH);
+        both = add_facet(both, weight, facet, at);
+        both_total += weight;
+        float face_weight = dot(facet.surface.xyz, seen) > CREASE ? weight : 0.0;
+        face = add_facet(face, face_weight, facet, at);
+        face_total += face_weight;
+        sizes += step(SAME_FACE, vec2(dot(facet.surface.xyz, own.surface.xyz), dot(facet.surface.xyz, other.surface.xyz)));
+    }
+    bool crease = dot(own.surface.xyz, other.surface.xyz) < CREASE && min(sizes.x, sizes.y) > LEAST_FACE;
+    return crease ? vec4(normalize(face.xyz), face_total / face.w) : vec4(normalize(both.xyz), both_total / both.w);
+}
+
+// Unit normal and depth at a position near an edge, from the colour seen there; 0 where it shows a hole.
 // guide_map: mean colour of each sample.
 vec4 vote_surface(sampler2D surface_map, sampler2D guide_map, vec2 at, vec3 color, vec4 source) {
-    ivec2 first = ivec2(floor(at)) - 1;
-    vec4 surfaces[16];
-    float votes[16];
-    for (int k = 0; k < 16; ++k) {
-        ivec2 pixel = first + ivec2(k % 4, k / 4);
-        surfaces[k] = sample_at(surface_map, pixel);
-        vec2 off = at - vec2(pixel);
-        float vote = gaussian(off, VOTE_REACH) * color_likeness(color, surface_at(guide_map, pixel).rgb);
-        votes[k] = surfaces[k].w < 0.0 ? 0.0 : vote;
-    }
-    float most = 0.0;
-    int winner = -1;
+    Facet around[4];
+    for (int j = 0; j < 4; ++j) around[j] = facet_at(surface_map, ivec2(floor(at)) + ivec2(j % 2, j / 2), source);
+    Facet winner = win_vote(surface_map, guide_map, around, at, color, source);
+    if (winner.surface.w <= 0.0) return vec4(0.0);
+    Facet own = winner;
     for (int j = 0; j < 4; ++j) {
-        int own = 5 + j % 2 + 4 * (j / 2);  // the four nearest
-        if (surfaces[own].w < 0.0) continue;
-        ivec2 place = ivec2(own % 4, own / 4);
-        vec2 slope = sample_slope(surfaces[own], first + place, source);
-        float sum = 0.0;
-        for (int k = 0; k < 16; ++k) {
-            vec2 off = vec2(ivec2(k % 4, k / 4) - place);
-            sum += shares_layer(surfaces[k], off, surfaces[own], slope) ? votes[k] : 0.0;
-        }
-        if (sum > most) {
-            most = sum;
-            winner = own;
-        }
+        bool is_closer = distance(around[j].pixel, at) < distance(own.pixel, at);
+        if (is_closer && shares_layer(around[j], winner)) own = around[j];
     }
-    if (winner < 0 || surfaces[winner].w == 0.0) return vec4(0.0);
-    ivec2 place = ivec2(winner % 4, winner / 4);
-    vec2 slope = sample_slope(surfaces[winner], first + place, source);
-    vec4 sum = vec4(0.0);
-    float total = 0.0;
-    for (int k = 0; k < 16; ++k) {
-        ivec2 pixel = first + ivec2(k % 4, k / 4);
-        if (!shares_layer(surfaces[k], vec2(pixel - first - place), surfaces[winner], slope)) continue;
-        vec2 off = at - vec2(pixel);
-        float weight = gaussian(off, VALUE_REACH);
-        float w = 1.0 / surfaces[k].w + dot(sample_slope(surfaces[k], pixel, source), off);
-        sum += weight * vec4(surfaces[k].xyz, w);
-        total += weight;
+    Facet other = own;
+    float closest = 1e30;
+    for (int j = 0; j < 4; ++j) {
+        bool is_turned = shares_layer(around[j], winner) && dot(around[j].surface.xyz, own.surface.xyz) < CREASE;
+        float far = distance(around[j].pixel, at);
+        if (is_turned && far < closest) other = around[j];
+        closest = is_turned ? min(closest, far) : closest;
     }
-    return vec4(normalize(sum.xyz), total / sum.w);
+    return mix_layer(surface_map, winner, own, other, at, source);
 }

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from .cli_parse import light_from, noise_from, size_from
+from .cli_parse import light_from, noise_from, picture_size_from
 from .files.limits import MAX_PIXELS
 
 if TYPE_CHECKING:
@@ -129,6 +129,14 @@ class LookOptions(NormalOptions):
     splat: Annotated[str, typer.Option(help="Shape of a point: footprint or round.", rich_help_panel=VIEW)] = (
         "footprint"
     )
+    upsample: Annotated[
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help="Where color is larger than depth: vote (bring depth to its size) or none.",
+            rich_help_panel=VIEW,
+        ),
+    ] = "vote"
 
     def look(self) -> Look:
         """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
@@ -141,6 +149,7 @@ class LookOptions(NormalOptions):
             splat=self.splat,
             max_depth_step=self.max_depth_step,
             noise=self.noise_value(),
+            upsample=self.upsample,
         )
 
     def lights(self) -> list[Light]:
@@ -163,7 +172,14 @@ class ViewOptions:
             help="4x4 camera-to-world matrix in a file, instead of yaw, pitch and dolly.", rich_help_panel=VIEW
         ),
     ] = None
-    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture.", rich_help_panel=VIEW)] = None
+    size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH|NAME",
+            help="Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
+            rich_help_panel=VIEW,
+        ),
+    ] = None
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
@@ -171,7 +187,7 @@ class ViewOptions:
         from .view import View
 
         pose = load_pose(self.pose) if self.pose else None
-        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, size_from(self.size), look.look())
+        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ class UpsamplePass(Owner):
     ) -> None:
         """small: the surface that the estimator has found, as the camera saw it; None: the caller's own normals."""
         images = self._fit(small.size)
-        colors = {"color_map": frame.color, "least_span": 1.0}
+        colors = {"color_map": frame.color}
         self._find_guide.draw(images.guide_target, colors, small_size=small.size)
         snapped = self._snap.run(frame, images.guide, camera, estimator)
         source = {"surface_map": snapped.texture, "source": camera.intrinsics}

@@ -30,6 +30,12 @@ vec3 mean_color(sampler2D picture, vec2 position, vec2 size, float span) {
     return 0.25 * (above + below);
 }
 
+// Whether the picture is fully transparent there, so that its depth counts as missing.
+bool is_cut_out(sampler2D picture, vec2 position, vec2 size) {
+    vec2 place = (position + 0.5) * (vec2(textureSize(picture, 0)) / size);
+    return texelFetch(picture, ivec2(place), 0).a == 0.0;
+}
+
 float gaussian(vec2 off, float reach) {
     return exp(-dot(off, off) / (2.0 * reach * reach));
 }
@@ -44,8 +50,8 @@ Facet facet_at(sampler2D surface_map, ivec2 pixel, vec4 source) {
     ivec2 last = textureSize(surface_map, 0) - 1;
     vec4 surface = pixel == clamp(pixel, ivec2(0), last) ? surface_at(surface_map, pixel) : vec4(0.0, 0.0, 0.0, -1.0);
     vec2 at = vec2(pixel);
-    vec2 slope = surface.w > 0.0 ? inverse_depth_slope(surface.xyz, pixel_ray(at, source), surface.w, source) : vec2(0.0);
-    return Facet(surface, at, slope);
+    if (surface.w <= 0.0) return Facet(surface, at, vec2(0.0));
+    return Facet(surface, at, inverse_depth_slope(surface.xyz, pixel_ray(at, source), surface.w, source));
 }
 
 // 1/z of a facet's plane.
@@ -69,6 +75,16 @@ float is_calm(sampler2D surface_map, ivec2 pixel, vec4 source) {
         calm = calm && (facet.surface.w < 0.0 || alike);
     }
     return calm ? 1.0 : 0.0;
+}
+
+// The least of the four samples around a position: 1 if all of them are calm.
+float calm_around(sampler2D calm_map, vec2 at) {
+    ivec2 last = textureSize(calm_map, 0) - 1;
+    float least = 1.0;
+    for (int k = 0; k < 4; ++k) {
+        least = min(least, surface_at(calm_map, clamp(ivec2(floor(at)) + ivec2(k % 2, k / 2), ivec2(0), last)).r);
+    }
+    return least;
 }
 
 // A weighted sum of normals and of 1/z, with a facet added to it.
@@ -118,25 +134,51 @@ bool is_across_crease(Facet own, Facet other, vec2 at) {
 }
 
 // Unit normal and depth at a position from the 16 samples around it that share a layer, of one face of it where it has a
-// crease; the closest count most. own: the closest of the layer; other: the closest one with another normal, or `own`.
-vec4 mix_layer(sampler2D surface_map, Facet winner, Facet own, Facet other, vec2 at, vec4 source) {
+// crease; the closest count most. own: the closest of the layer; other: the closest with another normal, or the same.
+vec4 mix_layer(sampler2D surface_map, Facet layer, Facet own, Facet other, vec2 at, vec4 source) {
     vec4 both = vec4(0.0), face = vec4(0.0);
     float both_total = 0.0, face_total = 0.0;
     vec2 sizes = vec2(0.0);  // samples of the two faces
     vec3 seen = is_across_crease(own, other, at) ? other.surface.xyz : own.surface.xyz;
     for (int k = 0; k < 16; ++k) {
         Facet facet = facet_at(surface_map, ivec2(floor(at)) + ivec2(k % 4, k / 4) - 1, source);
-        if (!shares_layer(facet, winner)) continue;
+        if (!shares_layer(facet, layer)) continue;
         float weight = gaussian(at - facet.pixel, VALUE_REACH);
         both = add_facet(both, weight, facet, at);
         both_total += weight;
         float face_weight = dot(facet.surface.xyz, seen) > CREASE ? weight : 0.0;
         face = add_facet(face, face_weight, facet, at);
         face_total += face_weight;
-        sizes += step(SAME_FACE, vec2(dot(facet.surface.xyz, own.surface.xyz), dot(facet.surface.xyz, other.surface.xyz)));
+        sizes.x += dot(facet.surface.xyz, own.surface.xyz) > SAME_FACE ? 1.0 : 0.0;
+        sizes.y += dot(facet.surface.xyz, other.surface.xyz) > SAME_FACE ? 1.0 : 0.0;
     }
     bool crease = dot(own.surface.xyz, other.surface.xyz) < CREASE && min(sizes.x, sizes.y) > LEAST_FACE;
     return crease ? vec4(normalize(face.xyz), face_total / face.w) : vec4(normalize(both.xyz), both_total / both.w);
+}
+
+// Of four facets the closest one of a layer.
+Facet closest_of(Facet around[4], Facet layer, vec2 at) {
+    Facet closest = layer;
+    for (int j = 0; j < 4; ++j) {
+        bool is_closer = distance(around[j].pixel, at) < distance(closest.pixel, at);
+        if (is_closer && shares_layer(around[j], layer)) closest = around[j];
+    }
+    return closest;
+}
+
+// The same among those with another normal than `own`; `own` if there is none.
+Facet closest_turned(Facet around[4], Facet layer, Facet own, vec2 at) {
+    Facet closest = own;
+    float least = 1e30;
+    for (int j = 0; j < 4; ++j) {
+        bool is_turned = dot(around[j].surface.xyz, own.surface.xyz) < CREASE && shares_layer(around[j], layer);
+        float far = distance(around[j].pixel, at);
+        if (is_turned && far < least) {
+            closest = around[j];
+            least = far;
+        }
+    }
+    return closest;
 }
 
 // Unit normal and depth at a position near an edge, from the colour seen there; 0 where it shows a hole.
@@ -146,18 +188,6 @@ vec4 vote_surface(sampler2D surface_map, sampler2D guide_map, vec2 at, vec3 colo
     for (int j = 0; j < 4; ++j) around[j] = facet_at(surface_map, ivec2(floor(at)) + ivec2(j % 2, j / 2), source);
     Facet winner = win_vote(surface_map, guide_map, around, at, color, source);
     if (winner.surface.w <= 0.0) return vec4(0.0);
-    Facet own = winner;
-    for (int j = 0; j < 4; ++j) {
-        bool is_closer = distance(around[j].pixel, at) < distance(own.pixel, at);
-        if (is_closer && shares_layer(around[j], winner)) own = around[j];
-    }
-    Facet other = own;
-    float closest = 1e30;
-    for (int j = 0; j < 4; ++j) {
-        bool is_turned = shares_layer(around[j], winner) && dot(around[j].surface.xyz, own.surface.xyz) < CREASE;
-        float far = distance(around[j].pixel, at);
-        if (is_turned && far < closest) other = around[j];
-        closest = is_turned ? min(closest, far) : closest;
-    }
-    return mix_layer(surface_map, winner, own, other, at, source);
+    Facet own = closest_of(around, winner, at);
+    return mix_layer(surface_map, winner, own, closest_turned(around, winner, own, at), at, source);
 }

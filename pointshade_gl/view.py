@@ -72,7 +72,7 @@ def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
     if size == "half":
         return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
     if isinstance(frame, Scene):
-        raise ValueError(f"{option('size', size)} is that of a frame's pictures, a scene has none: pass a width and height")
+        raise ValueError(f"{option('size', size)} is the size of a frame's picture: for a scene pass width and height")
     if size == "depth":
         return frame.camera
     if frame.color is None:

@@ -11,9 +11,9 @@ from pointshade_gl.bench.shapes import box, pose_at
 from pointshade_gl.bench.tracing import Hits, Surface, encode, moved, plane, sphere, trace
 
 RATIO = 7.5  # pixels of the colours along a sample of the depth
-DEPTH = 96, 72
-COLOR = 720, 540
-LARGE = ps.Camera(590, 590, 359.5, 269.5, *COLOR)
+DEPTH = 160, 120
+COLOR = 1200, 900
+LARGE = ps.Camera(984, 984, 599.5, 449.5, *COLOR)
 SMALL = LARGE.resized(*DEPTH)
 
 
@@ -64,6 +64,15 @@ def lidar(seed: int) -> Known:
     depth = depth[np.ix_(row.astype(int), column.astype(int))]
     noise = np.random.default_rng(seed).normal(1, 0.004, depth.shape)
     return known._replace(frame=ps.Frame(known.frame.color, depth * noise, SMALL))
+
+
+def cropped(frame: ps.Frame) -> ps.Frame:
+    """The middle of a frame: 56x40 samples under 420x300 pixels."""
+    left, top, (width, height) = 52, 40, (56, 40)
+    c = frame.camera
+    camera = ps.Camera(c.fx, c.fy, c.cx - left, c.cy - top, width, height)
+    rows, columns = (slice(round(n * RATIO), round((n + m) * RATIO)) for n, m in ((top, height), (left, width)))
+    return ps.Frame(frame.color[rows, columns], frame.depth[top : top + height, left : left + width], camera)
 
 
 def box_mean(values: np.ndarray, side: int) -> np.ndarray:

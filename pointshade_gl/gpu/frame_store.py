@@ -69,9 +69,7 @@ class FrameStore:
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
         if estimator := _estimator(frame, look):
-            self.choice = self._steps.run(
-                "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
-            )
+            self.choice = self._steps.run("surface", self._surface.run, textures, frame.camera, *estimator, of=textures)
         else:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
             self.choice = Choice("the caller's")

@@ -23,10 +23,10 @@ class SnapPass(Owner):
         super().__init__(context)
         self._surface = surface
         self._images: SnapImages | None = None
+        self._snap: FullscreenPass | None = None  # made for the first sensor that mixes
         with self._all_or_nothing():
             self._find = self._keep(FullscreenPass(context, "mixing.frag"))
             self._count = self._keep(FullscreenPass(context, "mixing_counts.frag"))
-            self._snap = self._keep(FullscreenPass(context, "snap.frag"))
 
     def run(
         self, frame: FrameTextures, guide: moderngl.Texture, camera: Camera, estimator: Estimator | None
@@ -43,6 +43,7 @@ class SnapPass(Owner):
         maps = {"surface_map": images.unmixed.surface.texture, "mixed_map": frame.surface.texture}
         maps |= {"depth_map": frame.depth, "mixing_map": images.mixing, "guide_map": guide}
         images.snapped.confine(frame.surface.window)
+        self._snap = self._snap or self._keep(FullscreenPass(self._context, "snap.frag"))
         self._snap.draw(images.snapped.target, maps, source=camera.intrinsics)
         return images.snapped
 

@@ -27,9 +27,17 @@ class UpsamplePass(Owner):
             self._snap = self._keep(SnapPass(context, surface))
 
     def run(
-        self, frame: FrameTextures, small: PointSurface, camera: Camera, estimator: Estimator | None, large: PointSurface
+        self,
+        frame: FrameTextures,
+        small: PointSurface,
+        camera: Camera,
+        estimator: Estimator | None,
+        large: PointSurface,
     ) -> None:
-        """small: the surface that the estimator has found, as the camera saw it; None: the caller's own normals."""
+        """Brings the surface that the estimator has found, or that has the caller's own normals, to a larger size.
+
+        camera  who took the frame, at the depth's size
+        """
         images = self._fit(small.size)
         colors = {"color_map": frame.color}
         self._find_guide.draw(images.guide_target, colors, small_size=small.size)

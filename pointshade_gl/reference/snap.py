@@ -10,7 +10,7 @@ from .vectors import normalize, texel
 from .vote import Facet, add_facet, color_likeness, facet_at, gaussian
 
 F = np.float32
-SNAP_WINDOW, SNAP_REACH, LEAST_SHARE = 7, F(1.5), F(0.05)
+SNAP_WINDOW, SNAP_REACH, LEAST_SHARE = 7, 1.5, 0.05
 
 
 class Side(NamedTuple):
@@ -56,7 +56,7 @@ def snap_sample(
         is_near = F(1) / np.where(known, z, F(1)) > F(0.5) * (most + least)
         near = add_to_side(near, np.where(known & is_near, weight, F(0)), likeness, facet, pixel.astype(F))
         far = add_to_side(far, np.where(known & ~is_near, weight, F(0)), likeness, facet, pixel.astype(F))
-    share = np.clip((w - least) / np.maximum(most - least, F(1e-30)), LEAST_SHARE, F(1) - LEAST_SHARE)
+    share = np.clip((w - least) / np.maximum(most - least, F(1e-30)), F(LEAST_SHARE), F(1 - LEAST_SHARE))
     is_near = (share * mean_likeness(near) > (F(1) - share) * mean_likeness(far)) | (far.total == 0)
     plane = np.where(is_near[..., None], near.plane, far.plane)
     total = np.where(is_near, near.total, far.total)[..., None]

@@ -14,8 +14,8 @@ from .splat import inverse_depth_slope, lies_on_plane
 from .vectors import dot, length, normalize, texel
 
 F = np.float32
-SAME_LAYER, VOTE_REACH, COLOR_REACH, VALUE_REACH = F(0.03), F(1), F(0.1), F(0.5)
-GUIDE_SPAN, CREASE, SAME_FACE, LEAST_FACE = F(0.3333), F(0.8), F(0.99), 3.5
+SAME_LAYER, VOTE_REACH, COLOR_REACH, VALUE_REACH = 0.03, 1.0, 0.1, 0.5
+GUIDE_SPAN, CREASE, SAME_FACE, LEAST_FACE = 0.3333, 0.8, 0.99, 3.5
 
 
 class Facet(NamedTuple):
@@ -29,11 +29,9 @@ def mean_color(picture: np.ndarray, position: np.ndarray, size: np.ndarray, span
     off = F(0.5) * max(F(span) - F(1), F(0))
     if off == 0:
         return sample_picture(picture, centre)
-    above, below = (
-        sample_picture(picture, centre + np.array([-off, v], F)) + sample_picture(picture, centre + np.array([off, v], F))
-        for v in (-off, off)
-    )
-    return F(0.25) * (above + below)
+    corners = ((-off, -off), (off, -off), (-off, off), (off, off))
+    a, b, c, d = (sample_picture(picture, centre + np.array(corner, F)) for corner in corners)
+    return F(0.25) * ((a + b) + (c + d))
 
 
 def is_cut_out(picture: np.ndarray, position: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -49,7 +47,7 @@ def gaussian(off: np.ndarray, reach: float) -> np.ndarray:
 
 def color_likeness(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     off = a - b
-    return np.exp(-dot(off, off)[..., 0] / (F(2) * COLOR_REACH * COLOR_REACH))
+    return np.exp(-dot(off, off)[..., 0] / (F(2) * F(COLOR_REACH) * F(COLOR_REACH)))
 
 
 def facet_at(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Facet:
@@ -86,9 +84,9 @@ def calm_around(calm_map: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.min([_nearest(calm_map, _below(at) + _corner(k)) for k in range(4)], axis=0)
 
 
-def add_facet(sum: np.ndarray, weight: np.ndarray, facet: Facet, at: np.ndarray) -> np.ndarray:
+def add_facet(total: np.ndarray, weight: np.ndarray, facet: Facet, at: np.ndarray) -> np.ndarray:
     value = np.concatenate([facet.surface[..., :3], facet_reaches(facet, at)[..., None]], -1)
-    return sum + weight[..., None] * value
+    return total + weight[..., None] * value
 
 
 def mix_facets(surface_map: np.ndarray, at: np.ndarray, source: np.ndarray) -> np.ndarray:
@@ -209,6 +207,6 @@ def _choose(condition: np.ndarray, yes: Facet, no: Facet) -> Facet:
 
 def _mean(sum: np.ndarray, total: np.ndarray) -> np.ndarray:
     """Unit normal and depth of weighted sums of normals and of 1/z; 0 without any."""
-    some = (total > 0)[..., None]
+    some = (total > 0)[..., None] & sum[..., :3].any(-1, keepdims=True)
     normal = normalize(np.where(some, sum[..., :3], F(1)))
     return np.where(some, np.concatenate([normal, total[..., None] / np.where(some, sum[..., 3:], F(1))], -1), F(0))

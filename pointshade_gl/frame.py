@@ -22,7 +22,8 @@ class Frame:
     """A depth picture with its colours, checked once and never changed afterwards.
 
     color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
-            Where its alpha is 0 the depth counts as missing.
+            Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
+            large, see `Look.upsample`.
     depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN and infinite mean missing
             and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
     camera  Camera of the depth picture

@@ -17,6 +17,7 @@ from pointshade_gl.reference.upsample import guide_colors, snapped, upsampled
 from . import frames
 from .compare import compare_images
 from .small_depth import COLOR, DEPTH, LARGE, RATIO, SMALL, clean, cropped, lidar
+from .viewing import drag, shown
 
 F = np.float32
 LIGHT = ps.Light(position=(-1.0, -1.0, -0.5))
@@ -222,6 +223,15 @@ def test_holes_keep_their_outline_and_cut_out_pixels_stay_empty(renderer):
     cut = np.concatenate([color, np.broadcast_to(alpha, ball.shape)[..., None].astype(np.uint8)], -1)
     drawn = renderer.render(ps.Frame(cut, known.frame.depth, SMALL))[..., 3] > 0
     assert not drawn[:, 601:].any() and drawn[:, :590].all()
+
+
+def test_a_window_is_as_sharp_as_the_colours_and_a_drag_does_not_vote_again(open_viewer):
+    viewer = open_viewer(cropped(clean(2).frame), size=None)
+    assert viewer.camera is not None and viewer.camera.width >= 420
+    before = shown(viewer)
+    drag(viewer, (200, 150), (260, 150))
+    assert (shown(viewer) != before).any()
+    assert viewer.renderer.steps.counts["upsample"] == 1
 
 
 def test_an_upsampling_that_is_unknown_is_named(renderer):

@@ -15,7 +15,7 @@ from .vectors import dot, length, normalize, texel
 
 F = np.float32
 SAME_LAYER, VOTE_REACH, COLOR_REACH, VALUE_REACH = 0.03, 1.0, 0.1, 0.5
-GUIDE_SPAN, CREASE, SAME_FACE, LEAST_FACE = 0.3333, 0.8, 0.99, 3.5
+GUIDE_SPAN, CREASE, SAME_FACE, LEAST_FACE = 0.3333, 0.8, 0.99, 4.5
 
 
 class Facet(NamedTuple):

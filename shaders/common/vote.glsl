@@ -11,7 +11,7 @@ const float VALUE_REACH = 0.5;    // the same for values, samples
 const float GUIDE_SPAN = 0.3333;  // samples over which their colour is averaged
 const float CREASE = 0.8;         // cosine between the normals of two faces that meet in a crease
 const float SAME_FACE = 0.99;     // cosine between normals of one face
-const float LEAST_FACE = 3.5;     // samples that a face has at least
+const float LEAST_FACE = 4.5;     // of the 16 samples, those that a face has at least: more than one row
 
 // A sample of the small surface, and its plane.
 struct Facet {

@@ -59,8 +59,9 @@ def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
     larger, and where the look asks for the depth's own points. It does not depend on the pose: moving costs nothing.
     """
     small, large = frame.camera, frame.picture_camera
-    if look.upsample == "none" or not (look.size is None or np.all(np.asarray(look.size) == 1)):
+    is_own = look.upsample == "none" or not (look.size is None or np.all(np.asarray(look.size) == 1))
+    if is_own or large == small:
         return small
-    width = np.clip(round(small.width * camera.fx / small.fx), small.width, large.width)
-    height = np.clip(round(small.height * abs(camera.fy / small.fy)), small.height, large.height)
-    return small.resized(int(width), int(height))
+    width = int(np.clip(round(small.width * camera.fx / small.fx), small.width, large.width))
+    height = int(np.clip(round(small.height * abs(camera.fy / small.fy)), small.height, large.height))
+    return small if (width, height) == (small.width, small.height) else small.resized(width, height)

@@ -124,7 +124,8 @@ def test_a_crease_is_a_line_and_belongs_to_both_planes(renderer):
     hits = trace(parts, LARGE)
     color = np.full((*COLOR[::-1], 3), 200, np.uint8)
     surface = surface_drawn(renderer, ps.Frame(color, trace(parts, SMALL).depth, SMALL))
-    np.testing.assert_allclose(surface[..., 3], hits.depth, rtol=0.006)
+    inner = np.s_[:, 15:-15]  # at the rim fewer samples show both planes
+    np.testing.assert_allclose(surface[inner][..., 3], hits.depth[inner], rtol=0.006)
     assert ((surface[..., :3] * hits.normals).sum(-1) < 0.99).mean() < 0.0005
 
 
@@ -179,6 +180,15 @@ def test_points_are_as_fine_as_the_view_but_no_finer_than_the_colours():
     assert size(LARGE, upsample="none") == size(LARGE, size=2) == DEPTH
     assert size(LARGE, size=np.full(DEPTH[::-1], 0.5)) == DEPTH
     assert size(LARGE, size=1) == COLOR
+
+
+def test_a_camera_of_odd_numbers_keeps_them_where_the_sizes_agree():
+    """Resized to its own size, a camera may differ in the last digit."""
+    odd = ps.Camera(131.7, 131.3, 79.37, 59.123, 160, 120)
+    color = np.zeros((240, 320, 3), np.uint8)
+    for picture in (color, color[:120, :160]):
+        frame = ps.Frame(picture, np.ones((120, 160)), odd)
+        assert finer_camera(frame, Look(), odd) is odd
 
 
 def test_options_with_an_array_a_sample_still_work(renderer):

@@ -146,6 +146,7 @@ def test_votes(gpu, rng):
 
 def test_snap(gpu, rng):
     surface_map, guide_map, pixel = surface(rng), guide(rng), pixels(rng)
+    surface_map[:, 11:, :3] = 0.96, 0, -0.28  # seen flatly
     surface_map[rng.random(SIZE[::-1]) < 0.3] = 0
     w = rng.uniform(0.45, 0.7, (COUNT, 1)).astype(F)
     maps = {"m_map": surface_map, "p": pixel.astype(F), "k": K[None]}
@@ -154,6 +155,12 @@ def test_snap(gpu, rng):
     assert (expected[:, 3] > 1.8).any() and (expected[:, 3] < 1.7).any()
     answer = gpu("snap.glsl", "range_around(m_map, ivec2(p), k), 0, 0", **maps)
     agree(answer, snap.range_around(surface_map, pixel, K))
+    mixing_map = (rng.random((*SIZE[::-1], 4)) < 0.1).astype(F)
+    expected = snap.needs_snap(surface_map, mixing_map, pixel, K)
+    agree(gpu("snap.glsl", "needs_snap(m_map, x_map, ivec2(p), k) ? 1 : 0", **maps, x_map=mixing_map), expected)
+    steep = snap.is_steep(vote.facet_at(surface_map, pixel, K), K)
+    agree(gpu("snap.glsl", "is_steep(facet_at(m_map, ivec2(p), k), k) ? 1 : 0", **maps), steep)
+    assert steep.any() and mixing_map[pixel[:, 1], pixel[:, 0], 0].sum() < expected.sum() < COUNT / 2
     k = np.arange(49, dtype=F)[:, None]
     answer = gpu("snap.glsl", "vec2(snap_offset(int(n))), 0, 0", n=k)
     assert (answer[:, :2] == [snap.snap_offset(int(n)) for n in k[:, 0]]).all()

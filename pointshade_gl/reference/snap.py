@@ -6,17 +6,31 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .vectors import normalize, texel
+from .camera import pixel_ray
+from .vectors import dot, normalize, texel
 from .vote import Facet, add_facet, color_likeness, facet_at, gaussian
 
 F = np.float32
-SNAP_WINDOW, SNAP_REACH, LEAST_SHARE = 7, 1.5, 0.05
+SNAP_WINDOW, SNAP_REACH, LEAST_SHARE, STEEP, STEEP_WEIGHT = 7, 1.5, 0.05, 0.35, 0.01
 
 
 class Side(NamedTuple):
     plane: np.ndarray  # (n, 4)
     total: np.ndarray  # (n,)
     alike: np.ndarray  # (n,)
+
+
+def is_steep(facet: Facet, source: np.ndarray) -> np.ndarray:
+    return -dot(facet.surface[..., :3], normalize(pixel_ray(facet.pixel, source)))[..., 0] < F(STEEP)
+
+
+def needs_snap(surface_map: np.ndarray, mixing_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> np.ndarray:
+    last = np.array(mixing_map.shape[1::-1]) - 1
+    around = [np.clip(pixel + np.array([k % 3 - 1, k // 3 - 1]), 0, last) for k in range(9)]
+    beside = np.max([texel(mixing_map, place)[..., 0] for place in around], axis=0)
+    facet = facet_at(surface_map, pixel, source)
+    is_tilted = (beside > 0) & (facet.surface[..., 3] > 0) & is_steep(facet, source)
+    return (texel(mixing_map, pixel)[..., 0] > 0) | is_tilted
 
 
 def snap_offset(k: int) -> np.ndarray:
@@ -51,7 +65,9 @@ def snap_sample(
         place = pixel + snap_offset(k)
         facet = facet_at(surface_map, place, source)
         z, known = facet.surface[..., 3], facet.surface[..., 3] > 0
-        weight = np.full(len(pixel), gaussian(snap_offset(k).astype(F), SNAP_REACH), F)
+        weight = gaussian(snap_offset(k).astype(F), SNAP_REACH) * np.where(
+            is_steep(facet, source), F(STEEP_WEIGHT), F(1)
+        )
         likeness = color_likeness(color, texel(guide_map, np.clip(place, 0, last))[..., :3])
         is_near = F(1) / np.where(known, z, F(1)) > F(0.5) * (most + least)
         near = add_to_side(near, np.where(known & is_near, weight, F(0)), likeness, facet, pixel.astype(F))

@@ -9,7 +9,7 @@ import numpy as np
 from .inverse_depth import pixel_grid
 from .mixing import find_mixing
 from .picture import rescale_position
-from .snap import snap_sample
+from .snap import needs_snap, snap_sample
 from .vote import GUIDE_SPAN, calm_around, is_calm, is_cut_out, mean_color, mix_facets, vote_surface
 
 F = np.float32
@@ -32,16 +32,18 @@ def snapped(
     intrinsics: np.ndarray,
     estimate: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """The surface (h, w, 4) of a depth picture (h, w), its mixed samples snapped.
+    """The surface (h, w, 4) of a depth picture (h, w), its mixed samples snapped. guide: see `guide_colors`.
 
     estimate  the surface of a depth picture
     """
-    mixed = find_mixing(depth, pixel_grid(depth))[..., 0] > 0
-    unmixed = estimate(np.where(mixed, F(0), depth))
-    pixel = np.argwhere(mixed)[:, ::-1]
-    found = snap_sample(unmixed, guide, pixel, F(1) / depth[mixed], intrinsics)
+    mixing = find_mixing(depth, pixel_grid(depth))
+    unmixed = estimate(np.where(mixing[..., 0] > 0, F(0), depth))
+    every = _pixels(depth.shape[::-1])
+    pixel = every[needs_snap(unmixed, mixing, every, intrinsics)]
+    here = pixel[:, 1], pixel[:, 0]
+    found = snap_sample(unmixed, guide, pixel, F(1) / depth[here], intrinsics)
     result = unmixed.copy()
-    result[mixed] = np.where(found[:, 3:] > 0, found, surface[mixed])
+    result[here] = np.where(found[:, 3:] > 0, found, surface[here])
     return result
 
 

@@ -5,6 +5,8 @@
 const int SNAP_WINDOW = 7;       // samples along the square around a sample in which both surfaces are looked for
 const float SNAP_REACH = 1.5;    // standard deviation of the weights there, samples
 const float LEAST_SHARE = 0.05;  // of either surface, however near a sample's 1/z is to the other one's
+const float STEEP = 0.35;        // cosine: beside a mixed sample, what is seen flatter than 70 degrees is mixed, too
+const float STEEP_WEIGHT = 0.01; // of such a sample for others
 
 // One of the two surfaces around a sample: weighted sums.
 struct Side {
@@ -12,6 +14,23 @@ struct Side {
     float total;  // of the weights
     float alike;  // of the weights times the likeness of the colours
 };
+
+bool is_steep(Facet facet, vec4 source) {
+    return -dot(facet.surface.xyz, normalize(pixel_ray(facet.pixel, source))) < STEEP;
+}
+
+// Whether a sample is mixed, or tilted by those beside it that are.
+bool needs_snap(sampler2D surface_map, sampler2D mixing_map, ivec2 pixel, vec4 source) {
+    ivec2 last = textureSize(mixing_map, 0) - 1;
+    float beside = 0.0;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 place = pixel + ivec2(k % 3 - 1, k / 3 - 1);
+        beside = max(beside, surface_at(mixing_map, clamp(place, ivec2(0), last)).r);
+    }
+    Facet facet = facet_at(surface_map, pixel, source);
+    bool is_tilted = beside > 0.0 && facet.surface.w > 0.0 && is_steep(facet, source);
+    return surface_at(mixing_map, pixel).r > 0.0 || is_tilted;
+}
 
 ivec2 snap_offset(int k) {
     return ivec2(k % SNAP_WINDOW, k / SNAP_WINDOW) - SNAP_WINDOW / 2;
@@ -46,7 +65,7 @@ vec4 snap_sample(sampler2D surface_map, sampler2D guide_map, ivec2 pixel, float 
         ivec2 place = pixel + snap_offset(k);
         Facet facet = facet_at(surface_map, place, source);
         if (facet.surface.w <= 0.0) continue;
-        float weight = gaussian(vec2(snap_offset(k)), SNAP_REACH);
+        float weight = gaussian(vec2(snap_offset(k)), SNAP_REACH) * (is_steep(facet, source) ? STEEP_WEIGHT : 1.0);
         float likeness = color_likeness(color, surface_at(guide_map, place).rgb);
         if (1.0 / facet.surface.w > 0.5 * (range.x + range.y)) {
             near = add_to_side(near, weight, likeness, facet, vec2(pixel));

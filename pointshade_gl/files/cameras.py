@@ -91,8 +91,8 @@ def _one_each(
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
     named = [item for item in items if (item.words | item.folder_words | {item.suffix[1:]}) & FRAME_CAMERAS]
     by_key = {item.key: item.path for item in named if item.key and not NOT_A_CAMERA.search(item.name)}
-    files = [by_key.get(one.key) for one in frames]
-    if len(by_key) < 2 or 2 * files.count(None) >= len(files):
+    files = [by_key.get(one.key) for one in frames] if len(by_key) > 1 else []
+    if not files or 2 * files.count(None) >= len(files):
         return []
     found: list[Intrinsics | None] = []
     for path in files:

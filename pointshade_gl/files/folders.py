@@ -26,11 +26,12 @@ from .known import (
     VIDEO_SUFFIXES,
 )
 from .limits import MAX_PIXELS, PARTS, check_limit
-from .listing import LEVELS, Item, list_files
+from .listing import LEVELS, Item, key_of, list_files
 from .names import Folder
 from .transforms import read_transforms
 
 _ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat")  # pictures for the eye have other suffixes
+_PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
 _DEEP_GREY = b"\x10\x00"  # of a PNG: 16 bits, one channel
 
 
@@ -39,7 +40,6 @@ class FrameFiles(NamedTuple):
 
     color   None: there is none, and the surface is light grey
     valid   a mask or the confidence of the depth, where there is one
-    key     what their names have in common
     time    the depth's time stamp, if it has one
     number  counted from 0 among the frames: which picture of a video is the colour, which frame of a container
     """
@@ -47,9 +47,13 @@ class FrameFiles(NamedTuple):
     depth: Path
     color: Path | None = None
     valid: Path | None = None
-    key: str = ""
     time: float | None = None
     number: int = 0
+
+    @property
+    def key(self) -> str:
+        """What the names of its files have in common."""
+        return key_of(self.depth.stem.lower())
 
 
 def check_folder(folder: FilePath) -> Path:
@@ -78,12 +82,13 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     for levels in range(1, LEVELS + 1):
         items = list_files(folder, levels)
         pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
-        depths = _listed(place, items, 1, max_pixels) or _depths_of(folder, pictures, note)
+        listed_colors, listed_depths = _listed(place, items, max_pixels)
+        depths = listed_depths or _depths_of(folder, pictures, note)
         if depths:
             break
     else:
         return []
-    colors = _listed(place, items, 0, max_pixels) or _colors_of(folder, pictures, depths, note)
+    colors = listed_colors or _colors_of(folder, pictures, depths, note)
     masks = {item.key: item.path for item in pictures if item.words & VALID or item.folder_words & VALID}
     masks = {key: path for key, path in masks.items() if _is_mask_of(path, depths[0])}
     if not colors:
@@ -94,7 +99,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
     kept = [(item, mate) for item, mate in zip(depths, partners, strict=True) if mate or not colors]
     return [
-        FrameFiles(item.path, mate.path if mate else None, masks.get(item.key), item.key, item.time, number)
+        FrameFiles(item.path, mate.path if mate else None, masks.get(item.key) if masks else None, item.time, number)
         for number, (item, mate) in enumerate(kept)
     ]
 
@@ -110,32 +115,34 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     return found.path if found else None
 
 
-def _listed(place: Folder, items: list[Item], column: int, max_pixels: float) -> list[Item]:
-    """The pictures that a list of the folder names: column 0 the colours, 1 the depths. None without such a list."""
-    names = (COLOR_LISTS, DEPTH_LISTS)[column]
+def _listed(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:
+    """The colour and the depth pictures that lists of the folder name; none without such a list."""
     top = {item.name: item.path for item in items if not item.level}
-    for name in names:
-        if name in top and (found := _read_list(place, top[name], max_pixels)):
-            return [row[0] for row in found]
     for name, path in top.items():
-        if PAIR_LISTS.fullmatch(name) and (rows := _read_list(place, path, max_pixels)) and len(rows[0]) == 2:
-            return [_by_role(row, column) for row in rows]
-        if TRANSFORMS.fullmatch(name) and (entries := read_transforms(path, max_pixels)):
-            named = [entry.color if column == 0 else entry.depth for entry in entries]
-            files = [_item(place, text) for text in named if text]
-            files = [item for item in files if item.path.is_file()]
-            if files and (column or any(entry.depth for entry in entries)):
-                return files
-    return []
+        if TRANSFORMS.fullmatch(name):
+            files = [(entry.color, entry.depth) for entry in read_transforms(path, max_pixels) if entry.depth]
+            pairs = [[_item(place, text) for text in pair if text] for pair in files]
+            pairs = [pair for pair in pairs if len(pair) == 2 and all(item.path.is_file() for item in pair)]
+        elif PAIR_LISTS.fullmatch(name):
+            pairs = [row for row in _read_list(place, path, max_pixels) if len(row) == 2]
+        else:
+            continue
+        if pairs:
+            is_swapped = pairs[0][0].role == "depth"
+            return [pair[is_swapped] for pair in pairs], [pair[not is_swapped] for pair in pairs]
+    colors, depths = (
+        next((rows for name in names if name in top and (rows := _read_list(place, top[name], max_pixels))), [])
+        for names in (COLOR_LISTS, DEPTH_LISTS)
+    )
+    return [row[0] for row in colors], [row[0] for row in depths]
 
 
-def _by_role(row: list[Item], column: int) -> Item:
-    return next((item for item in row if item.role == ("color", "depth")[column]), row[column])
-
-
-def _item(place: Folder, text: str) -> Item:
-    path = place.named(text)
-    return Item(path, text.lower().replace("\\", "/").removeprefix("./"))
+def _item(place: Folder, text: str, time: str = "") -> Item:
+    """A picture that a list names, with the list's time stamp."""
+    item = Item(place.named(text), text.lower().replace("\\", "/").removeprefix("./"))
+    if time:
+        item.__dict__["time"] = float(time)
+    return item
 
 
 def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]:
@@ -147,18 +154,13 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
         words = line.split("#")[0].split()
         if len(words) not in (2, 4) or not _is_number(words[0]):
             continue
+        if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
+            continue
         try:
-            row = [_timed(_item(place, text), time) for time, text in zip(words[::2], words[1::2], strict=True)]
+            found.append([_item(place, words[k + 1], words[k]) for k in range(0, len(words), 2)])
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
-        if all(item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES) for item in row):
-            found.append(row)
     return found
-
-
-def _timed(item: Item, time: str) -> Item:
-    item.__dict__["time"] = float(time)  # the list's, where the name has another or none
-    return item
 
 
 def _is_number(text: str) -> bool:
@@ -193,8 +195,8 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
 
 def _is_right(item: Item, pictures: list[Item]) -> bool:
     """Whether it is the second camera's picture, and the first one's lies beside it."""
-    left = RIGHT_VIEWS.get(item.path.stem.lower())
-    return left is not None and any(other.path.stem.lower() == left for other in pictures)
+    left = RIGHT_VIEWS.get(item.stem)
+    return left is not None and any(other.stem == left for other in pictures)
 
 
 def _deep_grey(items: list[Item]) -> list[Item]:
@@ -209,7 +211,7 @@ def _deep_grey(items: list[Item]) -> list[Item]:
 
 def _template(item: Item) -> str:
     """What the names of a series have in common."""
-    return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.path.stem.lower())}"
+    return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.stem)}"
 
 
 def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
@@ -232,7 +234,7 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
             group[0].level,
             -(group[0].path.parent in places),
             -together,
-            group[0].path.stem.lower() not in (what, "color", "rgb"),
+            group[0].stem not in (what, "color", "rgb"),
             len(group[0].words),
         )
 
@@ -244,8 +246,8 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
         same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
         best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
     ordered = sorted(best, key=lambda item: -suffixes.index(item.suffix))
-    by_stem = {item.path.stem.lower(): item for item in ordered}
-    kept = [item for item in best if by_stem[item.path.stem.lower()] is item]
+    by_stem = {item.stem: item for item in ordered}
+    kept = [item for item in best if by_stem[item.stem] is item]
     if len(kept) == 1 < len(best):
         note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
     return kept

@@ -46,7 +46,8 @@ COLOR_LISTS, DEPTH_LISTS = ("color.txt", "rgb.txt"), ("depth.txt",)
 PAIR_LISTS = re.compile(r"assoc\w*\.txt")
 TRANSFORMS = re.compile(r"transforms(_\w+)?\.json")
 
-# Cameras, one for all frames or one for each. The first name that fits is tried first. Names are relative to the folder, in lower case.
+# Cameras, one for all frames or one for each. The first name that fits is tried first.
+# Names are relative to the folder, in lower case.
 CAMERAS = tuple(
     map(
         re.compile,

@@ -27,7 +27,14 @@ class Item:
 
     @cached_property
     def suffix(self) -> str:
-        return self.path.suffix.lower()
+        name = self.name.rpartition("/")[2]
+        return name[name.rfind(".") :] if "." in name else ""
+
+    @cached_property
+    def stem(self) -> str:
+        """Of its own name, in lower case."""
+        name = self.name.rpartition("/")[2]
+        return name.removesuffix(self.suffix)
 
     @cached_property
     def level(self) -> int:
@@ -60,30 +67,36 @@ class Item:
 
     def _first_of_both(self) -> str:
         """Of depth_to_color.png and color_to_depth.png; without the "to" it is a picture of depth in colours."""
-        stem = self.path.stem.lower()
         if "to" not in self.words:
             return "shown depth"
-        return (
-            "depth"
-            if stem.find("depth") < min(stem.find(name) % 999 for name in ("color", "colour", "rgb"))
-            else "color"
-        )
+        first = re.search(r"depth|colou?r|rgb", self.stem)
+        return "depth" if first and first[0] == "depth" else "color"
 
     @cached_property
     def key(self) -> str:
         """What the files of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
-        return _ROLE_WORD.sub("", self.path.stem.lower()).strip("._- ")
+        return key_of(self.stem)
 
     @cached_property
     def number(self) -> int | None:
         """The last whole number in its name, by which files of one frame are matched where their names differ."""
-        found = re.findall(r"\d+", self.key)
-        return int(found[-1][:18]) if found else None
+        return number_in(self.key)
 
     @cached_property
     def time(self) -> float | None:
         """The time stamp, if the name is one."""
         return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
+
+
+def key_of(stem: str) -> str:
+    """A name without its suffix, in lower case, without the words that say what the file is for."""
+    return _ROLE_WORD.sub("", stem).strip("._- ")
+
+
+def number_in(key: str) -> int | None:
+    """The last whole number of a name without its suffix; None without any."""
+    found = re.findall(r"\d+", key)
+    return int(found[-1][:18]) if found else None
 
 
 def words_of(name: str) -> frozenset[str]:

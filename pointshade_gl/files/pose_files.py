@@ -19,6 +19,7 @@ from .content import FilePath, parse_json, read_head, read_text
 from .limits import MAX_PIXELS
 from .transforms import OPENGL, read_transforms
 
+_COLUMNS = 64  # of a row, at most
 Matrices = NDArray[np.float64]  # (n, 4, 4)
 
 
@@ -67,7 +68,8 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     if (found := _from_colmap(text)) is not None:
         return found
     header, rows = _read_rows(text)
-    found = _from_header(header, rows) or _from_rows(rows) if rows is not None else _from_blocks(text)
+    found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
+    found = found or _from_blocks(text)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
 
 
@@ -82,8 +84,8 @@ def _checked(found: PoseList | None, path: Path, got: str) -> PoseList:
 def _read_rows(text: str) -> tuple[list[str], NDArray[np.float64] | None]:
     """The names in the first line, if it has names, and (n, columns) the numbers; None if rows differ in length."""
     lines = [line for line in (line.split("#")[0].replace(",", " ").split() for line in text.splitlines()) if line]
-    header = lines.pop(0) if lines and not _all_numbers(lines[0]) else []
-    if not lines or len({len(line) for line in lines}) != 1:
+    header = lines.pop(0) if lines and not _all_numbers(lines[0][:_COLUMNS]) else []
+    if not lines or len({len(line) for line in lines}) != 1 or len(lines[0]) > _COLUMNS:
         return header, None
     lines = [line for line in lines if _all_numbers(line)]
     return header, np.array(lines, np.float64) if lines else None
@@ -148,7 +150,7 @@ def _from_seven(rows: NDArray[np.float64]) -> PoseList:
 def _from_blocks(text: str) -> PoseList | None:
     """Open3D's and 3DMatch's log: three numbers, then a 4x4 matrix, for each pose."""
     numbers = re.sub(r"#[^\n]*", "", text).replace(",", " ").split()
-    if not _all_numbers(numbers) or not numbers or len(numbers) % 19:
+    if not numbers or len(numbers) % 19 or not _all_numbers(numbers):
         return None
     rows = np.array(numbers, np.float64).reshape(-1, 19)
     return PoseList(rows[:, 3:].reshape(-1, 4, 4))

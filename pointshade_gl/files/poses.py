@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +13,22 @@ from ..notes import Note
 from .folders import FrameFiles, nearest
 from .known import FRAME_POSES, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
-from .listing import Item, list_files
+from .listing import Item, list_files, number_in
 from .pose_files import PoseList, read_frame_pose, read_poses
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
 Poses = list[NDArray[np.float64] | None]
 
 
-def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Poses:
-    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked; None where the folder says nothing.
+class FoundPoses(NamedTuple):
+    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one; and the file that has them."""
+
+    poses: Poses
+    source: str = ""
+
+
+def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
+    """The poses of a folder's frames.
 
     Raises ValueError for a file that is called like one of poses and holds none.
     """
@@ -28,8 +36,9 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
     items = [item for item in items if item.suffix in POSE_SUFFIXES]
     single = _one_each(items, frames)
     if single:
-        note(f"poses are read from files such as {_named(folder, next(path for path in single if path))}")
-        return [read_frame_pose(path, max_pixels) if path else None for path in single]
+        first = _named(folder, next(path for path in single if path))
+        note(f"poses are read from files such as {first}")
+        return FoundPoses([read_frame_pose(path, max_pixels) if path else None for path in single], first)
     taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
     found = [item for item in _by_rank(items) if item.path not in taken]
     for item in found:
@@ -37,8 +46,8 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
         if poses:
             also = [_named(folder, other.path) for other in found if other is not item][:3]
             note(f"poses are read from {_named(folder, item.path)}" + (f", not from {', '.join(also)}" if also else ""))
-            return poses
-    return [None] * len(frames)
+            return FoundPoses(poses, _named(folder, item.path))
+    return FoundPoses([None] * len(frames))
 
 
 def _named(folder: Path, path: Path) -> str:
@@ -48,11 +57,12 @@ def _named(folder: Path, path: Path) -> str:
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
     own = [item for item in items if (item.words | item.folder_words) & FRAME_POSES and item.suffix != ".log"]
-    for same in (lambda item: item.key, lambda item: item.number):
-        named = {same(item): item.path for item in own if same(item) not in (None, "")}
-        keys = [same(Item(Path(one.key), one.key)) if one.key else None for one in frames]
-        found = [named.get(key) for key in keys]
-        if len(named) > 1 and 2 * (len(found) - found.count(None)) > len(found):
+    if len(own) < 2:
+        return []
+    by_key = {item.key: item.path for item in own if item.key}
+    by_number = {item.number: item.path for item in own if item.number is not None}
+    for found in ([by_key.get(one.key) for one in frames], [by_number.get(number_in(one.key)) for one in frames]):
+        if 2 * (len(found) - found.count(None)) > len(found):
             return found
     return []
 
@@ -77,7 +87,7 @@ def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
         return list(found.poses[near])
     if len(found.poses) == len(frames):
         return list(found.poses)
-    numbers = [Item(Path(one.key), one.key).number for one in frames]
+    numbers = [number_in(one.key) for one in frames]
     if all(number is not None and 0 <= number < len(found.poses) for number in numbers):
         return [found.poses[number] for number in numbers if number is not None]
     note(f"{path} has {len(found.poses)} poses for {len(frames)} frames: it is not used")
@@ -103,5 +113,4 @@ def _stem(name: str) -> str:
 
 
 def _number(name: str) -> int | None:
-    item = Item(Path(_stem(name)), _stem(name))
-    return item.number
+    return number_in(_stem(name))

@@ -18,7 +18,7 @@ from .cameras import Cameras, find_cameras
 from .folders import FrameFiles, find_frames
 from .known import DEPTH_SUFFIXES
 from .names import Folder
-from .poses import Poses, find_poses
+from .poses import FoundPoses, find_poses
 
 _APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
 _COMPARED = 3
@@ -35,14 +35,13 @@ class FolderSequence(Sequence[Frame]):
         place: Folder,
         files: Sequence[FrameFiles],
         cameras: Cameras,
-        poses: Poses,
+        poses: FoundPoses,
         options: ReadOptions,
         note: Note,
+        reading: Reading | None = None,
     ):
-        self.folder = place.path
-        self.files = files
-        self.reading: Reading | None = None
-        self._place, self._cameras, self._poses, self._options, self._note = place, cameras, poses, options, note
+        self.folder, self.files, self.reading, self.poses_from = place.path, files, reading, poses.source
+        self._place, self._cameras, self._poses, self._options, self._note = place, cameras, poses.poses, options, note
 
     def __len__(self) -> int:
         return len(self.files)
@@ -53,11 +52,10 @@ class FolderSequence(Sequence[Frame]):
     def __getitem__(self, index: slice) -> FolderSequence: ...
     def __getitem__(self, index: int | slice) -> Frame | FolderSequence:
         if isinstance(index, slice):
-            part = FolderSequence(
-                self._place, self.files[index], self._cameras, self._poses[index], self._options, self._note
+            poses = FoundPoses(self._poses[index], self.poses_from)
+            return FolderSequence(
+                self._place, self.files[index], self._cameras, poses, self._options, self._note, self.reading
             )
-            part.reading = self.reading
-            return part
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
@@ -134,8 +132,10 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FolderSequen
             f"or a folder depth/ in it, or pass {option('depth', 'FILE')}"
         )
     cameras = find_filed(place, files, options, note)
-    poses = find_poses(place.path, files, note, limit) if options.pose is None and len(files) > 1 else []
-    sequence = FolderSequence(place, files, cameras, poses or [None] * len(files), options, note)
+    poses = FoundPoses([None] * len(files))
+    if options.pose is None and len(files) > 1:
+        poses = find_poses(place.path, files, note, limit)
+    sequence = FolderSequence(place, files, cameras, poses, options, note)
     if sequence.has_poses:
         known = cameras.of(0)
         sequence.settle(may_scale=options.depth_scale is None and (known is None or known.depth_scale is None))

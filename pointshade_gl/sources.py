@@ -44,7 +44,7 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     del options["notes"]
     sequence = open_folder(Folder(check_folder(place), outside), ReadOptions(**options), note)
     _, first = first_readable(sequence)
-    return first if len(sequence) == 1 else sequence
+    return first.frame if len(sequence) == 1 else sequence
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:

@@ -67,14 +67,32 @@ class Parts(NamedTuple):
     number: int = 0
 
 
+class Found(NamedTuple):
+    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
+
+    frames  of the sequence; shown  which of them this is; poses  how many have one
+    """
+
+    depth: str | None
+    color: str | None
+    frames: int = 1
+    shown: int = 0
+    poses: int = 0
+    poses_from: str = ""
+
+
 class Assembled(NamedTuple):
-    """A frame, and how its files were understood."""
+    """A frame, and how its files were understood.
+
+    stored  type and size of the depth as it is stored
+    """
 
     frame: Frame
+    found: Found
     camera_from: str
     kind: str
     scale: float | None
-    stored: str  # type and size of the depth as it is stored
+    stored: str
 
 
 def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None) -> Assembled:
@@ -102,7 +120,9 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     frame = Frame(picture, metres, camera, pose)
     if not frame.points_known:
         raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
-    return Assembled(frame, source.name if source else option("fov"), kind, scale, stored)
+    depth_file, color_file = (str(part) if is_path(part) else None for part in (parts.depth, parts.color))
+    found = Found(depth_file, color_file)
+    return Assembled(frame, found, source.name if source else option("fov"), kind, scale, stored)
 
 
 def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:

@@ -12,7 +12,7 @@ from ..checks import check_path
 from ..frame import Frame
 from ..notes import Note, print_note
 from ..wording import option
-from .assembly import Parts, ReadOptions, assemble, is_path
+from .assembly import Assembled, Parts, ReadOptions, assemble, is_path
 from .builtin import builtin_folder
 from .content import FilePath
 from .folders import FrameFiles, check_folder, find_color
@@ -55,44 +55,44 @@ def load_frame(
 
     Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.
     """
-    note = notes or print_note
     options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels)
-    if folder is None:
+    return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
+
+
+def read_frame(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> Assembled:
+    """As `load_frame`, with how the files were understood."""
+    if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        return assemble(Parts(_given(depth), _given(color)), options, note).frame
-    if not isinstance(folder, Folder):
-        path = builtin_folder(folder)
+        return assemble(Parts(_given(depth), _given(color)), options, note)
+    if not isinstance(source, Folder):
+        path = builtin_folder(source)
         if path.is_file():
-            return _from_file(path, depth, color, options, allow_outside, note)
-        folder = Folder(check_folder(path), allow_outside)
+            if depth is not None:
+                raise ValueError(f"{path} is a file and would be the depth: leave out {option('depth')}, or the file")
+            return _from_parts(Folder(path.parent, allow_outside), path, color, options, note)
+        source = Folder(check_folder(path), allow_outside)
     if depth is not None or color is not None:
-        return _from_parts(folder, depth, color, options, note)
-    sequence = open_folder(folder, options, note)
-    index, frame = first_readable(sequence)
+        return _from_parts(source, depth, color, options, note)
+    sequence = open_folder(source, options, note)
+    index, read = first_readable(sequence)
     if len(sequence) > 1:
-        note(f"{folder.path} is a sequence of {len(sequence)} frames: {sequence.files[index].depth.name} is taken")
-    return frame
+        note(f"{source.path} is a sequence of {len(sequence)} frames: {sequence.files[index].depth.name} is taken")
+    return read
 
 
 def _given(value: Any) -> Any:
     return check_path(value) if is_path(value) else value
 
 
-def _from_file(path: Path, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note) -> Frame:
-    """A depth file alone: colour and camera may lie beside it."""
-    if depth is not None:
-        raise ValueError(f"{path} is a file and would be the depth: leave out {option('depth')}, or the file")
-    return _from_parts(Folder(path.parent, allow_outside), path, color, options, note)
-
-
-def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Frame:
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
     """A frame of a folder with its depth, its colour or both given by the caller."""
-    number, files = 0, []
+    files: list[FrameFiles] = []
     if depth is None:
-        sequence = open_folder(place, options, note)
-        files, depth = sequence.files, sequence.files[0].depth
-    elif is_path(depth):
+        depth = open_folder(place, options, note).files[0].depth
+    if is_path(depth):
         files = [FrameFiles(Path(depth))]
     if color is None and is_path(depth):
         color = find_color(place.path, Path(depth), note)
@@ -102,5 +102,4 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
-    parts = Parts(_given(depth), _given(color), cameras.of(number), None, None, cameras.missing)
-    return assemble(parts, options, note).frame
+    return assemble(Parts(_given(depth), _given(color), cameras.of(0), missing=cameras.missing), options, note)

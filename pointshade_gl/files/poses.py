@@ -60,7 +60,7 @@ def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Path 
     if len(own) < 2:
         return []
     by_key = {item.key: item.path for item in own if item.key}
-    by_number = {item.number: item.path for item in own if item.number is not None}
+    by_number: dict[int | None, Path] = {item.number: item.path for item in own if item.number is not None}
     for found in ([by_key.get(one.key) for one in frames], [by_number.get(number_in(one.key)) for one in frames]):
         if 2 * (len(found) - found.count(None)) > len(found):
             return found

@@ -74,13 +74,17 @@ class FolderSequence(Sequence[Frame]):
                 self._cameras.missing,
                 one.number,
             )
-            return assemble(parts, self._options, note or self._note, self.reading)
+            read = assemble(parts, self._options, note or self._note, self.reading)
         except (ValueError, TypeError) as error:
             if len(self.files) == 1:
                 raise
             raise ValueError(f"frame {index}: {_naming(one.depth, error)}") from None
         except OSError as error:
             raise OSError(f"frame {index}: {_naming(one.depth, error)}") from None
+
+        posed = sum(pose is not None for pose in self._poses)
+        found = read.found._replace(frames=len(self), shown=index, poses=posed, poses_from=self.poses_from)
+        return read._replace(found=found)
 
     @property
     def has_poses(self) -> bool:
@@ -155,14 +159,14 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
     return Cameras(filed)
 
 
-def first_readable(sequence: FolderSequence) -> tuple[int, Frame]:
+def first_readable(sequence: FolderSequence) -> tuple[int, Assembled]:
     """One frame, and its index, that shows that camera and options are right. Raises the first frame's error else."""
     for index in (0, len(sequence) // 2, len(sequence) - 1):
         try:
-            return index, sequence[index]
+            return index, sequence.assembled(index)
         except (ValueError, OSError):
             continue
-    return 0, sequence[0]
+    return 0, sequence.assembled(0)
 
 
 def _naming(depth: Path, error: Exception) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
@@ -21,13 +21,14 @@ from .content import FilePath
 from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
 from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import VIDEO_SUFFIXES
+from .known import CODINGS, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
 from .pictures import read_image
 from .pose_files import load_pose
 from .video import read_video_frame
 
 _OTHER_ASPECT = 0.02
+_NAMES = 5  # folders of a path by which a data set is known
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     limit = options.max_pixels
     raw = read_depth(parts.depth, note, limit) if is_path(parts.depth) else _check_depth(parts.depth)
     picture = _read_picture(parts, limit)
-    source = _choose_camera(parts.filed, options, note)
+    source = _with_coding(_choose_camera(parts.filed, options, note), parts.depth, options, note)
     camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     kind = _kind(source, options)
     filed = _filed_scale(source, kind, raw, is_path(parts.depth))
@@ -174,6 +175,21 @@ def _choose_camera(filed: Intrinsics | None, options: ReadOptions, note: Note) -
     if options.intrinsics is None:
         return filed
     return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), filed)
+
+
+def _with_coding(source: Intrinsics | None, depth: Any, options: ReadOptions, note: Note) -> Intrinsics | None:
+    """The camera; what neither its file nor the caller says about the depth is that of a data set known by names."""
+    if source is None or not is_path(depth) or options.depth_scale or options.depth_kind or source.depth_scale:
+        return source
+    name = "/".join(Path(depth).parts[-_NAMES:]).lower()
+    known = next((one for one in CODINGS if one.known_by.search(name)), None)
+    if known is None or source.depth_kind:
+        return source
+    note(
+        f"{Path(depth).name} looks like {known.title}: taken as "
+        f"{option('depth_kind', known.depth_kind)}, {option('depth_scale', known.depth_scale)}"
+    )
+    return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 
 def _make_camera(

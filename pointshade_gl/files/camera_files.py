@@ -77,7 +77,7 @@ def _from_names(named: Named, path: Path, note: Note) -> Intrinsics:
             f"{path} holds no camera: expected fx, fy, cx, cy, or a 3x3 matrix called K, intrinsic_matrix "
             f"or camera_matrix, or fov_x and fov_y in degrees; it has {cut(has)}"
         )
-    if any(any(numbers) for name, numbers in named.items() if word(name) in DISTORTION):
+    if any(len(numbers) == 1 and numbers[0] for name, numbers in named.items() if word(name) in DISTORTION):
         note(f"{path}: the lens distortion is ignored, pictures are taken as undistorted")
     return replace(found[0], alternatives=tuple(found[1:]))
 

@@ -39,6 +39,7 @@ ANGLE_X, ANGLE_Y = ("cameraanglex",), ("cameraangley",)  # radians, nerf's own
 BASELINE, DOFFS = ("baseline",), ("doffs",)
 DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 
+_BOP = "camk"
 _CORNER = ("flx", "cameraanglex")  # nerfstudio and nerf count pixels from the picture's corner
 _OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
 _DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")
@@ -95,6 +96,8 @@ def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
     baseline, doffs = _first(around, BASELINE), _first(around, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
+    if scale and _BOP in words:
+        scale = 1000 / scale  # BOP's is millimetres for each unit
     return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
 
 

@@ -122,3 +122,21 @@ DATA_SETS = (
     DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
     DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
 )
+
+
+class Coding(NamedTuple):
+    """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
+
+    title: str
+    known_by: re.Pattern[str]
+    depth_scale: float
+    depth_kind: str = "z"
+
+
+CODINGS = (
+    Coding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
+    Coding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
+    Coding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
+    Coding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
+    Coding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
+)

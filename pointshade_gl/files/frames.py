@@ -18,6 +18,7 @@ from .content import FilePath
 from .folders import FrameFiles, check_folder, find_color
 from .limits import MAX_PIXELS
 from .names import Folder
+from .registration import check_registration
 from .sequences import find_filed, first_readable, open_folder
 
 
@@ -66,7 +67,9 @@ def read_frame(
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        return assemble(Parts(_given(depth), _given(color)), options, note)
+        read = assemble(Parts(_given(depth), _given(color)), options, note)
+        check_registration(read.frame, note)
+        return read
     if not isinstance(source, Folder):
         path = builtin_folder(source)
         if path.is_file():
@@ -102,4 +105,6 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, files, options, note)
-    return assemble(Parts(_given(depth), _given(color), cameras.of(0), missing=cameras.missing), options, note)
+    read = assemble(Parts(_given(depth), _given(color), cameras.of(0), missing=cameras.missing), options, note)
+    check_registration(read.frame, note)
+    return read

@@ -19,6 +19,7 @@ from .folders import FrameFiles, find_frames
 from .known import DEPTH_SUFFIXES
 from .names import Folder
 from .poses import FoundPoses, find_poses
+from .registration import check_registration
 
 _APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
 _COMPARED = 3
@@ -41,7 +42,7 @@ class FolderSequence(Sequence[Frame]):
         reading: Reading | None = None,
     ):
         self.folder, self.files, self.reading, self.poses_from = place.path, files, reading, poses.source
-        self._place, self._cameras, self._poses, self._options, self._note = place, cameras, poses.poses, options, note
+        self._place, self._cameras, self._poses, self._options, self.note = place, cameras, poses.poses, options, note
 
     def __len__(self) -> int:
         return len(self.files)
@@ -54,7 +55,7 @@ class FolderSequence(Sequence[Frame]):
         if isinstance(index, slice):
             poses = FoundPoses(self._poses[index], self.poses_from)
             return FolderSequence(
-                self._place, self.files[index], self._cameras, poses, self._options, self._note, self.reading
+                self._place, self.files[index], self._cameras, poses, self._options, self.note, self.reading
             )
         return self.assembled(index).frame
 
@@ -74,7 +75,7 @@ class FolderSequence(Sequence[Frame]):
                 self._cameras.missing,
                 one.number,
             )
-            read = assemble(parts, self._options, note or self._note, self.reading)
+            read = assemble(parts, self._options, note or self.note, self.reading)
         except (ValueError, TypeError) as error:
             if len(self.files) == 1:
                 raise
@@ -102,12 +103,12 @@ class FolderSequence(Sequence[Frame]):
             return
         if found.reading != Reading():
             self.reading = found.reading
-            self._note(
+            self.note(
                 f"{self.folder}: the views lie over each other only if {found.reading}, so they are read like that "
                 f"(their depths differ by {found.error:.1%} instead of {found.error_as_written:.0%})"
             )
         elif found.error > FAILS:
-            self._note(
+            self.note(
                 f"{self.folder}: by their poses the views do not lie over each other (their depths differ by "
                 f"{found.error:.0%}): are {option('depth_scale')}, camera and poses right?"
             )
@@ -163,9 +164,11 @@ def first_readable(sequence: FolderSequence) -> tuple[int, Assembled]:
     """One frame, and its index, that shows that camera and options are right. Raises the first frame's error else."""
     for index in (0, len(sequence) // 2, len(sequence) - 1):
         try:
-            return index, sequence.assembled(index)
+            read = sequence.assembled(index)
         except (ValueError, OSError):
             continue
+        check_registration(read.frame, sequence.note)
+        return index, read
     return 0, sequence.assembled(0)
 
 

@@ -21,7 +21,7 @@ from .content import FilePath
 from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
 from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import CODINGS, VIDEO_SUFFIXES
+from .known import CODINGS, COMMON_CAMERAS, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
 from .pictures import read_image
 from .pose_files import load_pose
@@ -204,9 +204,11 @@ def _make_camera(
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     if source is None:
+        title, numbers = COMMON_CAMERAS.get(depth, ("", ""))
+        often = f"; a picture of this size is often {title}'s, {option('intrinsics', numbers)}" if title else ""
         raise ValueError(
             f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
-            f"or {option('fov')} (vertical degrees){missing}"
+            f"or {option('fov')} (vertical degrees){often}{missing}"
         )
     return place_camera(source, depth, color, note)
 

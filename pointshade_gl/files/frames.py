@@ -68,7 +68,8 @@ def read_frame(
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
         read = assemble(Parts(_given(depth), _given(color)), options, note)
-        check_registration(read.frame, note)
+        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
+            check_registration(read.frame, note)
         return read
     if not isinstance(source, Folder):
         path = builtin_folder(source)

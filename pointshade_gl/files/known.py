@@ -140,3 +140,13 @@ CODINGS = (
     Coding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
     Coding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
 )
+
+# Cameras that are common among depth pictures of a size, to be proposed where none is known: fx,fy,cx,cy.
+COMMON_CAMERAS = {
+    (640, 480): ("a Kinect v1 or a PrimeSense", "525,525,319.5,239.5"),
+    (512, 424): ("a Kinect v2", "365.5,365.5,255.5,211.5"),
+    (640, 576): ("an Azure Kinect", "504,504,319.5,287.5"),
+    (848, 480): ("a RealSense D4xx", "425,425,423.5,239.5"),
+    (1280, 720): ("a RealSense D4xx", "640,640,639.5,359.5"),
+    (256, 192): ("an iPhone's LiDAR", "212,212,127.5,95.5"),
+}

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from .cli_mistakes import Commands, UsageError, sentence_of
 from .cli_options import (
     BenchOptions,
     Device,
@@ -27,7 +28,6 @@ from .cli_options import (
     WindowOptions,
     spread,
 )
-from .cli_mistakes import Commands, UsageError, sentence_of
 from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
 from .notes import few_notes, print_note
@@ -194,7 +194,7 @@ def main() -> None:
     try:
         with as_command_line(), few_notes():
             ended = app(prog_name="pointshade", standalone_mode=False)
-        raise SystemExit(ended)
+        raise SystemExit(ended or 0)
     except UsageError as error:
         fail(sentence_of(error), error.exit_code)
     except (ValueError, TypeError, OSError) as error:
@@ -218,23 +218,18 @@ def _interrupt(*_: object) -> NoReturn:
 
 def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
-    from .files.builtin import FRAMES, SCENES
+    from .files.builtin import FRAMES
     from .files.frames import load_frame
+    from .sources import is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
-    if scene and source is not None and (source in SCENES or source.lower().endswith((".gltf", ".glb"))):
-        if given := [option(name) for name in options if name not in frame.limits and options[name] is not None]:
-            raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
-        from .gltf import load_scene
-
-        return load_scene(source, **frame.limits)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
-    if not sequence:
-        return load_frame(source, **options)
-    from .sources import open_source
-
-    return open_source(source, **options)
+    if is_scene(source):
+        if not scene:
+            raise ValueError(f"{source} is a scene, expected a frame: pass it to `pointshade render` or `view`")
+        return load_any(source, **options)
+    return (open_source if sequence else load_frame)(source, **options)
 
 
 def _check_look(look: Look) -> None:

@@ -60,13 +60,14 @@ def _color(name: str, text: str) -> tuple[float, ...]:
     from PIL import ImageColor
 
     try:
-        red, green, blue = ImageColor.getrgb(name)
-    except ValueError:  # also for a fourth number, alpha
+        levels = ImageColor.getrgb(name)
+        if len(levels) > 3:
+            raise ValueError("a light has no alpha")
+    except ValueError:
         near = did_you_mean(name, ImageColor.colormap)
         known = "known are three numbers, #rrggbb and the names of CSS"
         raise _refusal(text, f"color {shown(name)} is unknown{near}: {known}", names=False) from None
-    shares = (red / 255, green / 255, blue / 255)
-    return tuple(e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in shares)
+    return tuple(e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in (n / 255 for n in levels))
 
 
 def _refusal(text: str, fact: str, names: bool = True) -> ValueError:

@@ -46,7 +46,7 @@ def sentence_of(error: Any) -> str:
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
     if parameter:
         fact = f": {error.message}" if error.message else " is missing"
-        message = f"{parameter.opts[-1]}{fact.rstrip('.')} ({parameter.help})"
+        message = f"{parameter.opts[-1]}{fact.rstrip('.')} ({parameter.help.rstrip('.')})"
     elif hasattr(error, "possibilities"):  # an option that does not exist
         known = [name for parameter in error.ctx.command.params for name in parameter.opts]
         message = f"there is no option {error.option_name}{did_you_mean(error.option_name, known)}"

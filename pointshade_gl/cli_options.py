@@ -93,13 +93,8 @@ class FrameOptions:
     ] = MAX_PIXELS
 
     @property
-    def limits(self) -> dict[str, Any]:
-        """What files may ask for, by name, as arguments of `load_frame` and `load_scene`."""
-        return {"allow_outside": self.allow_outside, "max_pixels": self.max_pixels}
-
-    @property
     def load_options(self) -> dict[str, Any]:
-        """All but the input, by name, as arguments of `load_frame`."""
+        """All but the input, by name, as arguments of `load_any`."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "input"}
 
 

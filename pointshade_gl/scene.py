@@ -110,7 +110,8 @@ class Node:
     def __repr__(self) -> str:
         """`Node('vase', PointObject(...), 2 children)`."""
         content = "" if self.content is None else f", {self.content}"
-        children = f", {len(self.children)} children" if self.children else ""
+        count = len(self.children)
+        children = f", {count} child{'' if count == 1 else 'ren'}" if count else ""
         return f"Node({shown(self.name)}{content}{children})"
 
     @property

@@ -119,6 +119,7 @@ class Renderer:
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
         """
+        frame = _loaded(frame)
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
@@ -150,7 +151,7 @@ class Renderer:
         """
         material = Material() if material is None else material
         options = material, normals, shading, size, splat, max_depth_step, noise
-        frame = load_any(frame) if isinstance(frame, str | PathLike) else frame
+        frame = _loaded(frame)
         if isinstance(frame, Frame):
             scene = self._scene_of(frame, Look(*options))
             seen = frame
@@ -231,6 +232,11 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
+
+
+def _loaded(frame: Frame | Scene | FilePath) -> Frame | Scene:
+    """The frame or scene itself; of a path or a built-in name, what is there."""
+    return load_any(frame) if isinstance(frame, str | PathLike) else frame
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:

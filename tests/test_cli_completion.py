@@ -1,5 +1,6 @@
 """The shell completes commands, options, their values, and inputs: bash itself is asked."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -28,14 +29,12 @@ def shell(tmp_path, monkeypatch):
     command.parent.mkdir()
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pointshade_gl "$@"\n')
     command.chmod(0o755)
-    monkeypatch.setenv("PATH", str(command.parent.resolve()), prepend=":")
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("PATH", str(command.parent.resolve()), prepend=os.pathsep)
+    monkeypatch.setenv("PYTHONPATH", str(ROOT), prepend=os.pathsep)
     monkeypatch.setenv("_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION", "1")
     script = subprocess.run(["pointshade", "--show-completion", "bash"], capture_output=True, text=True, check=True)
     Path("script").write_text(script.stdout)
-    assert (
-        "complete -o default -F _pointshade_completion pointshade" in script.stdout
-    )  # files, where nothing is offered
+    assert "complete -o default -F _pointshade_completion" in script.stdout  # where nothing is offered: files
 
     def offered(*words):
         line = ["bash", "-c", ASK, "bash", "pointshade", *words]
@@ -50,7 +49,7 @@ def test_commands_options_and_values_are_offered(shell):
     for option, known in (("shading", SHADINGS), ("splat", SPLATS), ("normals", METHODS), ("depth-kind", KINDS)):
         assert shell("render", f"--{option}", "") == list(known)
     assert shell("normals", "--normals", "star") == ["star", "star-borrow"]
-    assert shell("render", "--light", "position=0,0,0 shadow", "--turntable", "c") == ["camera"]
+    assert shell("render", "--light", '"position=0,0,0 shadow"', "--turntable", "c") == ["camera"]
 
 
 def test_an_input_is_a_builtin_name_or_what_lies_here(shell):

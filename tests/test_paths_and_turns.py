@@ -92,3 +92,11 @@ def test_what_is_not_there_is_said(renderer, folder):
         renderer.estimate_normals("my_fram")
     with pytest.raises(FileNotFoundError, match=r"sene\.gltf does not exist \(did you mean scene\.gltf\?\)"):
         renderer.render("sene.gltf")
+
+
+def test_a_path_that_cannot_be_read_costs_the_renderer_nothing(renderer, folder):
+    renderer.render("ball")
+    before = renderer._pipeline
+    with pytest.raises(FileNotFoundError):
+        renderer.render("nowhere")
+    assert renderer._pipeline is before

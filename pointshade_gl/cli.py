@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from .cli_mistakes import Commands, UsageError, sentence_of
+from .cli_mistakes import Commands, UsageError, check_exist, sentence_of
 from .cli_options import (
     BenchOptions,
     Device,
@@ -223,6 +223,7 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
     from .sources import is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
+    check_exist(color=frame.color, depth=frame.depth, intrinsics=frame.intrinsics)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
     if is_scene(source):

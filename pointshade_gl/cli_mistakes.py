@@ -9,9 +9,12 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
+from .checks import check_path
 from .cli_light import FIELDS
 from .files.builtin import FRAMES, SCENES
-from .suggestions import did_you_mean
+from .files.content import split_numbers
+from .suggestions import did_you_mean, listed_beside, near_path
+from .wording import option
 
 # click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
 UsageError: Any = typer.BadParameter.__base__
@@ -39,6 +42,20 @@ def check_input(text: str | None) -> str | None:
     if text and _LIGHT_WORD.match(text) and not Path(text).exists():
         raise ValueError(f"{text} is not an input: {_QUOTES}")
     return text
+
+
+def check_exist(**given: str | Path | None) -> None:
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers in a text pass.
+
+    The error says by which option it was given, and a near name or else what there is.
+    """
+    for name, value in given.items():
+        if value is None or split_numbers(str(value)) is not None:
+            continue
+        path = check_path(value)
+        if not path.exists():
+            told = near_path(path) or listed_beside(path)
+            raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
 
 
 def sentence_of(error: Any) -> str:

@@ -16,7 +16,7 @@ import typer
 
 from .cli_completion import complete_input, one_of
 from .cli_light import FIELDS, light_from
-from .cli_mistakes import check_input
+from .cli_mistakes import check_exist, check_input
 from .cli_parse import noise_from, size_from
 from .estimators import METHODS
 from .files.depth_kinds import KINDS
@@ -207,7 +207,6 @@ class ViewOptions:
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
-        from .files.missing import check_exist
         from .files.poses import load_pose
         from .view import View
 

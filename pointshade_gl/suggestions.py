@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from contextlib import suppress
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
 
+_DIGIT = re.compile(r"\d")
 _MOST = 1000  # entries of a folder that are compared
 _LISTED = 6  # entries of a folder that a message lists
 
@@ -21,13 +23,16 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
 def near_path(path: Path, names: Iterable[str] = ()) -> str:
     """The same for a path that does not exist: the one whose first wrong part is spelt nearly so.
 
+    Another number is another file, not a misspelt one: of 003.png, 004.png is not near.
+
     names  that may stand in the place of a path, such as those of built-in frames
     """
     wrong = path
     while not wrong.parent.exists():
         wrong = wrong.parent
     rest = path.relative_to(wrong)
-    near = _nearest(wrong.name, (name for name in _entries(wrong.parent) if (wrong.parent / name / rest).exists()))
+    beside = (name for name in _entries(wrong.parent) if _DIGIT.sub("#", name) != _DIGIT.sub("#", wrong.name))
+    near = _nearest(wrong.name, (name for name in beside if (wrong.parent / name / rest).exists()))
     return did_you_mean(str(path), names) if near is None else f" (did you mean {wrong.parent / near / rest}?)"
 
 

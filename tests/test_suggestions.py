@@ -23,6 +23,13 @@ def test_of_a_path_the_wrong_part_is_mended(tmp_path):
     assert near_path(tmp_path / "frame/your_frame") == near_path(tmp_path / "frames" / "x") == ""
 
 
+def test_another_number_is_another_file(tmp_path):
+    for k in range(3):
+        (tmp_path / f"depth_{k}.png").touch()
+    assert near_path(tmp_path / "depth_7.png") == ""
+    assert near_path(tmp_path / "dept_2.png") == f" (did you mean {tmp_path / 'depth_2.png'}?)"
+
+
 def test_without_a_near_name_the_folder_is_listed(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert listed_beside(Path("nix.jpg")) == listed_beside(Path("no/nix.jpg")) == ""
@@ -108,9 +115,11 @@ def test_the_help_lists_what_can_be_chosen(typed, command):
             assert known in text
 
 
-def test_in_python_the_names_are_pythons():
-    with pytest.raises(FileNotFoundError, match=r"^color: nix\.jpg does not exist"):
-        ps.load_frame("vase", color="nix.jpg")
+def test_in_python_the_names_are_pythons(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("nice.jpg").touch()
+    with pytest.raises(FileNotFoundError, match=r"^nixe\.jpg does not exist \(did you mean nice\.jpg\?\)"):
+        ps.load_frame("vase", color="nixe.jpg")
     with pytest.raises(FileNotFoundError, match=r"there is no folder vas \(did you mean vase\?\)"):
         ps.render("vas")
     with pytest.raises(ValueError, match=r"unknown shading 'phng' \(did you mean phong\?\): known are none, flat"):

@@ -22,7 +22,6 @@ from .depth_kinds import KINDS, choose_scale, to_metres
 from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
 from .intrinsics import Intrinsics, place_camera, read_intrinsics
 from .limits import MAX_PIXELS
-from .missing import check_exist
 from .names import Folder
 from .pictures import read_image
 from .poses import load_pose
@@ -64,7 +63,6 @@ def load_frame(
     """
     note = notes or print_note
     check_positive(max_pixels, option("max_pixels", beside_file=True))
-    check_exist(depth=depth, color=color, intrinsics=intrinsics, pose=pose)
     place = _open_folder(folder, allow_outside)
     depth, color = _find_pictures(place, depth, color, note, max_pixels)
     raw = read_depth(depth, note, max_pixels) if _is_path(depth) else _check_depth(depth)

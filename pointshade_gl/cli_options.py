@@ -207,7 +207,7 @@ class ViewOptions:
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
-        from .files.poses import load_pose
+        from .files.pose_files import load_pose
         from .view import View
 
         check_exist(pose=self.pose)

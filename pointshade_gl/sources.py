@@ -11,14 +11,13 @@ from os import PathLike
 from typing import Any, TypeGuard
 
 from .checks import shown
+from .files.assembly import ReadOptions
 from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
-from .files.folders import check_folder, find_pairs
+from .files.folders import check_folder
 from .files.frames import load_frame
-from .files.limits import MAX_PIXELS
 from .files.names import Folder
-from .files.poses import find_poses
-from .files.sequences import FolderSequence, first_readable
+from .files.sequences import FolderSequence, first_readable, open_folder
 from .frame import Frame
 from .gltf import load_scene
 from .notes import once, print_note
@@ -30,10 +29,10 @@ _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and sc
 
 
 def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:
-    """The frame or the sequence of frames of a folder, or of a built-in name.
+    """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
 
-    A sequence lies in folders depth/ and color/, in the lists of the TUM benchmark or in numbered files (see
-    `find_pairs`). All frames have the same camera. The poses come from the folder (see `find_poses`).
+    Pictures, cameras and poses are found as files/known.py lists them; where several views overlap, their depths tell
+    how poses are to be understood (see files/agreement.py).
 
     load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
                   printed.
@@ -44,15 +43,15 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
-    folder = check_folder(builtin_folder(path))
+    place = builtin_folder(path)
     note = options["notes"] = once(options.get("notes", print_note))
-    max_pixels = options.get("max_pixels", MAX_PIXELS)
-    pairs = find_pairs(Folder(folder, options.get("allow_outside", False)), note, max_pixels)
-    if not pairs:
-        return load_frame(folder, **options)
-    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note, max_pixels), options)
-    first = first_readable(sequence)
-    return first if len(pairs) == 1 else sequence
+    if place.is_file():
+        return load_frame(place, **options)
+    outside = options.pop("allow_outside", False)
+    del options["notes"]
+    sequence = open_folder(Folder(check_folder(place), outside), ReadOptions(**options), note)
+    _, first = first_readable(sequence)
+    return first.frame if len(sequence) == 1 else sequence
 
 
 def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:

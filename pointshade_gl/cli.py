@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from .cli_mistakes import Commands, UsageError, check_exist, sentence_of
 from .cli_options import (
     BenchOptions,
     Device,
@@ -21,6 +22,7 @@ from .cli_options import (
     LookOptions,
     NormalOptions,
     Output,
+    Quiet,
     Small,
     ViewOptions,
     WindowOptions,
@@ -28,7 +30,7 @@ from .cli_options import (
 )
 from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
-from .notes import print_note
+from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
 if TYPE_CHECKING:
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
 
 
 def _print_version(wanted: bool) -> None:
@@ -70,6 +72,7 @@ def render(
     film: FilmOptions,
     small: Small = False,
     device: Device = 0,
+    quiet: Quiet = False,
 ) -> None:
     """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
 
@@ -85,7 +88,7 @@ def render(
     source = _load(frame, sequence=many and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         _check_look(view.look)
-        view = replace(view, lights=[replace(one, shadow=True) for one in view.lights])
+        view = replace(view, lights=look.lights(shadow=True))
     if many:
         _render_series(source, view, output, film, device)
         return
@@ -103,7 +106,12 @@ def render(
 @app.command("normals")
 @spread
 def write_normals(
-    output: Output, frame: FrameOptions, options: NormalOptions, explain: Explain = False, device: Device = 0
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    explain: Explain = False,
+    device: Device = 0,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate normals: .npy gets (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
     from .files.pictures import check_writable, normals_to_rgb, save_image
@@ -124,7 +132,7 @@ def write_normals(
 
 @app.command()
 @spread
-def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
+def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Quiet = False) -> None:
     """Open a window where the light follows the mouse; H lists the keys. A folder with a sequence is played."""
     from .scene import Scene
     from .viewer import Viewer
@@ -134,7 +142,7 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
-    lights = [replace(light, shadow=True) for light in look.lights()]
+    lights = look.lights(shadow=True)
     source = _load(frame, sequence=True, scene=True)
     if isinstance(source, Scene):
         _check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
@@ -149,12 +157,13 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
         panel=window.panel,
     )
     if not isinstance(source, Scene):
-        viewer.state = replace(viewer.state, shadows=False)  # until the key S switches them on
+        asked = any(light.shadow for light in look.lights())
+        viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on
     viewer.run()
 
 
 @app.command()
-def info(device: Device = 0) -> None:
+def info(device: Device = 0, quiet: Quiet = False) -> None:
     """Print what draws: GL vendor, renderer, version, limits."""
     from . import __version__
 
@@ -166,7 +175,7 @@ def info(device: Device = 0) -> None:
 
 @app.command()
 @spread
-def bench(options: BenchOptions, device: Device = 0) -> None:
+def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from .bench.command import bench as run_bench
     from .bench.command import bench_speed
@@ -183,18 +192,21 @@ def main() -> None:
         if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(ending, _interrupt)
     try:
-        with as_command_line():
-            app(prog_name="pointshade")
+        with as_command_line(), few_notes():
+            ended = app(prog_name="pointshade", standalone_mode=False)
+        raise SystemExit(ended or 0)
+    except UsageError as error:
+        fail(sentence_of(error), error.exit_code)
     except (ValueError, TypeError, OSError) as error:
-        fail(error, 2)
+        fail(str(error), 2)
     except MemoryError as error:
-        fail(MemoryError(str(error) or "not enough memory"), 1)
+        fail(str(error) or "not enough memory", 1)
     except RuntimeError as error:
         from .errors import ContextError
 
         if not isinstance(error, ContextError):
             raise
-        fail(error, 1)
+        fail(str(error), 1)
 
 
 def _interrupt(*_: object) -> NoReturn:
@@ -206,23 +218,19 @@ def _interrupt(*_: object) -> NoReturn:
 
 def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
-    from .files.builtin import FRAMES, SCENES
+    from .files.builtin import FRAMES
     from .files.frames import load_frame
+    from .sources import is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
-    if scene and source is not None and (source in SCENES or source.lower().endswith((".gltf", ".glb"))):
-        if given := [option(name) for name in options if name not in frame.limits and options[name] is not None]:
-            raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
-        from .gltf import load_scene
-
-        return load_scene(source, **frame.limits)
+    check_exist(color=frame.color, depth=frame.depth, intrinsics=frame.intrinsics)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
-    if not sequence:
-        return load_frame(source, **options)
-    from .sources import open_source
-
-    return open_source(source, **options)
+    if is_scene(source):
+        if not scene:
+            raise ValueError(f"{source} is a scene, expected a frame: pass it to `pointshade render` or `view`")
+        return load_any(source, **options)
+    return (open_source if sequence else load_frame)(source, **options)
 
 
 def _check_look(look: Look) -> None:

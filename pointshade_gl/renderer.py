@@ -9,16 +9,20 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial, wraps
+from os import PathLike
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import Camera, check_pose
+from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
+from .files.content import FilePath
+from .files.frames import load_frame
+from .files.pictures import encode_png
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.steps import Steps
@@ -28,8 +32,12 @@ from .look import Look, Material
 from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
+from .preview import draw_previews_by
 from .scene import Node, PointObject, Scene
+from .sources import load_any
+from .view import viewing_pose
 
+PREVIEW = 640  # pixels of the longer side of what notebooks show
 RASTERIZERS = ("auto", "points", "compute")
 
 
@@ -76,7 +84,7 @@ class Renderer:
 
     def render(
         self,
-        frame: Frame | Scene,
+        frame: Frame | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -88,11 +96,15 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
         The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
-        (which replaces its own), camera and pose may be passed, because its objects have a look of their own.
+        (which replaces its own) and who looks may be passed, because its objects have a look of their own. A path or a
+        built-in name is read each time, as on the command line: load once what is drawn often.
 
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera. Its size is the picture's.
@@ -102,19 +114,22 @@ class Renderer:
         size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
         max_depth_step, noise  as for `estimate_normals`
+        yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
 
-        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
+        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
+        that cannot be read.
         """
+        frame = _loaded(frame)
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise,
+                splat=splat, max_depth_step=max_depth_step, noise=noise, yaw=yaw, pitch=pitch, dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
     def draw(
         self,
-        frame: Frame | Scene,
+        frame: Frame | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -126,6 +141,9 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
@@ -133,16 +151,18 @@ class Renderer:
         """
         material = Material() if material is None else material
         options = material, normals, shading, size, splat, max_depth_step, noise
+        frame = _loaded(frame)
         if isinstance(frame, Frame):
             scene = self._scene_of(frame, Look(*options))
+            seen = frame
         elif isinstance(frame, Scene):
             _check_plain(options)
-            scene = frame.framed()
+            scene = seen = frame.framed()
         else:
-            raise TypeError(f"frame must be a Frame or a Scene, got {shown(frame)}: load_frame reads one")
+            raise TypeError(f"frame must be a Frame, a Scene or a path, got {shown(frame)}")
         lights = check_lights(light if light is not None else scene.lights or None)
         camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-        pose = np.asarray(scene.pose) if pose is None else check_pose(pose)
+        pose = viewing_pose(seen, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.draw(scene, lights, camera, pose).color
 
@@ -156,13 +176,13 @@ class Renderer:
 
     def estimate_normals(
         self,
-        frame: Frame,
+        frame: Frame | FilePath,
         method: str = "auto",
         *,
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
     ) -> NDArray[np.float32]:
-        """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
+        """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
         method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
                         "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
@@ -175,7 +195,7 @@ class Renderer:
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
-        check_type(frame, Frame, "frame")
+        frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
             (textures,) = self._pipeline.frames.upload([frame])
@@ -212,6 +232,11 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
+
+
+def _loaded(frame: Frame | Scene | FilePath) -> Frame | Scene:
+    """The frame or scene itself; of a path or a built-in name, what is there."""
+    return load_any(frame) if isinstance(frame, str | PathLike) else frame
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:
@@ -262,3 +287,14 @@ def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Call
 
 render = _by_shared_renderer(Renderer.render)
 estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
+
+
+def _preview(source: Frame | Scene) -> bytes:
+    """A small PNG for notebooks."""
+    camera = check_type((source.framed() if isinstance(source, Scene) else source).camera, Camera, "camera")
+    share = min(1.0, PREVIEW / max(camera.width, camera.height))
+    sides = (max(1, round(share * side)) for side in (camera.width, camera.height))
+    return encode_png(render(source, camera=camera.resized(*sides)))
+
+
+draw_previews_by(_preview)

@@ -7,18 +7,25 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from itertools import islice, repeat
-from typing import Any
+from os import PathLike
+from typing import Any, TypeGuard
 
 from .checks import shown
 from .files.assembly import ReadOptions
-from .files.builtin import builtin_folder
+from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
 from .files.folders import check_folder
 from .files.frames import load_frame
 from .files.names import Folder
 from .files.sequences import FolderSequence, first_readable, open_folder
 from .frame import Frame
+from .gltf import load_scene
 from .notes import once, print_note
+from .scene import Scene
+from .wording import option
+
+_SCENES = (".gltf", ".glb")
+_LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
 def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:
@@ -45,6 +52,26 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     sequence = open_folder(Folder(check_folder(place), outside), ReadOptions(**options), note)
     _, first = first_readable(sequence)
     return first.frame if len(sequence) == 1 else sequence
+
+
+def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
+    """What a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
+
+    load_options  as for `load_frame`; None is not said
+
+    Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
+    """
+    options = {name: value for name, value in load_options.items() if value is not None}
+    if not is_scene(source):
+        return load_frame(source, **options)
+    if given := [option(name) for name in options if name not in _LIMITS]:
+        raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
+    return load_scene(source, **options)
+
+
+def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the name of a built-in scene or a glTF file's."""
+    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(_SCENES))
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:

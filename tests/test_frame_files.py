@@ -188,7 +188,11 @@ def test_floating_point_colours_are_refused(tmp_path):
         ({}, ValueError, "a frame needs depth: pass a folder"),
         ({"depth": DEEP / 1000}, ValueError, r"pass intrinsics \(fx,fy,cx,cy or a file\) or fov"),
         ({"depth": DEEP / 1000, "fov": 60, "intrinsics": CAMERA}, ValueError, "pass intrinsics or fov, not both"),
-        ({"depth": DEEP / 1000, "fov": 60, "depth_kind": "Z"}, ValueError, "unknown depth_kind 'Z': known are z, ray"),
+        (
+            {"depth": DEEP / 1000, "fov": 60, "depth_kind": "Z"},
+            ValueError,
+            r"unknown depth_kind 'Z' \(did you mean z\?\)",
+        ),
         ({"depth": DEEP * np.nan, "fov": 60}, ValueError, "depth must be known somewhere"),
         ({"depth": DEEP / 1000, "fov": 60, "color": COLOR[..., 0]}, ValueError, r"color must have shape .*\(30, 40\)"),
         ({"depth": "nowhere.png", "fov": 60}, FileNotFoundError, r"nowhere\.png does not exist"),

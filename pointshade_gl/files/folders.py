@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..notes import Note
+from ..suggestions import near_path
 from ..wording import option
+from .builtin import FRAMES, SCENES
 from .content import FilePath, read_text
 from .known import (
     COLOR_LISTS,
@@ -65,7 +67,7 @@ def check_folder(folder: FilePath) -> Path:
             f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
         )
     if not place.is_dir():
-        raise FileNotFoundError(f"there is no folder {place}")
+        raise FileNotFoundError(f"there is no folder {place}{near_path(place, (*FRAMES, *SCENES))}")
     return place
 
 

@@ -39,6 +39,10 @@ _TILE = (322, 323)  # the TIFF tags of a tile's width and height
 _pillow = Lock()  # its limit and Python's filters for warnings belong to the whole process: one thread at a time
 
 
+class NotAPictureError(ValueError):
+    """The bytes are those of no known format."""
+
+
 def check_writable(path: FilePath) -> Path:
     """The path, if `save_image` can write there; call it before a long computation.
 
@@ -167,7 +171,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
                 is_turned = image.getexif().get(_TURNED, 1) != 1
         return ImageOps.exif_transpose(image) if is_turned else image
     except UnidentifiedImageError:
-        raise ValueError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
+        raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
         raise
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError

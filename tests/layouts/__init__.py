@@ -1,0 +1,10 @@
+"""Small folders laid out exactly as public RGB-D sets and programs lay out theirs, filled with a real room.
+
+Each maker is `maker(folder, room) -> Expected` and names the set or the program it follows. It was written from the
+set's own documentation or loader, not from the reader it checks.
+"""
+
+from . import capture_apps, networks, objects, rendered, robots, single, slam, stereo
+
+MODULES = (slam, capture_apps, robots, stereo, objects, rendered, networks, single)
+MAKERS = [maker for module in MODULES for maker in module.MAKERS]

@@ -27,6 +27,15 @@ FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Axes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
+        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere.",
+    ),
+]
+Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
 
 

@@ -154,7 +154,7 @@ class Renderer:
         """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
 
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
-        `frame.depth`. Arguments and errors are those of `render`.
+        `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise))
         with self._in_use():

@@ -44,7 +44,7 @@ def check_exr(path: FilePath) -> None:
         raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[exr]' for .exr; .npy works without")
 
 
-def write_exr(path: FilePath, channels: dict[str, NDArray[np.float32]]) -> None:
+def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:
     """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot."""
     import OpenEXR  # only here: an optional extra
 

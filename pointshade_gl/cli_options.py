@@ -48,7 +48,7 @@ class FrameOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with color.*, depth.* and intrinsics.json, or with a sequence of frames; "
-            "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
+            "'vase' (the default); for render, depth and view also a scene: .gltf, .glb or 'demo'.",
         ),
     ] = None
     color: Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)] = None

@@ -1,4 +1,4 @@
-"""The command line: `pointshade render`, `normals`, `view`, `info`, `bench`. The options are in cli_options.py."""
+"""The command line: `pointshade render`, `normals`, `depth`, `view`, `info`, `bench`. Options: cli_options.py."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ import typer
 
 from .cli_mistakes import Commands, UsageError, check_exist, sentence_of
 from .cli_options import (
+    Axes,
     BenchOptions,
+    Bits,
     Device,
     Explain,
     FilmOptions,
@@ -77,12 +79,16 @@ def render(
     """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
 
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
+    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
     from .files.film import check_series, is_series
     from .files.pictures import check_writable, save_image
     from .scene import Scene
 
     view = place.view(look)
+    if output.suffix.lower() == ".ply":
+        _write_points(output, frame, view, film, device)
+        return
     many = film.turntable is not None or is_series(output)
     (check_series if many else check_writable)(output)
     source = _load(frame, sequence=many and film.turntable is None, scene=True)
@@ -103,31 +109,56 @@ def render(
         report(output, what, renderer, spent)
 
 
-@app.command("normals")
+@app.command()
 @spread
-def write_normals(
+def normals(
     output: Output,
     frame: FrameOptions,
     options: NormalOptions,
+    axes: Axes = None,
+    bits: Bits = 8,
     explain: Explain = False,
     device: Device = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Estimate normals: .npy gets (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
-    from .files.pictures import check_writable, normals_to_rgb, save_image
-    from .noise import describe
+    """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
-    check_writable(output)
-    source = _load(frame)
-    with open_renderer(device) as renderer, spinner("estimating normals"):
-        start = time.perf_counter()
-        step, noise = options.max_depth_step, options.noise_value()
-        result = renderer.estimate_normals(source, options.normals, max_depth_step=step, noise=noise)
-        spent = time.perf_counter() - start
-        save_image(output, result if output.suffix == ".npy" else normals_to_rgb(result))
-        if explain and renderer.choice:
-            print(describe(renderer.choice))
-        report(output, f"{source.points_known} normals by {options.normals}", renderer, spent)
+    Write all frames of a sequence to numbered files such as %04d.png.
+    """
+    from .cli_write import write_normals
+    from .files.maps import check_normals_path
+    from .files.numbering import first_of, is_numbered
+
+    check_normals_path(first_of(output), axes, bits)
+    view = ViewOptions().view(LookOptions(**vars(options)))
+    write_normals(_load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
+
+
+@app.command()
+@spread
+def depth(
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    place: ViewOptions,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
+
+    Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
+    """
+    from .cli_write import write_depth
+    from .files.maps import check_depth_path
+    from .files.numbering import first_of, is_numbered
+    from .scene import Scene
+
+    check_depth_path(first_of(output))
+    view = place.view(LookOptions(**vars(options)))
+    source = _load(frame, sequence=is_numbered(output), scene=True)
+    if isinstance(source, Scene):
+        _check_look(view.look)
+    write_depth(source, view, output, device)
 
 
 @app.command()
@@ -231,6 +262,22 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
             raise ValueError(f"{source} is a scene, expected a frame: pass it to `pointshade render` or `view`")
         return load_any(source, **options)
     return (open_source if sequence else load_frame)(source, **options)
+
+
+def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:
+    """`render -o points.ply`: the points of a frame, or of each frame of a sequence, in world coordinates."""
+    from .cli_write import write_points
+    from .files.numbering import first_of, is_numbered
+    from .files.points import check_points_path
+    from .scene import Scene
+
+    check_points_path(first_of(output))
+    if view.size is not None:
+        raise ValueError(f"{output} holds points, {option('size')} is of a picture: leave it out")
+    source = _load(frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
+    if isinstance(source, Scene):
+        raise ValueError(f"{output} holds the points of frames, {frame.input} is a scene: write a picture of it")
+    write_points(source, view, output, film.turntable, film.frames, device)
 
 
 def _check_look(look: Look) -> None:

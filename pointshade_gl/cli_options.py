@@ -41,6 +41,15 @@ Quiet = Annotated[
         "--quiet", callback=lambda wanted: silence() if wanted else None, is_eager=True, help="Print no notes."
     ),
 ]
+Axes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
+        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere.",
+    ),
+]
+Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
 
 
@@ -53,7 +62,7 @@ class FrameOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with color.*, depth.* and intrinsics.json, or with a sequence of frames; "
-            "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
+            "'vase' (the default); for render, depth and view also a scene: .gltf, .glb or 'demo'.",
             autocompletion=complete_input,
             callback=check_input,
         ),

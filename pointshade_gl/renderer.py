@@ -28,10 +28,11 @@ from .gpu.context import Context
 from .gpu.steps import Steps
 from .level_of_detail import MERGE, check_merge
 from .light import Light, check_lights
-from .look import Look, Material
+from .look import SHADINGS, Look, Material
 from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
+from .point_cloud import PointCloud, cloud_of
 from .preview import draw_previews_by
 from .scene import Node, PointObject, Scene
 from .sources import load_any
@@ -39,6 +40,7 @@ from .view import viewing_pose
 
 PREVIEW = 640  # pixels of the longer side of what notebooks show
 RASTERIZERS = ("auto", "points", "compute")
+UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
 
 
 class Renderer:
@@ -150,21 +152,77 @@ class Renderer:
         It belongs to this renderer and holds the picture until the next call.
         """
         material = Material() if material is None else material
-        options = material, normals, shading, size, splat, max_depth_step, noise
         frame = _loaded(frame)
-        if isinstance(frame, Frame):
-            scene = self._scene_of(frame, Look(*options))
-            seen = frame
-        elif isinstance(frame, Scene):
-            _check_plain(options)
-            scene = seen = frame.framed()
-        else:
-            raise TypeError(f"frame must be a Frame, a Scene or a path, got {shown(frame)}")
+        scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise))
         lights = check_lights(light if light is not None else scene.lights or None)
-        camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-        pose = viewing_pose(seen, pose, yaw, pitch, dolly)
+        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
-            return self._pipeline.draw(scene, lights, camera, pose).color
+            return self._pipeline.draw(scene, lights, *seen).color
+
+    def render_depth(
+        self,
+        frame: Frame | Scene | FilePath,
+        camera: Camera | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        size: float | ArrayLike | None = None,
+        *,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
+        splat: str = "footprint",
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
+    ) -> NDArray[np.float32]:
+        """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
+
+        Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
+        `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
+        """
+        frame = _loaded(frame)
+        scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise))
+        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        with self._in_use():
+            return self._pipeline.read_depth(scene, *seen)
+
+    def render_points(
+        self,
+        frame: Frame | FilePath,
+        light: Light | Sequence[Light] | None = None,
+        material: Material | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        shading: str = "flat",
+        *,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
+    ) -> PointCloud:
+        """All points of a frame in the world, with the depth and the light that `render` draws them with.
+
+        pose     (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the
+                 frame's own pose
+        shading  "none" keeps the picture's own colours; any other lights each point once, as "flat" does
+        The other arguments, and the errors, are those of `render`.
+        """
+        frame = check_type(_loaded(frame), Frame, "frame")
+        check_choice("shading", shading, SHADINGS)
+        material = UNLIT if shading == "none" else Material() if material is None else material
+        scene = self._scene_of(frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise))
+        lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
+        with self._in_use():
+            return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
+
+    def _shown(self, frame: Frame | Scene, options: tuple[Any, ...]) -> Scene:
+        """What is drawn; options as in Look. Raises TypeError or ValueError."""
+        if isinstance(frame, Frame):
+            return self._scene_of(frame, Look(*options))
+        if isinstance(frame, Scene):
+            _check_plain(options)
+            return frame.framed()
+        raise TypeError(f"frame must be a Frame, a Scene or a path, got {shown(frame)}")
 
     def _scene_of(self, frame: Frame, look: Look) -> Scene:
         """The scene of one frame; the last one again if nothing has changed."""
@@ -200,7 +258,7 @@ class Renderer:
         with self._in_use():
             (textures,) = self._pipeline.frames.upload([frame])
             self._pipeline.frames.find_normals(textures, frame, look)
-            normals = textures.surface.read_normals()
+            normals = textures.surface.read()[..., :3].copy()
         normals[frame.depth == 0] = np.nan
         return normals
 
@@ -237,6 +295,20 @@ class Renderer:
 def _loaded(frame: Frame | Scene | FilePath) -> Frame | Scene:
     """The frame or scene itself; of a path or a built-in name, what is there."""
     return load_any(frame) if isinstance(frame, str | PathLike) else frame
+
+
+def _seen_by(
+    frame: Frame | Scene,
+    scene: Scene,
+    camera: Camera | None,
+    pose: ArrayLike | None,
+    yaw: float,
+    pitch: float,
+    dolly: float,
+) -> tuple[Camera, NDArray[np.float64]]:
+    """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
+    camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
+    return camera, viewing_pose(frame if isinstance(frame, Frame) else scene, pose, yaw, pitch, dolly)
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:
@@ -286,6 +358,8 @@ def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Call
 
 
 render = _by_shared_renderer(Renderer.render)
+render_depth = _by_shared_renderer(Renderer.render_depth)
+render_points = _by_shared_renderer(Renderer.render_points)
 estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
 
 

@@ -75,7 +75,7 @@ class TestOption:
     ("call", "sentence"),
     [
         (lambda: ps.load_frame(), "a frame needs depth: pass a folder with depth.*, or depth=FILE"),
-        (lambda: ps.load_frame(__file__), "pass single files as depth=FILE and color=FILE"),
+        (lambda: ps.load_frame(__file__), "pass depth in one of them as depth=FILE"),
         (lambda: ps.load_frame(depth=FRAME.depth), "pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)"),
         (lambda: ps.load_frame(depth=U16, fov=50, intrinsics="1,1,1,1"), "pass intrinsics or fov, not both"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_kind="sonar"), "unknown depth_kind 'sonar'"),
@@ -140,7 +140,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
     [
         ("render --color color.png -o out.png", "a frame needs depth: pass a folder with depth.*, or --depth FILE"),
         ("render empty -o out.png", "or pass --depth FILE"),
-        ("render color.png -o out.png", "pass single files as --depth FILE and --color FILE"),
+        ("render listed/depth.txt -o out.png", "pass depth in one of them as --depth FILE"),
         (
             "render --depth depth16.png -o out.png",
             "pass --intrinsics (fx,fy,cx,cy or a file) or --fov (vertical degrees)",
@@ -207,7 +207,6 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
             "render --depth depth16.png --fov 50 --depth-kind disparity --baseline 1",
             "disparity is of integers, without --depth-scale: taken as pixels",
         ),
-        ("render --depth depth16.png --intrinsics 10,10,3.5,2.5", "note: --intrinsics: no picture size is given"),
     ],
 )
 @pytest.mark.usefixtures("renderer")

@@ -6,7 +6,7 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -167,6 +167,11 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
                 is_turned = image.getexif().get(_TURNED, 1) != 1
         return ImageOps.exif_transpose(image) if is_turned else image
     except UnidentifiedImageError:
+        if head[4:8] == b"ftyp":
+            message = (
+                f"{name} is an HEIC or AVIF picture: pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            )
+            raise ValueError(message) from None
         raise ValueError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
         raise
@@ -183,6 +188,8 @@ def _opened(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
 
     formats: tuple[str, ...] = _READ
     if head[4:8] == b"ftyp":
+        with suppress(ImportError):
+            pass  # the extra heic
         Image.init()
         formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
     with _pillow, warnings.catch_warnings():

@@ -23,7 +23,8 @@ from .limits import MAX_PIXELS
 from .matlab import MATLAB_5, matlab_5_arrays
 from .networks import open_arrays
 from .record3d import Unpacked, is_record3d, open_record3d
-from .stored import NpyArray, npz_arrays
+from .roles import MAYBE_INVERSE, find_roles, is_named
+from .stored import NpyArray, Stored, npz_arrays
 
 _Reader = Callable[[FilePath, Note, float], "Sequence[Contents] | None"]
 
@@ -65,11 +66,15 @@ def _open_zip(path: FilePath, note: Note, max_pixels: float) -> Sequence[Content
     if not archive.names or not all(name.endswith(".npy") for name in archive.names):
         return None
     arrays = npz_arrays(path, max_pixels)
-    if len(arrays) == 1:
-        (array,) = arrays.values()
-        if math.prod(array.shape) == math.prod(sorted(array.shape)[-2:]):
-            return None  # a depth picture under any name
-    return open_arrays(str(path), arrays, note, max_pixels)
+    return None if _is_plain(arrays) else open_arrays(str(path), arrays, note, max_pixels)
+
+
+def _is_plain(arrays: dict[str, Stored]) -> bool:
+    """Whether the only array is a depth picture, called so or by a name that says nothing."""
+    name, array = next(iter(arrays.items()), ("", None))
+    is_picture = array is not None and math.prod(array.shape) == math.prod(sorted(array.shape)[-2:])
+    says_nothing = not is_named(name, MAYBE_INVERSE) and set(find_roles([name])) <= {"depth"}
+    return len(arrays) == 1 and is_picture and says_nothing
 
 
 def _open_matlab_5(path: FilePath, note: Note, max_pixels: float) -> Sequence[Contents] | None:

@@ -7,6 +7,7 @@ import warnings
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -157,7 +158,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
         raise ValueError(f"{name} is PostScript, a program that would have to run: convert it to PNG")
     _check_webp(head, name, max_pixels)
     try:
-        with _opened(file, head) as image:
+        with opened_picture(file, head) as image:
             check_pixels(*image.size, name, max_pixels)
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
@@ -182,14 +183,14 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
 
 
 @contextmanager
-def _opened(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
     """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
     from PIL import Image
 
     formats: tuple[str, ...] = _READ
     if head[4:8] == b"ftyp":
         with suppress(ImportError):
-            pass  # the extra heic
+            import_module("pillow_heif.HeifImagePlugin")  # the extra heic
         Image.init()
         formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
     with _pillow, warnings.catch_warnings():

@@ -34,10 +34,11 @@ def unpack_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> Path:
 def _unpack(path: Path, version: tuple[int, int], max_pixels: float) -> Path:
     """version  is another one when the file was written again"""
     archive = Archive(path, max_pixels)
-    names = {name: plain for name in archive.names if not _LEFT_OUT.match(plain := name.replace("\\", "/"))}
+    names = {name: name.replace("\\", "/") for name in archive.names}
     for name, plain in names.items():
         if _OUTSIDE.match(plain):
             raise ValueError(f"{path} names {shown(name)}, which lies outside it: it is not unpacked")
+    names = {name: plain for name, plain in names.items() if not _LEFT_OUT.match(plain)}
     size = sum(map(archive.size, names))
     check_limit(size, f"{path} has {size} bytes when unpacked", max_pixels, FILE_BYTES)
     folder = Path(tempfile.mkdtemp(prefix="pointshade-"))

@@ -15,8 +15,11 @@ APPLE = (
 )
 
 
-def heic(color, depth=None, exif=b"", apple=None):
-    """The bytes of a file with (h, w, 3) colour and (h', w') depth codes, both uint8, and the values of Apple's XMP."""
+def heic(color, depth=None, exif=b"", apple=None, is_turned=True):
+    """The bytes of a file with (h, w, 3) colour and (h', w') depth codes, both uint8, and the values of Apple's XMP.
+
+    is_turned  the file says of the depth, too, how the phone was held
+    """
     import pillow_heif
 
     file = pillow_heif.HeifFile()
@@ -28,7 +31,7 @@ def heic(color, depth=None, exif=b"", apple=None):
     file.save(out, quality=-1, chroma=444, exif=exif or None)
     data = out.getvalue()
     if depth is not None:
-        data = declare_depth(data)
+        data = declare_depth(data, is_turned)
     return data + (box(b"free", apple_xmp(**apple).encode()) if apple else b"")
 
 
@@ -56,7 +59,7 @@ def joined(parts):
     return b"".join(box(kind, body) for kind, body in parts)
 
 
-def declare_depth(data):
+def declare_depth(data, is_turned):
     """The second picture becomes the depth of the first."""
     parts = boxes(data)
     meta = dict_of(parts)[b"meta"]
@@ -66,7 +69,10 @@ def declare_depth(data):
     properties = boxes(places[b"iprp"][1])
     store, links = dict_of(properties)[b"ipco"], dict_of(properties)[b"ipma"]
     store[1] += box(b"auxC", bytes(4) + DEPTH)
-    links[1] = with_property(links[1], pictures[1], len(boxes(store[1])))
+    kinds = [kind for kind, _ in boxes(store[1])]
+    for kind in (b"auxC", b"irot") if is_turned else (b"auxC",):
+        if kind in kinds:
+            links[1] = with_property(links[1], pictures[1], kinds.index(kind) + 1)
     places[b"iprp"][1] = joined(properties)
     reference = box(b"auxl", struct.pack(">3H", pictures[1], 1, pictures[0]))
     if b"iref" in places:

@@ -210,7 +210,21 @@ class TestNetworks:
         frames, notes = load(depth=np.stack([wavy()] * 3), poses=np.stack([np.eye(4)] * 2), mask=np.ones((3, 9, 9)))
         assert frames[0].pose is None and frames[0].valid is None
         assert "poses (2, 4, 4) does not fit the depth and is not used" in notes[0]
-        assert "the mask is (9, 9), the depth (48, 64): it is not used" in notes[1]
+        assert "mask (3, 9, 9) does not fit the depth and is not used" in notes[1]
+
+    def test_a_video_without_a_camera_may_be_inverse(self, load):
+        assert "pass depth_kind='inverse'" in load(depths=np.stack([wavy()] * 3))[1][0]
+        assert load(depths=np.stack([wavy()] * 3), K=matrix())[1] == []
+
+    def test_unidepths_confidence_is_an_error_and_not_used_but_levels_are(self, load):
+        frames, notes = load(depth=wavy(), confidence=np.linspace(0, 1, H * W).reshape(H, W), K=matrix())
+        assert frames[0].valid is None and "confidence is not used" in notes[0]
+        levels = np.tile(np.arange(W) % 3, (H, 1)).astype(np.uint8)
+        frames, _ = load(depth=wavy(), confidence=levels, K=matrix())
+        np.testing.assert_array_equal(frames[0].valid, levels > 0)
+
+    def test_metres_for_each_raw_value_are_turned_round(self, load):
+        assert load(depth=wavy(), depth_scale=0.001, K=matrix())[0][0].intrinsics.depth_scale == pytest.approx(1000)
 
     def test_logits_and_the_sky_are_left_out(self, load):
         conf = np.full((H, W), 2.0)
@@ -246,8 +260,9 @@ class TestBadFiles:
             ),
             ({"depth": np.ones(3), "b": np.ones((4, 5))}, r"has no array called depth or points, only depth \(3,\)"),
             ({"depth": np.array([[None]]), "b": np.ones(3)}, "is a broken NumPy file, or one with Python objects"),
+            ({"depth": np.ones((99, 80, 5)), "K": matrix()}, r"depth \(99, 80, 5\) must have the shape \(h, w\) or"),
             ({"points": np.random.default_rng(1).random((9, 9, 3)) + 1}, "no pinhole camera sees its points"),
-            ({"depth": wavy(), "extrinsics": np.zeros((3, 4))}, "its world-to-camera matrix cannot be inverted"),
+            ({"depth": wavy(), "extrinsics": np.zeros((3, 4))}, "its pose cannot be inverted"),
         ],
     )
     def test_what_cannot_be_used_is_one_sentence(self, load, arrays, sentence):

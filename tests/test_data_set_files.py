@@ -111,16 +111,27 @@ class TestMatlab:
         np.testing.assert_array_equal(frame.color, colors(1)[0])
         assert frame.intrinsics.numbers == CAMERA
 
+    def test_matlab_counts_frames_by_the_last_axis(self, tmp_path):
+        io, depth = pytest.importorskip("scipy.io"), np.stack([wavy(), wavy(shift=1)])
+        arrays = {"depths": depth.transpose(1, 2, 0), "images": colors(2).transpose(1, 2, 3, 0), "K": matrix()}
+        io.savemat(tmp_path / "a.mat", arrays)
+        frames = open_container(tmp_path / "a.mat", print)
+        assert len(frames) == 2
+        np.testing.assert_array_equal(frames[1].depth, depth[1])
+        np.testing.assert_array_equal(frames[1].color, colors(2)[1])
+
     @pytest.mark.parametrize("version", ["5", "7.3"])
     def test_small_matrices(self, tmp_path, hdf5, version):
         arrays = {"intrinsic_matrix": matrix(), "factor_depth": np.array([[1000.0]]), "big": np.zeros((300, 300))}
+        arrays["poses"] = np.arange(36.0).reshape(3, 4, 3)
         if version == "5":
             pytest.importorskip("scipy.io").savemat(tmp_path / "a.mat", arrays | {"cls": "text"})
         else:
             hdf5("a.mat", {name: array.T for name, array in arrays.items()}, matlab=True)
         found = read_matrix_mat(tmp_path / "a.mat")
-        assert sorted(found) == ["factor_depth", "intrinsic_matrix"] and float(found["factor_depth"].item()) == 1000
-        np.testing.assert_array_equal(found["intrinsic_matrix"], matrix())
+        assert sorted(found) == ["factor_depth", "intrinsic_matrix", "poses"]
+        for name in found:
+            np.testing.assert_array_equal(found[name], arrays[name])
 
     def test_other_and_broken_files(self, tmp_path):
         io = pytest.importorskip("scipy.io")

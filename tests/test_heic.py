@@ -70,3 +70,21 @@ def test_a_cut_photograph(tmp_path):
         (tmp_path / "a.heic").write_bytes(data[:length])
         with pytest.raises(ValueError, match=r"a\.heic is a broken or truncated HEIC picture"):
             list(open_container(tmp_path / "a.heic", print))
+
+
+@pytest.mark.parametrize(
+    ("orientation", "is_turned", "camera"),
+    [
+        (3, True, (100, 101, 64.875, 47.875)),
+        (6, True, (101, 100, 47.875, 62.125)),
+        (6, False, (101, 100, 47.875, 62.125)),
+        (8, True, (101, 100, 47.125, 64.875)),
+        (8, False, (101, 100, 47.125, 64.875)),
+    ],
+)
+def test_a_phone_held_upright_turns_colour_depth_and_camera_alike(load, orientation, is_turned, camera):
+    frame, _ = load(COLOR, CODES, exif=lens(orientation=orientation), apple=APPLE, is_turned=is_turned)
+    np.testing.assert_allclose(frame.intrinsics.numbers, camera)
+    red = frame.color[::2, ::2, 0].astype(float)
+    assert red.shape == frame.depth.shape and frame.intrinsics.size == frame.color.shape[1::-1]
+    assert np.corrcoef(red.ravel(), frame.depth.ravel())[0, 1] > 0.999  # both rise along the sensor's rows

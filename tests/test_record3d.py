@@ -178,3 +178,19 @@ class TestFoldersInArchives:
         (tmp_path / "a.zip").write_bytes(data)
         with pytest.raises(ValueError, match=r"has 4000000000 bytes when unpacked, .*: pass max_pixels"):
             unpack_folder(tmp_path / "a.zip")
+
+
+@pytest.mark.data
+def test_a_phones_depth_in_a_recording(shared_data, tmp_path):
+    """The LiDAR frame as Record3D would have written it: 256x192 beside a colour of 1920x1440."""
+    folder = shared_data / "iphone_lidar_promptda"
+    depth = np.asarray(Image.open(folder / "depth.png")).astype(np.float32) / 1000
+    values = {"w": 1920, "h": 1440, "dw": 256, "dh": 192, "K": [1390, 0, 0, 0, 1390, 0, 960, 720, 1], "poses": POSES}
+    with zipfile.ZipFile(tmp_path / "a.r3d", "w") as archive:
+        archive.writestr("metadata", metadata(**values))
+        archive.writestr("rgbd/0.jpg", (folder / "color.jpg").read_bytes())
+        archive.writestr("rgbd/0.depth", pack(depth.tobytes()))
+    (frame,) = open_container(tmp_path / "a.r3d", print)
+    np.testing.assert_array_equal(frame.depth, depth)
+    assert frame.intrinsics.numbers == (1390, 1390, 959.5, 719.5) and frame.intrinsics.size == (1920, 1440)
+    assert frame.color.shape == (1440, 1920, 3) and frame.valid is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import weakref
 from io import BufferedIOBase
 from pathlib import Path
 from typing import cast
@@ -18,7 +19,7 @@ _ENCRYPTED = 1
 
 
 class Archive:
-    """The files in a zip archive; the archive is open as long as this object lives.
+    """The files in a zip archive; it is open as long as this object lives.
 
     Raises OSError if the path is not a file, ValueError if it is not a complete archive of up to PARTS members.
     """
@@ -29,13 +30,15 @@ class Archive:
         try:
             self._zip = ZipFile(path)  # opened by its name, it closes itself
             members = self._zip.infolist()
-        except OSError:
+        except MemoryError:
             raise
         except Exception as error:  # zipfile raises of everything for broken bytes
             raise ValueError(f"{path} is a broken or truncated zip archive: {cut(error)}") from None
         check_limit(len(members), f"{path} has {len(members)} members", max_pixels, PARTS)
         self._members = {member.filename: member for member in members if not member.is_dir()}
-        self.names = list(self._members)
+        self.names = self._members.keys()
+        self._streams: list[BufferedIOBase] = []
+        weakref.finalize(self, _close, self._zip, self._streams)
 
     def size(self, name: str) -> int:
         """The bytes of a member. `read` and `open` give no more, whatever is packed."""
@@ -49,18 +52,19 @@ class Archive:
         try:
             with self._lock:
                 return self._zip.read(member)
-        except (MemoryError, OSError):
+        except MemoryError:
             raise
         except Exception as error:
             raise ValueError(f"{title} is damaged: {cut(error)}") from None
 
     def open(self, name: str) -> BufferedIOBase:
-        """A member as a stream for one thread. Raises ValueError if it is missing or damaged, and so may the stream."""
+        """A member as a stream, which is closed with the archive. Raises ValueError if it is missing or damaged."""
         member = self._find(name)
         try:
             with self._lock:
-                return cast(BufferedIOBase, self._zip.open(member))
-        except (MemoryError, OSError):
+                self._streams.append(cast(BufferedIOBase, self._zip.open(member)))
+                return self._streams[-1]
+        except MemoryError:
             raise
         except Exception as error:
             raise ValueError(f"{self.path}/{shown(name)[1:-1]} is damaged: {cut(error)}") from None
@@ -74,3 +78,9 @@ class Archive:
                 f"{self.path} is packed with a password or an unusual method: unpack it and pass the files"
             )
         return member
+
+
+def _close(archive: ZipFile, streams: list[BufferedIOBase]) -> None:
+    for stream in streams:
+        stream.close()
+    archive.close()

@@ -38,9 +38,11 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
     Raises OSError if the path does not exist, ValueError for a container without depth, for a broken or too large one,
     and without the extra that it needs.
     """
-    if Path(path).is_dir():
+    if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
         files = Unpacked(Path(path), max_pixels)
         return open_record3d(files, note, max_pixels) if is_record3d(files.names) else None
+    if Path(path).is_dir():
+        return None
     head = read_head(path)
     reader = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
     return reader(path, note, max_pixels) if reader else None
@@ -65,7 +67,7 @@ def _open_zip(path: FilePath, note: Note, max_pixels: float) -> Sequence[Content
         return open_record3d(archive, note, max_pixels)
     if not archive.names or not all(name.endswith(".npy") for name in archive.names):
         return None
-    arrays = npz_arrays(path, max_pixels)
+    arrays = npz_arrays(archive)
     return None if _is_plain(arrays) else open_arrays(str(path), arrays, note, max_pixels)
 
 

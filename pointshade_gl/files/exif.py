@@ -10,7 +10,8 @@ from .intrinsics import Intrinsics
 from .limits import LONGEST_SIDE, MAX_PIXELS
 from .pictures import opened_picture
 
-_EXIF, _ORIENTATION = 0x8769, 0x0112
+EXIF = 0x8769  # the tag under which the others lie
+_ORIENTATION = 0x0112
 _FOCAL_35, _WIDTH, _HEIGHT = 0xA405, 0xA002, 0xA003
 _DIAGONAL_35 = math.hypot(36, 24)  # mm; cameras compare diagonals (CIPA DCG-001): a phone's 4:3 has no width of 36 mm
 _SAME_SHAPE = 0.02
@@ -34,7 +35,7 @@ def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsi
 
 def camera_of_lens(name: str, exif: Any, size: tuple[int, int]) -> Intrinsics | None:
     """The same from EXIF data (`PIL.Image.Exif`) of a picture of this width and height, not yet turned."""
-    tags = exif.get_ifd(_EXIF)
+    tags = exif.get_ifd(EXIF)
     focal, width, height = (_number(tags.get(key)) for key in (_FOCAL_35, _WIDTH, _HEIGHT))
     if not 1 <= focal <= 10_000 or not all(1 <= side <= LONGEST_SIDE for side in size):
         return None

@@ -7,6 +7,7 @@ smallest to the largest number, and the camera's matrix), else in HEIF's own dep
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from types import ModuleType
 from typing import Any
 
@@ -17,7 +18,7 @@ from ..notes import Note
 from ..wording import cut
 from .content import FilePath, read_bytes
 from .contents import Contents, Frames
-from .exif import camera_of_lens
+from .exif import EXIF, camera_of_lens
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS, check_pixels
 
@@ -56,7 +57,9 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     from PIL import Image
 
     exif = Image.Exif()
-    exif.load(photo.info.get("exif") or b"")
+    with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
+        exif.load(photo.info.get("exif") or b"")
+        exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(_ORIENTATION, 1), 0)
     try:
         color, raw = np.array(photo)[..., :3], np.array(photo.info["depth_images"][0])

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -22,15 +22,14 @@ from numpy.typing import NDArray
 from ..camera import Camera
 from ..notes import Note, once
 from ..wording import shown
-from .archive import Archive
 from .axes import OPENGL, pose_from_quaternion
+from .color_values import as_color
 from .content import parse_object, read_bytes
 from .contents import Contents, Frames
 from .exr import read_exr
 from .intrinsics import Intrinsics
-from .limits import JSON_VALUES, LONGEST_SIDE, MAX_PIXELS, check_limit, check_pixels
+from .limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
 from .lzfse import unpack
-from .networks import as_color
 from .pictures import decode_image
 
 _METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")
@@ -42,9 +41,10 @@ _CORNER = 0.5  # pixels from the corner of a picture to the centre of its first 
 class Members(Protocol):
     """The files of a recording, by their names inside."""
 
-    path: Path
-    names: list[str]
-
+    @property
+    def path(self) -> Path: ...
+    @property
+    def names(self) -> Collection[str]: ...
     def read(self, name: str) -> bytes: ...
 
 
@@ -55,40 +55,41 @@ class Unpacked:
         self.path, self._max_pixels = path, max_pixels
         places = [path, *(path / name for name in ("rgbd", "rgb", "depth"))]
         files = (file for place in places if place.is_dir() for file in place.iterdir() if file.is_file())
-        self.names = [file.relative_to(path).as_posix() for file in files]
+        self.names = {file.relative_to(path).as_posix() for file in files}
 
     def read(self, name: str) -> bytes:
         return read_bytes(self.path / name, self._max_pixels)
 
 
-def is_record3d(names: Iterable[str]) -> bool:
+def is_record3d(names: Collection[str]) -> bool:
     """Whether files of these names are a recording: its metadata and a frame beside it."""
-    names = list(names)
-    roots = {match["root"] for name in names if (match := _METADATA.fullmatch(name))}
-    return any((match := _DEPTH.fullmatch(name)) and match["root"] in roots for name in names)
+    return _find_metadata(names) is not None
 
 
-def open_record3d(files: Members | Archive, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
-    """The frames of a recording, by their numbers. Raises ValueError if its metadata say nothing usable."""
-    name = next(name for name in files.names if _METADATA.fullmatch(name))
-    title = f"{files.path}/{name}"
-    data = files.read(name)
-    check_limit(len(data) // 2, f"{title} is JSON of up to {len(data) // 2} values", max_pixels, JSON_VALUES)
+def open_record3d(files: Members, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
+    """The frames of a recording, by their numbers. Raises ValueError if it is none, or for broken metadata."""
+    name = _find_metadata(files.names)
+    if name is None:
+        raise ValueError(f"{files.path} is not a recording of Record3D: it has no metadata beside its frames")
+    title, data, root = f"{files.path}/{name}", files.read(name), name.removesuffix(".json").removesuffix("metadata")
+    check_limit(len(data), f"{title} has {len(data)} bytes", max_pixels, TEXT_BYTES)
     metadata = parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
-    frames: dict[int, str] = {}
-    for member in files.names:
-        match = _DEPTH.fullmatch(member)
-        if match:
-            frames[int(match["packed"] or match["exr"])] = member
-    numbers = sorted(frames)
-    reader = _Recording(files, title, metadata, frames, numbers, once(note), max_pixels)
-    return Frames(len(numbers), reader.read)
+    matches = [match for member in files.names if (match := _DEPTH.fullmatch(member)) and match["root"] == root]
+    frames = {int(match["packed"] or match["exr"]): match[0] for match in matches}
+    reader = _Recording(files, title, root, metadata, frames, sorted(frames), once(note), max_pixels)
+    return Frames(len(frames), reader.read)
+
+
+def _find_metadata(names: Collection[str]) -> str | None:
+    roots = {match["root"] for name in names if (match := _DEPTH.fullmatch(name))}
+    return next((name for name in sorted(names) if (m := _METADATA.fullmatch(name)) and m["root"] in roots), None)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    files: Members | Archive
+    files: Members
     title: str
+    root: str
     metadata: dict[str, Any]
     frames: dict[int, str]
     numbers: list[int]
@@ -98,13 +99,12 @@ class _Recording:
     def read(self, k: int) -> Contents:
         number = self.numbers[k]
         member = self.frames[number]
-        root = _root(member)
         if member.endswith(".exr"):
             depth, valid = self._exr(member), None
         else:
-            depth, valid = self._packed(member, f"{root}rgbd/{number}.conf")
+            depth, valid = self._packed(member, f"{self.root}rgbd/{number}.conf")
         color = None
-        found = [name for pattern in _COLORS if (name := root + pattern.format(number)) in self.files.names]
+        found = [name for pattern in _COLORS if (name := self.root + pattern.format(number)) in self.files.names]
         if found:
             name = f"{self.files.path}/{found[0]}"
             color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels))
@@ -173,8 +173,3 @@ class _Recording:
         if not isinstance(value, int) or not 1 <= value <= LONGEST_SIDE:
             raise ValueError(f"{self.title}: {key} must be a whole number of pixels above 0, got {shown(value)}")
         return value
-
-
-def _root(member: str) -> str:
-    match = _DEPTH.fullmatch(member)
-    return match["root"] if match else ""

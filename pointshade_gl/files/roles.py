@@ -1,7 +1,7 @@
 """What arrays in files are called, and what they mean. A new name is a new entry in a row of ROLES.
 
 Read in the sources and papers of: Depth Anything 1-3, MiDaS, Depth Pro, Metric3D, MoGe 1-3, UniDepth, Pi3, VGGT,
-DUSt3R, MASt3R; Hypersim, BlenderProc, NYU Depth v2 and its copies in HDF5.
+DUSt3R, MASt3R, MapAnything, MegaSaM; Hypersim, BlenderProc, NYU Depth v2 and its copies in HDF5.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from ..wording import shown
 ROLES: dict[str, tuple[str, ...]] = {
     "depth": (
         "depth", "depths", "depth_map", "depth_maps", "metric_depth", "depth_meters", "depth_m", "depth_image",
-        "depth_images", "pred_depth", "depth_pred", "im_depth", "raw_depth", "predicted_depth",
+        "depth_images", "pred_depth", "depth_pred", "im_depth", "raw_depth", "depth_z", "predicted_depth",
     ),
     "inverse": ("inverse_depth", "inv_depth", "depth_inv", "disparity", "disparities", "disp"),
-    "ray": ("distance", "distances", "distance_map", "ray_depth"),
+    "ray": ("distance", "distances", "distance_map", "ray_depth", "depth_along_ray"),
     # (h, w, 3) in the camera's own axes, even beside a pose
     "own_points": ("local_points", "pts3d_cam", "pts3d_in_self_view", "points_cam", "cam_points"),
     # in the camera's axes or, beside a pose, in the world's: whichever a pinhole camera sees
     "points": ("points", "pts3d", "pts3ds", "point_map", "point_maps", "pointmap", "xyz", "world_points"),
     "color": (
         "image", "images", "rgb", "rgbs", "color", "colors", "colour", "colours", "img", "imgs", "processed_images",
-        "im_rgb", "rgb_image", "rgb_images", "frame", "frames",
+        "im_rgb", "rgb_image", "rgb_images", "img_no_norm", "frame", "frames",
     ),
     "intrinsics": (
         "intrinsics", "intrinsic", "k", "ks", "cam_k", "camera_k", "camera_matrix", "intrinsic_matrix",
@@ -47,6 +47,7 @@ ROLES: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 SURFACES = ("depth", "inverse", "ray", "own_points", "points")  # the first of them that a file has is its depth
 MAYBE_INVERSE = ("predicted_depth",)  # inverse for the relative networks of a family, metres for its metric ones
+MAYBE_ERROR = ("confidence",)  # UniDepth's and UniK3D's of floats is the error they expect: high where they are unsure
 _LISTED = 12
 
 

@@ -15,7 +15,7 @@ from ..wording import cut
 from .archive import Archive
 from .arrays import read_exactly, read_header
 from .content import FilePath, open_regular
-from .limits import FILE_BYTES, MAX_PIXELS, check_limit
+from .limits import FILE_BYTES, check_limit
 from .roles import find_roles
 
 
@@ -34,7 +34,7 @@ class NpyArray:
     """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects."""
 
     def __init__(self, path: FilePath):
-        with _naming(str(path)), open_regular(path) as file:
+        with open_regular(path) as file, _naming(str(path)):
             self.shape, is_fortran, self.dtype = read_header(file)
             start, order = file.tell(), "F" if is_fortran else "C"
             size = math.prod(self.shape)
@@ -54,7 +54,7 @@ class NpzArray:
     """
 
     def __init__(self, archive: Archive, member: str):
-        self._name, self._max_pixels, self._lock = f"{archive.path}/{member}", archive.max_pixels, threading.Lock()
+        self._archive, self._name, self._lock = archive, f"{archive.path}/{member}", threading.Lock()
         with _naming(self._name):
             self._stream = archive.open(member)
             self.shape, self._is_fortran, self.dtype = read_header(self._stream)
@@ -64,7 +64,7 @@ class NpzArray:
         lead = 0 if self._is_fortran else len(index)
         shape = self.shape[lead:]
         size = math.prod(shape) * self.dtype.itemsize
-        check_limit(size, f"{self._name} has {size} bytes of shape {shape}", self._max_pixels, FILE_BYTES)
+        check_limit(size, f"{self._name} has {size} bytes of shape {shape}", self._archive.max_pixels, FILE_BYTES)
         place = int(np.ravel_multi_index(index, self.shape[:lead])) if lead else 0
         with self._lock, _naming(self._name):
             self._stream.seek(self._start + place * size)
@@ -72,12 +72,11 @@ class NpzArray:
         return array.reshape(shape, order="F")[index] if self._is_fortran else array.reshape(shape)
 
 
-def npz_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Stored]:
-    """The arrays of an .npz file by their names; texts and Python objects are left out, unless they should be arrays.
+def npz_arrays(archive: Archive) -> dict[str, Stored]:
+    """The arrays of an .npz archive by their names; texts and Python objects are left out, unless they should be arrays.
 
     Raises ValueError for a broken file, and for anything but numbers under a name of ROLES.
     """
-    archive = Archive(path, max_pixels)
     arrays: dict[str, Stored] = {}
     for member in archive.names:
         name = member.removesuffix(".npy")
@@ -94,7 +93,7 @@ def _naming(name: str) -> Iterator[None]:
     """What zipfile, zlib and NumPy raise for broken bytes becomes a ValueError with the file's name."""
     try:
         yield
-    except (MemoryError, OSError):
+    except MemoryError:
         raise
     except Exception as error:
         if str(error).startswith(name):

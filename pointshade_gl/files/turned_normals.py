@@ -20,18 +20,14 @@ def turn_normals(
     camera: tuple[float, float, float, float] | None,
     name: str,
     note: Note,
-) -> NDArray[np.float32] | None:
-    """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing; None if they are of another size.
+) -> NDArray[np.float32]:
+    """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing, from normals of the depth's size.
 
     Which axes the file has is found by comparing with the depth's own surface; without a camera OpenCV's are taken.
     """
-    if normals.shape[:2] != depth.shape:
-        note(f"{name}: the normals are {normals.shape[:2]}, the depth {depth.shape}: they are not used")
-        return None
     vectors = normals.astype(np.float32)
     lengths = np.linalg.norm(vectors, axis=2, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        vectors = np.where((lengths > 0.5) & (lengths < 2), vectors / lengths, np.float32(np.nan))
+    vectors = np.where((lengths > 0.5) & (lengths < 2), vectors / lengths, np.float32(np.nan))
     if camera is None:
         return vectors
     step = max(1, min(depth.shape) // _COARSE)
@@ -49,7 +45,6 @@ def turn_normals(
     return vectors * np.array(axes, np.float32)
 
 
-@np.errstate(invalid="ignore", divide="ignore", over="ignore")
 def _of_surface(depth: NDArray[np.float64], camera: tuple[float, float, float, float], step: int) -> NDArray[Any]:
     """(h-1, w-1, 3) normals of the triangles between neighbouring points, towards the camera."""
     fx, fy, cx, cy = camera

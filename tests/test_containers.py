@@ -1,6 +1,7 @@
 """Files of networks: depth, camera, pose, mask and colour come out as the network meant them."""
 
 import struct
+import sys
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 
@@ -304,6 +305,27 @@ class TestBadFiles:
         (tmp_path / "a.npz").write_bytes(data)
         with pytest.raises(ValueError, match=r"a\.npz/depth\.npy is a broken NumPy file"):
             list(open_container(tmp_path / "a.npz", print))
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "name", "data"),
+    [
+        ("h5py", "hdf5", "a.h5", b"\x89HDF\r\n\x1a\n" + bytes(99)),
+        ("h5py", "hdf5", "a.mat", b"MATLAB 7.3 MAT-file" + bytes(999)),
+        ("pillow_heif", "heic", "a.heic", b"\0\0\0\x18ftypheic" + bytes(99)),
+        ("liblzfse", "record3d", "a.r3d", None),
+    ],
+)
+def test_a_missing_extra_is_named(tmp_path, monkeypatch, module, extra, name, data):
+    monkeypatch.setitem(sys.modules, module, None)
+    if data:
+        (tmp_path / name).write_bytes(data)
+    else:
+        with zipfile.ZipFile(tmp_path / name, "w") as archive:
+            archive.writestr("metadata", '{"dw": 2, "dh": 2}')
+            archive.writestr("rgbd/0.depth", b"bvx$")
+    with pytest.raises(ValueError, match=rf"{name}.*pip install 'pointshade-gl\[{extra}\]' to read it"):
+        list(open_container(tmp_path / name, print))
 
 
 def test_frames_are_read_from_several_threads(load):

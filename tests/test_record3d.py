@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from pointshade_gl.files.containers import open_container
-from pointshade_gl.files.zip_folder import unpack_folder
+from pointshade_gl.files.zip_folder import is_zip_folder, unpack_folder
 
 W, H, DW, DH = 24, 32, 6, 8
 K = [30.0, 0, 0, 0, 31.0, 0, 11.5, 16.5, 1]  # column by column
@@ -165,7 +165,9 @@ class TestFoldersInArchives:
         path = self.archive(tmp_path / "a.zip", frame__color="c", frame__depth__0="d", frame__x="y")
         folder = unpack_folder(path)
         assert folder.name == "frame" and (folder / "depth" / "0").read_text() == "d"
-        assert unpack_folder(path) == folder and open_container(path, print) is None
+        assert unpack_folder(path) == folder and open_container(path, print) is None and is_zip_folder(path)
+        np.savez(tmp_path / "arrays.npz", a=np.ones(3))
+        assert not is_zip_folder(tmp_path / "arrays.npz") and not is_zip_folder(__file__)
 
     def test_names_outside_are_refused(self, tmp_path):
         for k, name in enumerate(("UP__evil", "a__UP__UP__evil", "__tmp__evil", "C:evil")):

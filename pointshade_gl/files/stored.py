@@ -73,7 +73,7 @@ class NpzArray:
 
 
 def npz_arrays(archive: Archive) -> dict[str, Stored]:
-    """The arrays of an .npz archive by their names; texts and Python objects are left out, unless they should be arrays.
+    """The arrays of an .npz archive by their names, without texts and Python objects.
 
     Raises ValueError for a broken file, and for anything but numbers under a name of ROLES.
     """

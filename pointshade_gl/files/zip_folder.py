@@ -10,13 +10,20 @@ from functools import lru_cache
 from pathlib import Path
 
 from ..wording import shown
-from .archive import Archive
-from .content import FilePath, open_regular
+from .archive import ZIP, Archive
+from .content import FilePath, open_regular, read_head
 from .limits import FILE_BYTES, MAX_PIXELS, check_limit
 
 _OUTSIDE = re.compile(r"[/\0]|[A-Za-z]:|(?:.*/)?\.\.(?:/|$)")  # absolute, with a drive, or upwards
 _LEFT_OUT = re.compile(r"(?:.*/)?(?:__MACOSX/|\.)")  # hidden files, and macOS's twins
 _REMEMBERED = 8  # archives
+
+
+def is_zip_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> bool:
+    """Whether a file is a zip archive of files, not of NumPy's arrays. Raises OSError, ValueError as `Archive` does."""
+    if not read_head(path).startswith(ZIP):
+        return False
+    return any(not name.endswith(".npy") for name in Archive(path, max_pixels).names)
 
 
 def unpack_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> Path:

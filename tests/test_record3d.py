@@ -154,6 +154,13 @@ def test_what_would_unpack_to_gigabytes_is_not_unpacked(tmp_path):
         frames[1]
 
 
+def test_metadata_of_other_programs_make_no_recording(tmp_path):
+    (tmp_path / "depth").mkdir()
+    (tmp_path / "depth" / "0.exr").write_bytes(b"exr")
+    (tmp_path / "metadata.json").write_text('{"author": "me"}')
+    assert open_container(tmp_path, print) is None
+
+
 class TestFoldersInArchives:
     def archive(self, path, **members):
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:

@@ -22,7 +22,7 @@ from .heic import is_heic, open_heic
 from .limits import MAX_PIXELS
 from .matlab import MATLAB_5, matlab_5_arrays
 from .networks import open_arrays
-from .record3d import Unpacked, is_record3d, open_record3d
+from .record3d import Unpacked, open_record3d
 from .roles import MAYBE_INVERSE, find_roles, is_named
 from .stored import NpyArray, Stored, npz_arrays
 
@@ -39,8 +39,7 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
     and without the extra that it needs.
     """
     if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
-        files = Unpacked(Path(path), max_pixels)
-        return open_record3d(files, note, max_pixels) if is_record3d(files.names) else None
+        return open_record3d(Unpacked(Path(path), max_pixels), note, max_pixels)
     if Path(path).is_dir():
         return None
     head = read_head(path)
@@ -63,10 +62,8 @@ def _open_npy(path: FilePath, note: Note, max_pixels: float) -> Sequence[Content
 
 def _open_zip(path: FilePath, note: Note, max_pixels: float) -> Sequence[Contents] | None:
     archive = Archive(path, max_pixels)
-    if is_record3d(archive.names):
-        return open_record3d(archive, note, max_pixels)
     if not archive.names or not all(name.endswith(".npy") for name in archive.names):
-        return None
+        return open_record3d(archive, note, max_pixels)
     arrays = npz_arrays(archive)
     return None if _is_plain(arrays) else open_arrays(str(path), arrays, note, max_pixels)
 

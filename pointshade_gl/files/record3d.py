@@ -61,19 +61,16 @@ class Unpacked:
         return read_bytes(self.path / name, self._max_pixels)
 
 
-def is_record3d(names: Collection[str]) -> bool:
-    """Whether files of these names are a recording: its metadata and a frame beside it."""
-    return _find_metadata(names) is not None
-
-
-def open_record3d(files: Members, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
-    """The frames of a recording, by their numbers. Raises ValueError if it is none, or for broken metadata."""
+def open_record3d(files: Members, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
+    """The frames of a recording, by their numbers; None if it is none. Raises ValueError for broken metadata."""
     name = _find_metadata(files.names)
     if name is None:
-        raise ValueError(f"{files.path} is not a recording of Record3D: it has no metadata beside its frames")
+        return None
     title, data, root = f"{files.path}/{name}", files.read(name), name.removesuffix(".json").removesuffix("metadata")
     check_limit(len(data), f"{title} has {len(data)} bytes", max_pixels, TEXT_BYTES)
     metadata = parse_object(data.decode("utf-8", "replace"), Path(title), max_pixels)
+    if not {"w", "h"} <= metadata.keys():
+        return None  # another program's
     matches = [match for member in files.names if (match := _DEPTH.fullmatch(member)) and match["root"] == root]
     frames = {int(match["packed"] or match["exr"]): match[0] for match in matches}
     reader = _Recording(files, title, root, metadata, frames, sorted(frames), once(note), max_pixels)
@@ -81,6 +78,7 @@ def open_record3d(files: Members, note: Note, max_pixels: float = MAX_PIXELS) ->
 
 
 def _find_metadata(names: Collection[str]) -> str | None:
+    """The name of the metadata that have a frame beside them."""
     roots = {match["root"] for name in names if (match := _DEPTH.fullmatch(name))}
     return next((name for name in sorted(names) if (m := _METADATA.fullmatch(name)) and m["root"] in roots), None)
 

@@ -6,7 +6,8 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -167,7 +168,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
         raise ValueError(f"{name} is PostScript, a program that would have to run: convert it to PNG")
     _check_webp(head, name, max_pixels)
     try:
-        with _opened(file, head) as image:
+        with opened_picture(file, head) as image:
             check_pixels(*image.size, name, max_pixels)
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
@@ -177,6 +178,11 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
                 is_turned = image.getexif().get(_TURNED, 1) != 1
         return ImageOps.exif_transpose(image) if is_turned else image
     except UnidentifiedImageError:
+        if head[4:8] == b"ftyp":
+            message = (
+                f"{name} is an HEIC or AVIF picture: pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            )
+            raise ValueError(message) from None
         raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
         raise
@@ -187,12 +193,14 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
 
 
 @contextmanager
-def _opened(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
     """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
     from PIL import Image
 
     formats: tuple[str, ...] = _READ
     if head[4:8] == b"ftyp":
+        with suppress(ImportError):
+            import_module("pillow_heif.HeifImagePlugin")  # the extra heic
         Image.init()
         formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
     with _pillow, warnings.catch_warnings():

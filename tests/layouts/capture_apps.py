@@ -121,7 +121,7 @@ STRAY_HEAD = "timestamp, frame, x, y, z, qx, qy, qz, qw"
 def _stray(folder: Path, room: Room) -> tuple[list[View], list[View]]:
     """Everything of Stray Scanner but its colours."""
     camera = PHONE.sized(1920, 1440)
-    views, large = room.through(PHONE), room.through(camera)
+    views, large = room.through(PHONE, 2), room.through(camera, 2)
     lines = [STRAY_HEAD]
     for k, view in enumerate(views):
         depth16(folder / f"depth/{k:06d}.png", view.depth)
@@ -177,7 +177,7 @@ def record3d(folder: Path, room: Room) -> Expected:
 def scanner_app(folder: Path, room: Room) -> Expected:
     """3D Scanner App, "all data": frame_00000.jpg and .json (cameraPoseARFrame by rows, GL axes), depth_, conf_."""
     color_camera = PHONE.sized(1920, 1440)
-    views, large = room.through(PHONE), room.through(color_camera)
+    views, large = room.through(PHONE, 2), room.through(color_camera, 2)
     for k, (view, other) in enumerate(zip(views, large, strict=True)):
         picture(folder / f"frame_{k:05d}.jpg", other.color)
         depth16(folder / f"depth_{k:05d}.png", view.depth)

@@ -53,7 +53,7 @@ def test_the_views_of_the_room_overlap_by_themselves(room):
 
 @pytest.mark.usefixtures("renderer")
 def test_the_command_line_renders_a_layout(room, tmp_path):
-    from .layouts.slam import redwood_sample
+    from .layouts.open3d import redwood_sample
 
     expected = redwood_sample(tmp_path / "in", room)
     picture = tmp_path / "out.png"

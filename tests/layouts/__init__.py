@@ -4,7 +4,7 @@ Each maker is `maker(folder, room) -> Expected` and names the set or the program
 set's own documentation or loader, not from the reader it checks.
 """
 
-from . import capture_apps, networks, objects, rendered, robots, single, slam, stereo
+from . import capture_apps, networks, objects, open3d, radiance_fields, rendered, robots, scans, single, stereo, tum
 
-MODULES = (slam, capture_apps, robots, stereo, objects, rendered, networks, single)
+MODULES = (tum, open3d, scans, capture_apps, radiance_fields, robots, stereo, objects, rendered, networks, single)
 MAKERS = [maker for module in MODULES for maker in module.MAKERS]

@@ -65,6 +65,14 @@ def pfm(path: Path, array: np.ndarray) -> None:
     path.write_bytes(head + array[::-1].astype("<f4").tobytes())
 
 
+def tum_poses(times: Iterable[float], poses: Iterable[np.ndarray]) -> list[str]:
+    """Lines `t tx ty tz qx qy qz qw`."""
+    return [
+        f"{time:.4f} {numbers(pose[:3, 3], '%.6f')} {numbers(quaternion(pose), '%.7f')}"
+        for time, pose in zip(times, poses, strict=True)
+    ]
+
+
 def log_trajectory(path: Path, poses: list[np.ndarray]) -> None:
     """Redwood's and Open3D's .log: camera-to-world, each after a line of three integers."""
     lines = []

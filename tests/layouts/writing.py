@@ -20,8 +20,9 @@ def picture(path: Path, array: np.ndarray) -> None:
 
 def depth16(path: Path, depth: np.ndarray, scale: float = 1000, missing: int = 0) -> None:
     """A 16-bit PNG: metres times scale, rounded."""
-    raw = np.rint(np.where(depth > 0, depth * scale, missing)).clip(0, 65535).astype(np.uint16)
-    picture(path, raw)
+    raw = np.rint(np.where(depth > 0, depth * scale, missing))
+    assert raw.max() <= 65535, "too far for 16 bits"
+    picture(path, raw.astype(np.uint16))
 
 
 def text(path: Path, *lines: str) -> None:

@@ -11,9 +11,10 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
 
 import pointshade_gl as ps
-from pointshade_gl.cli import main
+from pointshade_gl.cli import app
 
 from .layouts import MAKERS
 from .layouts.room import Expected, Room
@@ -30,6 +31,8 @@ def room(shared_data):
 def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, room, tmp_path):
     expected = maker(tmp_path, room)
     frames, notes = load_or_ask(expected)
+    if frames is None:
+        return  # refused by a sentence that names what is missing
     assert len(frames) == len(expected.views)
     check_cameras(frames, expected)
     check_depths(frames, expected)
@@ -48,12 +51,14 @@ def test_the_views_of_the_room_overlap_by_themselves(room):
     check_overlap([ps.Frame(view.color, view.depth, camera, view.pose) for view in room.through(SMALL)])
 
 
+@pytest.mark.usefixtures("renderer")
 def test_the_command_line_renders_a_layout(room, tmp_path):
-    from .layouts.slam import redwood_sample
+    from .layouts.open3d import redwood_sample
 
     expected = redwood_sample(tmp_path / "in", room)
     picture = tmp_path / "out.png"
-    assert main(["render", str(expected.source), "-o", str(picture), "--shading", "none"]) in (0, None)
+    result = CliRunner().invoke(app, ["render", str(expected.source), "-o", str(picture), "--shading", "none"])
+    assert result.exit_code == 0, result.output
     with Image.open(picture) as drawn:
         color = np.asarray(drawn)
     known = expected.views[0].depth > 0
@@ -67,8 +72,11 @@ def load(expected: Expected, **more: object) -> tuple[list[ps.Frame], list[str]]
     return ([source] if isinstance(source, ps.Frame) else list(source)), notes
 
 
-def load_or_ask(expected: Expected) -> tuple[list[ps.Frame], list[str]]:
-    """The frames of the first command, or of the second where the first asks for an option or guesses aloud."""
+def load_or_ask(expected: Expected) -> tuple[list[ps.Frame] | None, list[str]]:
+    """The frames of the first command, or of the second where the first asks for an option or guesses aloud.
+
+    None where the layout may be refused and is.
+    """
     if expected.or_says is None:
         return load(expected)
     try:
@@ -76,7 +84,7 @@ def load_or_ask(expected: Expected) -> tuple[list[ps.Frame], list[str]]:
     except (ValueError, OSError) as error:
         assert re.search(expected.or_says, str(error)), f"does not ask for {expected.or_says}: {error}"
         if not expected.then:
-            pytest.skip(f"refused with a sentence: {error}")
+            return None, []
     else:
         if not said(expected.or_says, notes):
             return frames, notes

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from .room import SMALL, Expected, Pinhole, Room, View
-from .writing import as_json, exr, pfm, picture
+from .writing import as_json, exr, numbers, pfm, picture, quaternion, text
 
 PHOTO = Pinhole(262.5, 262.5, 159.5, 119.5, 320, 240)
 FOV = 2 * math.degrees(math.atan(120 / PHOTO.fy))
@@ -157,6 +157,38 @@ def vggt(folder: Path, room: Room) -> Expected:
     return Expected(folder / "predictions.npz", SMALL, views, pixels=0.6)
 
 
+def megasam(folder: Path, room: Room) -> Expected:
+    """MegaSaM's outputs_cvd/scene_sgd_cvd_hr.npz (Li 2025): images (n, h, w, 3), depths, intrinsic, cam_c2w."""
+    views = room.through(SMALL)
+    np.savez(
+        folder / "scene_sgd_cvd_hr.npz",
+        images=np.array([view.color for view in views]),
+        depths=np.array([view.depth for view in views], np.float16),
+        intrinsic=SMALL.matrix.astype(np.float32),
+        cam_c2w=np.array([view.pose for view in views], np.float32),
+    )
+    return Expected(folder / "scene_sgd_cvd_hr.npz", SMALL, views, pixels=0.6)
+
+
+def monst3r(folder: Path, room: Room) -> Expected:
+    """MonST3R's demo folder (Zhang 2024): frame_0000.png and .npy, K of nine numbers a line, pred_traj.txt.
+
+    The trajectory looks like TUM's but its quaternions begin with w; the views tell which it is.
+    """
+    views, poses = room.through(SMALL), []
+    for k, view in enumerate(views):
+        picture(folder / f"frame_{k:04d}.png", view.color)
+        np.save(folder / f"frame_{k:04d}.npy", view.depth)
+        np.save(folder / f"conf_{k}.npy", np.full(view.depth.shape, 3.0, np.float32))
+        np.save(folder / f"init_conf_{k}.npy", np.full(view.depth.shape, 2.0, np.float32))
+        picture(folder / f"dynamic_mask_{k}.png", np.zeros(view.depth.shape, np.uint8))
+        turn = np.roll(quaternion(view.pose), 1)
+        poses.append(f"{float(k)} {numbers(view.pose[:3, 3])} {numbers(turn)}")
+    text(folder / "pred_traj.txt", *poses)
+    text(folder / "pred_intrinsics.txt", *[numbers(SMALL.matrix.reshape(-1), "%.18e")] * 3)
+    return Expected(folder, SMALL, views, pixels=0.6, or_notes="pose|traj")
+
+
 MAKERS = (
     depth_anything_mapped,
     depth_anything_v1_mapped,
@@ -169,4 +201,6 @@ MAKERS = (
     moge,
     moge_npz,
     vggt,
+    megasam,
+    monst3r,
 )

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .room import Expected, Pinhole, Room, without_camera
-from .writing import numbers, picture, quaternion, text
+from .room import SMALL, Expected, Pinhole, Room, without_camera
+from .writing import exr, numbers, picture, quaternion, rows, text
 
 TO_NED = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])  # x forward, y right, z down
 
@@ -84,6 +84,30 @@ def diode(folder: Path, room: Room) -> Expected:
     return Expected(folder, camera, views, poses=False, **without_camera(camera))
 
 
+def sun_rgbd(folder: Path, room: Room) -> Expected:
+    """SUN RGB-D (Song 2015): image/, depth/ and depth_bfx/ with bits rotated by 3, intrinsics.txt, extrinsics."""
+    view = room.through(SMALL, 1)[0]
+    raw = np.rint(view.depth * 1000).astype(np.uint16)
+    picture(folder / "image/0000103.jpg", view.color)
+    for name in ("depth", "depth_bfx"):
+        picture(folder / f"{name}/0000103.png", raw << 3 | raw >> 13)
+    text(folder / "intrinsics.txt", *rows(SMALL.matrix, "%.6f"))
+    text(folder / "extrinsics/20150118235401.txt", *rows(np.c_[view.pose[:3, :3], np.zeros(3)], "%.6f"))
+    text(folder / "scene.txt", "office")
+    text(folder / "annotation2Dfinal/index.json", "{}")
+    return Expected(folder, SMALL, [view], poses=False)
+
+
+def blender(folder: Path, room: Room) -> Expected:
+    """Blender's File Output node: Image0001.png and Depth0001.exr (channel V), 1e10 where the sky is."""
+    camera = Pinhole(262.5, 262.5, 159.5, 119.5, 320, 240)
+    views = room.through(camera, 2)
+    for k, view in enumerate(views, 1):
+        picture(folder / f"Image{k:04d}.png", view.color)
+        exr(folder / f"Depth{k:04d}.exr", V=np.where(view.depth > 0, view.depth, 1e10))
+    return Expected(folder, camera, views, poses=False, **without_camera(camera))
+
+
 def nyu_labeled(folder: Path, room: Room) -> Expected:
     """NYU Depth v2's nyu_depth_v2_labeled.mat (Silberman 2012): HDF5, images (n, 3, w, h), depths (n, w, h), metres."""
     import h5py
@@ -101,4 +125,4 @@ def nyu_labeled(folder: Path, room: Room) -> Expected:
     return Expected(source, camera, views, poses=False, pixels=1.2, **without_camera(camera))
 
 
-MAKERS = (tartanair, tartanair_v2, hypersim, diode, nyu_labeled)
+MAKERS = (tartanair, tartanair_v2, hypersim, diode, sun_rgbd, blender, nyu_labeled)

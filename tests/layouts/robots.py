@@ -166,6 +166,18 @@ def realsense_d405_json(folder: Path, room: Room) -> Expected:
     return _frame(folder, room, 10000)
 
 
+def realsense_viewer(folder: Path, room: Room) -> Expected:
+    """librealsense's rs-save-to-disk and the viewer's snapshot: the depth is a coloured picture: refused."""
+    view = room.through(SMALL, 1)[0]
+    picture(folder / "rs-save-to-disk-output-Color.png", view.color)
+    level = (view.depth / view.depth.max() * 255).astype(np.uint8)
+    colored = np.stack([255 - level, np.abs(128 - level.astype(int)).astype(np.uint8), level], -1)
+    picture(folder / "rs-save-to-disk-output-Depth.png", np.where(level[..., None] > 0, colored, 0).astype(np.uint8))
+    head = ["RGB Camera Stream Type,Color", "Intrinsic:,", f"Fx,{SMALL.fx}", f"Fy,{SMALL.fy}"]
+    text(folder / "rs-save-to-disk-output-Color-metadata.csv", *head, f"PPx,{SMALL.cx}", f"PPy,{SMALL.cy}")
+    return Expected(folder, SMALL, [view], poses=False, metric=False, or_says="colou?r-mapped|colou?red")
+
+
 def k_json(folder: Path, room: Room) -> Expected:
     """{"K": [[..], [..], [..]]}, as many scripts write it."""
     as_json(folder / "camera.json", {"K": SMALL.matrix.tolist(), "width": 320, "height": 240})
@@ -208,6 +220,7 @@ MAKERS = (
     nice_slam_yaml,
     realsense_json,
     realsense_d405_json,
+    realsense_viewer,
     k_json,
     k_npy,
     intrinsics_npy,

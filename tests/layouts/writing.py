@@ -20,8 +20,9 @@ def picture(path: Path, array: np.ndarray) -> None:
 
 def depth16(path: Path, depth: np.ndarray, scale: float = 1000, missing: int = 0) -> None:
     """A 16-bit PNG: metres times scale, rounded."""
-    raw = np.rint(np.where(depth > 0, depth * scale, missing)).clip(0, 65535).astype(np.uint16)
-    picture(path, raw)
+    raw = np.rint(np.where(depth > 0, depth * scale, missing))
+    assert raw.max() <= 65535, "too far for 16 bits"
+    picture(path, raw.astype(np.uint16))
 
 
 def text(path: Path, *lines: str) -> None:
@@ -63,6 +64,14 @@ def pfm(path: Path, array: np.ndarray) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     head = f"Pf\n{array.shape[1]} {array.shape[0]}\n-1\n".encode()
     path.write_bytes(head + array[::-1].astype("<f4").tobytes())
+
+
+def tum_poses(times: Iterable[float], poses: Iterable[np.ndarray]) -> list[str]:
+    """Lines `t tx ty tz qx qy qz qw`."""
+    return [
+        f"{time:.4f} {numbers(pose[:3, 3], '%.6f')} {numbers(quaternion(pose), '%.7f')}"
+        for time, pose in zip(times, poses, strict=True)
+    ]
 
 
 def log_trajectory(path: Path, poses: list[np.ndarray]) -> None:

@@ -14,10 +14,8 @@ from .checks import shown
 from .files.assembly import ReadOptions
 from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
-from .files.folders import check_folder
 from .files.frames import load_frame
-from .files.names import Folder
-from .files.sequences import FolderSequence, first_readable, open_folder
+from .files.sequences import FrameSequence, first_readable, open_frames
 from .frame import Frame
 from .gltf import load_scene
 from .notes import once, print_note
@@ -28,7 +26,7 @@ _SCENES = (".gltf", ".glb")
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
-def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:
+def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequence:
     """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
 
     Pictures, cameras and poses are found as files/known.py lists them; where several views overlap, their depths tell
@@ -43,13 +41,9 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
-    place = builtin_folder(path)
-    note = options["notes"] = once(options.get("notes", print_note))
-    if place.is_file():
-        return load_frame(place, **options)
+    note = once(options.pop("notes", print_note))
     outside = options.pop("allow_outside", False)
-    del options["notes"]
-    sequence = open_folder(Folder(check_folder(place), outside), ReadOptions(**options), note)
+    sequence = open_frames(builtin_folder(path), outside, ReadOptions(**options), note)
     _, first = first_readable(sequence)
     return first.frame if len(sequence) == 1 else sequence
 

@@ -11,7 +11,7 @@ from PIL import Image
 from pytest import approx
 
 import pointshade_gl as ps
-from pointshade_gl.sources import FolderSequence, open_source, prefetched
+from pointshade_gl.sources import FrameSequence, open_source, prefetched
 
 DEEP = (900 + 3 * np.arange(40) + 5 * np.arange(30)[:, None]).astype(np.uint16)
 COLOR = np.zeros((30, 40, 3), np.uint8)
@@ -60,7 +60,7 @@ def numbers(frames):
 def test_a_folder_of_many_frames_is_a_sequence_in_their_order(tmp_path, depth, color):
     write(tmp_path, 12, depth, color)
     source = open_source(tmp_path, **OPTIONS, notes=refuse)
-    assert isinstance(source, FolderSequence) and len(source) == 12
+    assert isinstance(source, FrameSequence) and len(source) == 12
     assert numbers(source) == list(range(12))
     assert numbers([source[7], source[-1]]) == [7, 11]
     assert numbers(source[2:5]) == [2, 3, 4]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -18,8 +19,10 @@ from ..wording import option
 from .agreement import Reading
 from .camera_files import read_intrinsics
 from .content import FilePath
+from .contents import Contents
 from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
+from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
 from .known import CODINGS, COMMON_CAMERAS, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
@@ -57,6 +60,7 @@ class Parts(NamedTuple):
     filed    the camera that lies beside the pictures
     missing  what to add to the error if no camera is known
     number   counted from 0: which picture of a video is the colour
+    contents reads what a container, of the name `depth`, gives instead of a depth picture
     """
 
     depth: FilePath | NDArray[Any]
@@ -66,6 +70,7 @@ class Parts(NamedTuple):
     valid: FilePath | NDArray[np.bool_] | None = None
     missing: str = ""
     number: int = 0
+    contents: Callable[[], Contents] | None = None
 
 
 class Found(NamedTuple):
@@ -100,9 +105,9 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence."""
     reading = reading or Reading()
     limit = options.max_pixels
-    raw = read_depth(parts.depth, note, limit) if is_path(parts.depth) else _check_depth(parts.depth)
+    raw, parts = _read_raw(parts, note, limit)
     picture = _read_picture(parts, limit)
-    source = _with_coding(_choose_camera(parts.filed, options, note), parts.depth, options, note)
+    source = _with_coding(_choose_camera(parts, options, note), parts.depth, options, note)
     camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     kind = _kind(source, options)
     filed = _filed_scale(source, kind, raw, is_path(parts.depth))
@@ -152,6 +157,23 @@ def _read_picture(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
     return read_color(parts.color, max_pixels)
 
 
+def _read_raw(parts: Parts, note: Note, max_pixels: float) -> tuple[NDArray[Any], Parts]:
+    """The depth as it is stored; and the parts, with those of a container in the place of what lies beside it."""
+    if parts.contents is None:
+        raw = read_depth(parts.depth, note, max_pixels) if is_path(parts.depth) else _check_depth(parts.depth)
+        return raw, parts
+    held = parts.contents()
+    filed = parts.filed if held.intrinsics is None else merged(held.intrinsics, parts.filed)
+    if filed is not None:
+        kind, scale = held.depth_kind or filed.depth_kind, held.depth_scale or filed.depth_scale
+        filed = replace(filed, depth_kind=kind, depth_scale=scale)
+    color, pose, valid = (
+        beside if own is None else own
+        for own, beside in ((held.color, parts.color), (held.pose, parts.pose), (held.valid, parts.valid))
+    )
+    return one_channel(held.depth, str(parts.depth)), parts._replace(color=color, filed=filed, pose=pose, valid=valid)
+
+
 def _check_depth(depth: Any) -> NDArray[Any]:
     return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
 
@@ -170,11 +192,21 @@ def _size(array: NDArray[Any]) -> Size:
     return array.shape[1], array.shape[0]
 
 
-def _choose_camera(filed: Intrinsics | None, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """The caller's camera; what it does not say about the depth comes from the file beside the pictures."""
-    if options.intrinsics is None:
-        return filed
-    return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), filed)
+def _choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
+    """The caller's camera; what it does not say about the depth comes from the file beside the pictures.
+
+    If neither is there, a photograph may say what lens took it.
+    """
+    if options.intrinsics is not None:
+        return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
+    if parts.filed is None and options.fov is None and is_path(parts.color):
+        found = camera_from_exif(parts.color, options.max_pixels)
+        if found:
+            note(
+                f"the camera is that of the lens of {Path(parts.color).name} (EXIF): focal length {found.numbers[0]:.0f} px"
+            )
+        return found
+    return parts.filed
 
 
 def _with_coding(source: Intrinsics | None, depth: Any, options: ReadOptions, note: Note) -> Intrinsics | None:

@@ -18,13 +18,13 @@ from ..wording import cut, option, shown
 from .arrays import NUMPY, read_numbers
 from .camera_forms import DISTORTION, from_colmap, from_matrix, from_named, from_pincam, word
 from .content import parse_object, read_head, read_text, split_numbers
+from .hdf5 import MATLAB_73
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
+from .matlab import MATLAB_5, read_matrix_mat
 from .named_numbers import Named, read_named
 
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
-_MATLAB = b"MATLAB"
-_HDF = b"\x89HDF"
 
 
 def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS) -> Intrinsics:
@@ -50,10 +50,9 @@ def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
     head = read_head(path, 512)
     if head.startswith(NUMPY):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
-    if head.startswith((_MATLAB, _HDF)):
-        from .matlab import read_matrices
-
-        return _from_names(read_matrices(path, max_pixels), path, note)
+    if head.startswith((MATLAB_5, MATLAB_73)):
+        arrays = read_matrix_mat(path, max_pixels).items()
+        return _from_names({name: array.ravel().tolist() for name, array in arrays}, path, note)
     text = read_text(path, max_pixels)
     if cameras := from_colmap(text, str(path)):
         return next(iter(cameras.values()))

@@ -111,10 +111,14 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     items = [item for item in list_files(folder, 1) if item.suffix in COLOR_SUFFIXES]
     named = next((item for item in items if item.path == depth), Item(depth, depth.name.lower()))
     colors = _colors_of(folder, items, [named], lambda _: None)
-    found = next((item for item in colors if item.key == named.key), None) or (colors[0] if colors else None)
-    if len(colors) > 1 and found and found.key != named.key:
-        note(f"{folder} has {len(colors)} colour pictures: {found.path.name} is taken")
-    return found.path if found else None
+    same = next((item.path for item in colors if item.key == named.key), None)
+    if same or not colors:
+        if not same:
+            note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
+        return same
+    if len(colors) > 1:
+        note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
+    return colors[0].path
 
 
 def _listed(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:

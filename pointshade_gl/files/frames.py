@@ -19,7 +19,7 @@ from .folders import FrameFiles, check_folder, find_color
 from .limits import MAX_PIXELS
 from .names import Folder
 from .registration import check_registration
-from .sequences import find_filed, first_readable, open_folder
+from .sequences import find_filed, first_readable, open_folder, open_frames
 
 
 def load_frame(
@@ -71,19 +71,16 @@ def read_frame(
         if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
             check_registration(read.frame, note)
         return read
-    if not isinstance(source, Folder):
-        path = builtin_folder(source)
-        if path.is_file():
-            if depth is not None:
-                raise ValueError(f"{path} is a file and would be the depth: leave out {option('depth')}, or the file")
-            return _from_parts(Folder(path.parent, allow_outside), path, color, options, note)
-        source = Folder(check_folder(path), allow_outside)
+    path = source.path if isinstance(source, Folder) else builtin_folder(source)
     if depth is not None or color is not None:
-        return _from_parts(source, depth, color, options, note)
-    sequence = open_folder(source, options, note)
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        return _from_parts(place, depth, color, options, note)
+    opened = open_folder(source, options, note) if isinstance(source, Folder) else None
+    sequence = opened or open_frames(path, allow_outside, options, note)
     index, read = first_readable(sequence)
     if len(sequence) > 1:
-        note(f"{source.path} is a sequence of {len(sequence)} frames: {sequence.files[index].depth.name} is taken")
+        taken = Path(str(sequence.parts[index].depth)).name
+        note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken")
     return read
 
 
@@ -92,20 +89,20 @@ def _given(value: Any) -> Any:
 
 
 def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
-    """A frame of a folder with its depth, its colour or both given by the caller."""
-    files: list[FrameFiles] = []
+    """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
+    if place.path.is_file():
+        if depth is not None:
+            raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+    check_folder(place.path)
     if depth is None:
-        depth = open_folder(place, options, note).files[0].depth
-    if is_path(depth):
-        files = [FrameFiles(Path(depth))]
+        depth = open_folder(place, options, note).parts[0].depth
     if color is None and is_path(depth):
         color = find_color(place.path, Path(depth), note)
-        if color is None:
-            note(f"{place.path} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
     for path in (depth, color):
         if is_path(path):
             place.check(Path(path))
-    cameras = find_filed(place, files, options, note)
+    cameras = find_filed(place, [FrameFiles(Path(depth))] if is_path(depth) else [], options, note)
     read = assemble(Parts(_given(depth), _given(color), cameras.of(0), missing=cameras.missing), options, note)
     check_registration(read.frame, note)
     return read

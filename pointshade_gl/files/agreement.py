@@ -19,6 +19,13 @@ from ..frame import Frame
 from .pose_files import inverted
 from .transforms import OPENGL
 
+# What others call right, down and ahead: matrices from OpenCV's axes to theirs.
+AXES = {
+    "opencv": np.eye(4),
+    "opengl": OPENGL,
+    "north, east, down": np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),  # AirSim, TartanAir
+    "forward, left, up": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),  # ROS bodies
+}
 AGREES = 0.03  # of the depth, in the median: poses off by a few centimetres, sensors, splats
 FAILS = 0.08
 _BETTER = 0.4  # another reading must leave less than this share of the error
@@ -31,21 +38,24 @@ _SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth ta
 class Reading:
     """How poses and cameras are to be understood: as they are written, or in one of the other ways that people write.
 
-    to_world  the pose is camera-to-world
-    opengl    the camera looks along -z, y up
-    mirrored  fy has the other sign
-    scale     the depth is to be multiplied by this
+    to_world    the pose is camera-to-world
+    axes        of the camera that the pose means, one of AXES
+    mirrored    fy has the other sign
+    scale       the depth is to be multiplied by this
+    pose_scale  the places of the poses are to be multiplied by this
     """
 
     to_world: bool = True
-    opengl: bool = False
+    axes: str = "opencv"
     mirrored: bool = False
     scale: float = 1.0
+    pose_scale: float = 1.0
 
     def pose(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
         """(4, 4) camera-to-world in OpenCV axes of a pose as it is written."""
-        pose = pose if self.to_world else inverted(pose[None])[0]
-        return pose @ OPENGL if self.opengl else pose
+        pose = (pose if self.to_world else inverted(pose[None])[0]) @ AXES[self.axes]
+        pose[:3, 3] *= self.pose_scale
+        return pose
 
     def camera(self, camera: Camera) -> Camera:
         return replace(camera, fy=-camera.fy) if self.mirrored else camera
@@ -53,9 +63,10 @@ class Reading:
     def __str__(self) -> str:
         said = [
             "" if self.to_world else "poses lead from the world to the camera",
-            "the poses' cameras look along -z" if self.opengl else "",
+            "" if self.axes == "opencv" else f"the poses' cameras have the axes of {self.axes}",
             "fy is negative" if self.mirrored else "",
             "" if self.scale == 1 else f"a metre has {1000 / self.scale:g} depth units",
+            "" if self.pose_scale == 1 else f"the poses are {self.pose_scale:.4g} times as large",
         ]
         return ", ".join(part for part in said if part) or "as written"
 
@@ -81,10 +92,10 @@ def find_reading(frames: Sequence[Frame], may_scale: bool) -> Finding | None:
         return Finding(Reading(), written, written)
     scales = (1.0, *_SCALES) if may_scale else (1.0,)
     others = [
-        Reading(to_world, opengl, mirrored, scale)
+        Reading(to_world, axes, mirrored, scale)
         for scale in scales
         for mirrored in (False, True)
-        for opengl in (False, True)
+        for axes in AXES
         for to_world in (True, False)
     ]
     # the fewer changes the better where several fit alike

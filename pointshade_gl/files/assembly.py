@@ -202,9 +202,8 @@ def _choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics
     if parts.filed is None and options.fov is None and is_path(parts.color):
         found = camera_from_exif(parts.color, options.max_pixels)
         if found:
-            note(
-                f"the camera is that of the lens of {Path(parts.color).name} (EXIF): focal length {found.numbers[0]:.0f} px"
-            )
+            focal = f"focal length {found.numbers[0]:.0f} px"
+            note(f"no camera is known, the lens of {Path(parts.color).name} is taken (EXIF): {focal}")
         return found
     return parts.filed
 

@@ -33,7 +33,7 @@ WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "res
 HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
 SIZE = ("resolution", "imagesize", "imgsize", "size", "imsize", "srect02", "srect00")
 PER_METRE = ("depthscale", "depthmapfactor", "factordepth", "depthfactor", "pngdepthscale", "scale", "depthshift")
-METRES_EACH = ("depthunitscalefactor", "depthunit", "depthunits", "metersperunit", "metresperunit")
+METRES_EACH = ("depthunitscalefactor", "integerdepthscale", "depthunit", "depthunits", "metersperunit", "metresperunit")
 FOV_X, FOV_Y = ("fovx", "hfov", "fovh", "horizontalfov"), ("fovy", "vfov", "fovv", "verticalfov", "yfov")
 ANGLE_X, ANGLE_Y = ("cameraanglex",), ("cameraangley",)  # radians, nerf's own
 BASELINE, DOFFS = ("baseline",), ("doffs",)
@@ -86,6 +86,8 @@ def _words_around(named: Named, group: str) -> Words:
 
 
 def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
+    if not any(key in words for key in (*FX, *FOCAL, *MATRIX)):
+        return None
     size = _size_of(around, name)
     numbers = _numbers_of(words, size)
     if numbers is None:
@@ -96,9 +98,19 @@ def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
     baseline, doffs = _first(around, BASELINE), _first(around, DOFFS)
     if doffs is not None and baseline is not None:  # Middlebury, where the baseline is in millimetres
         baseline /= 1000
+    if baseline is None:
+        baseline = _between(words)
     if scale and _BOP in words:
         scale = 1000 / scale  # BOP's is millimetres for each unit
     return Intrinsics(name, numbers, size, 1 / each if each else scale, None, baseline, doffs)
+
+
+def _between(words: Words) -> float | None:
+    """Metres between KITTI's two colour cameras: the fourth number of a projection is -fx times its place."""
+    for left, right in (("prect02", "prect03"), ("p2", "p3")):
+        if len(words.get(left, ())) == len(words.get(right, ())) == 12 and words[left][0]:
+            return (words[left][3] - words[right][3]) / words[left][0]
+    return None
 
 
 def _numbers_of(words: Words, size: Size | None) -> Numbers | None:

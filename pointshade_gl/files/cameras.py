@@ -14,7 +14,7 @@ from .folders import FrameFiles
 from .intrinsics import Intrinsics
 from .known import CAMERA_SUFFIXES, CAMERAS, DATA_SETS, FRAME_CAMERAS, NOT_A_CAMERA, TRANSFORMS
 from .limits import MAX_PIXELS
-from .listing import Item, list_files
+from .listing import Item, list_files, matches
 from .names import Folder
 from .transforms import read_transforms
 
@@ -90,9 +90,8 @@ def _one_each(
 ) -> list[Intrinsics | None]:
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
     named = [item for item in items if (item.words | item.folder_words | {item.suffix[1:]}) & FRAME_CAMERAS]
-    by_key = {item.key: item.path for item in named if item.key and not NOT_A_CAMERA.search(item.name)}
-    files = [by_key.get(one.key) for one in frames] if len(by_key) > 1 else []
-    if not files or 2 * files.count(None) >= len(files):
+    files = matches([one.key for one in frames], [item for item in named if not NOT_A_CAMERA.search(item.name)])
+    if len(set(files)) < 2:
         return []
     found: list[Intrinsics | None] = []
     for path in files:

@@ -20,6 +20,7 @@ from .known import (
     CONTAINERS,
     DEPTH_LISTS,
     DEPTH_SUFFIXES,
+    ONLY_DEPTH,
     PAIR_LISTS,
     RAW_SUFFIXES,
     RIGHT_VIEWS,
@@ -32,7 +33,6 @@ from .listing import LEVELS, Item, key_of, list_files
 from .names import Folder
 from .transforms import read_transforms
 
-_ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat")  # pictures for the eye have other suffixes
 _PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
 _DEEP_GREY = b"\x10\x00"  # of a PNG: 16 bits, one channel
 
@@ -179,7 +179,7 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
     for wanted in ("depth", "", "shown depth"):
         found = [item for item in allowed if item.role == wanted]
         if wanted == "":
-            found = [item for item in found if item.suffix in _ONLY_DEPTH] or _deep_grey(found)
+            found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
             return _best_group(
                 folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
@@ -229,11 +229,11 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
     groups: dict[str, list[Item]] = {}
     for item in items:
         groups.setdefault(_template(item), []).append(item)
-    keys, numbers = {item.key for item in partners}, {item.number for item in partners}
+    keys, numbers = {item.key for item in partners}, {item.numbers for item in partners if item.numbers}
     places = {item.path.parent for item in partners}
 
     def rank(group: list[Item]) -> tuple[float, ...]:
-        matched = sum(item.key in keys or (item.number in numbers and item.number is not None) for item in group)
+        matched = sum(item.key in keys or item.numbers in numbers for item in group)
         together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
         return (
             -min(matched, len(partners)),
@@ -281,8 +281,8 @@ def _partners(folder: Path, depths: list[Item], colors: list[Item], note: Note) 
     if len(depths) == len(colors) == 1:
         return [colors[0]]
     enough = min(len(depths), len(colors)) / 2
-    for same in (lambda item: item.key, lambda item: item.number):
-        named = {same(item): item for item in colors if same(item) not in (None, "")}
+    for same in (lambda item: item.key, lambda item: item.numbers, lambda item: item.numbers[-1:]):
+        named = {same(item): item for item in colors if same(item)}
         partners = [named.get(same(item)) for item in depths]
         if len(depths) - partners.count(None) > enough and len(named) == len(colors):
             return partners

@@ -20,6 +20,9 @@ CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip") 
 VIDEO_SUFFIXES = (".mp4", ".mov")
 
 
+ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat", ".bin", ".raw")  # never pictures for the eye
+
+
 # Words in the names of files and folders: depth_0001.png, frame-000001.color.jpg, images/7.png.
 def _words(*names: str) -> frozenset[str]:
     return frozenset(names)
@@ -30,6 +33,9 @@ COLOR = _words(
     "color", "colors", "colour", "rgb", "rgbs", "image", "images", "img", "imgs", "im", "photo", "photos", "picture",
     "tonemap", "wide",
 )  # fmt: skip
+ANY_PICTURE = _words(
+    "image", "images", "img", "imgs", "im", "photo", "photos", "picture"
+)  # depth/IMG_0001.png is depth
 SHOWN_DEPTH = _words(
     "vis", "visual", "preview", "colored", "coloured", "colorized", "colormap", "colormapped", "cmap", "jet"
 )
@@ -60,21 +66,21 @@ CAMERAS = tuple(
             r"scene_camera\.json",
             r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
             r"(.*/)?cameras?\.(txt|json|ya?ml)",
-            r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w.-]*\.\w+",
+            r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
             r"(.*/)?(metadata|meta|info)(\.\w+)?",
             r"(.*/)?[\w-]+[-_]meta\.mat",
             r"scene\w+_\d\d\.txt",
-            r"[\w-]*\.(ya?ml|pincam)",
-            r"(.*/)?[\w.-]*\.pincam",
+            r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
+            r"(scene/)?[\w-]*traj\w*\.json",
         ),
     )
 )
 CAMERA_SUFFIXES = (".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cfg", ".ini", "")
-NOT_A_CAMERA = re.compile(r"extrinsic|pose|traj|right|imu|distort|accel|(^|/)ir[_.-]|infra")
-FRAME_CAMERAS = _words("intrinsics", "intrinsic", "cameras", "camera", "calib", "meta", "pincam")
+NOT_A_CAMERA = re.compile(r"extrinsic|pose|traj(?!\w*\.json)|right|imu|distort|accel|(^|/)ir[_.-]|infra")
+FRAME_CAMERAS = _words("intrinsics", "intrinsic", "cameras", "camera", "calib", "meta", "pincam", "frame", "frames")
 
 # Poses: a file for each frame, or one for all.
-FRAME_POSES = _words("pose", "poses", "cameras", "extrinsics", "extrinsic")
+FRAME_POSES = _words("pose", "poses", "cameras", "extrinsics", "extrinsic", "meta", "frame", "frames")
 POSE_SUFFIXES = (".txt", ".csv", ".log", ".json", ".npy", ".npz", ".mat", ".freiburg", ".traj", ".pose", "")
 POSES = tuple(
     map(
@@ -89,7 +95,7 @@ POSES = tuple(
             r"odometry\.csv",
             r"scene_camera\.json",
             r"(.*/)?images\.txt",
-            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|extrinsics?|cam2world|c2w|w2c)[\w-]*\.\w+",
+            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*\.\w+",
             r"[\w.-]*\.(freiburg|traj|pose)",
         ),
     )

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from .known import COLOR, DEPTH, NEITHER, SHOWN_DEPTH
+from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, SHOWN_DEPTH
 
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
@@ -53,15 +53,16 @@ class Item:
     @cached_property
     def role(self) -> str:
         """What it is: depth, shown depth (a picture of it, for the eye), color, other; "" if the name does not say."""
-        for words in (self.words, self.folder_words):
+        own = self.words - ANY_PICTURE if self.folder_words & DEPTH else self.words
+        for words in (own, self.folder_words):
             is_depth, is_color = bool(words & DEPTH), bool(words & COLOR)
             if words & SHOWN_DEPTH and is_depth:
                 return "shown depth"
             if words & NEITHER:
                 return "other"
-            if is_depth and words & {"color", "colour", "rgb"} and words is self.words:
+            if is_depth and words & {"color", "colour", "rgb"} and words is own:
                 return self._first_of_both()
-            if is_depth or is_color:
+            if is_depth or (is_color and self.suffix not in ONLY_DEPTH):
                 return "depth" if is_depth else "color"
         return ""
 
@@ -78,9 +79,9 @@ class Item:
         return key_of(self.stem)
 
     @cached_property
-    def number(self) -> int | None:
-        """The last whole number in its name, by which files of one frame are matched where their names differ."""
-        return number_in(self.key)
+    def numbers(self) -> tuple[int, ...]:
+        """The whole numbers in its name, by which files of one frame are matched where their names differ."""
+        return numbers_in(self.key)
 
     @cached_property
     def time(self) -> float | None:
@@ -93,10 +94,36 @@ def key_of(stem: str) -> str:
     return _ROLE_WORD.sub("", stem).strip("._- ")
 
 
-def number_in(key: str) -> int | None:
-    """The last whole number of a name without its suffix; None without any."""
-    found = re.findall(r"\d+", key)
-    return int(found[-1][:18]) if found else None
+def numbers_in(key: str) -> tuple[int, ...]:
+    """The whole numbers of a name without its suffix."""
+    return tuple(int(number[:18]) for number in re.findall(r"\d+", key))
+
+
+def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
+    """For each frame, by its key, its own file: that with the same key, else the same numbers, last or first number.
+
+    Empty if fewer than half of the frames have one.
+    """
+    items = [item for item in items if item.key]
+    for same in (_itself, numbers_in, _last, _first):
+        named = {same(item.key): item.path for item in items}
+        named.pop(None, None)
+        found = [named.get(same(key)) for key in keys] if named else []
+        if 2 * (len(found) - found.count(None)) > len(found):
+            return found
+    return []
+
+
+def _itself(key: str) -> str | None:
+    return key or None
+
+
+def _last(key: str) -> int | None:
+    return next(reversed(numbers_in(key)), None)
+
+
+def _first(key: str) -> int | None:
+    return next(iter(numbers_in(key)), None)
 
 
 def words_of(name: str) -> frozenset[str]:

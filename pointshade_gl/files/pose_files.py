@@ -15,11 +15,27 @@ from numpy.typing import NDArray
 
 from ..camera import check_pose
 from .arrays import NUMPY, read_npy, read_numbers
+from .camera_forms import word
 from .content import FilePath, parse_json, read_head, read_text
+from .hdf5 import MATLAB_73
 from .limits import MAX_PIXELS
+from .matlab import MATLAB_5, read_matrix_mat
+from .named_numbers import Named, named_of
 from .transforms import OPENGL, read_transforms
 
 _COLUMNS = 64  # of a row, at most
+_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
+    "cameraposearframe": (True, True),
+    "camerapose": (True, False),
+    "pose": (True, False),
+    "cam2world": (True, False),
+    "c2w": (True, False),
+    "transformmatrix": (True, True),
+    "extrinsic": (False, False),
+    "extrinsics": (False, False),
+    "w2c": (False, False),
+    "rotationtranslationmatrix": (False, False),
+}
 Matrices = NDArray[np.float64]  # (n, 4, 4)
 
 
@@ -52,7 +68,11 @@ def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.fl
 
 def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     """All poses of a file. Raises ValueError, naming the file, if it holds none."""
-    if read_head(path).startswith(NUMPY):
+    head = read_head(path)
+    if head.startswith((MATLAB_5, MATLAB_73)):
+        arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
+        return _checked(_from_words(arrays), path, "arrays of other kinds")
+    if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
         found = _from_rows(
             array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
@@ -123,6 +143,9 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
         return PoseList(from_matrices(rows[:, 1:]), [f"{number:.0f}" for number in rows[:, 0]], rows[:, 0])
     if columns in (12, 16):
         return PoseList(from_matrices(rows))
+    if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
+        rows = rows[rows[:, 1] == rows[0, 1]]
+        return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
     if columns == 4 and len(rows) % 4 == 0:
         return PoseList(from_matrices(rows.reshape(-1, 16)))
     if columns == 4 and len(rows) == 3:
@@ -172,9 +195,9 @@ def _from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
         entries = read_transforms(path, max_pixels)
         names = [entry.color or entry.depth or "" for entry in entries]
         return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names)
-    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices):
+    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_words):
         try:
-            found = read(data)
+            found = read(named_of(data) if read is _from_words else data)
         except (KeyError, TypeError, ValueError, OverflowError):
             continue
         if found is not None:
@@ -224,6 +247,18 @@ def _from_named_matrices(data: Any) -> PoseList | None:
     if rows.shape[1] not in (12, 16):
         return None
     return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
+
+
+def _from_words(named: Named) -> PoseList | None:
+    """One matrix among other things of a frame, by a name that says what it is."""
+    for name, numbers in named.items():
+        key = word(name)
+        if len(numbers) in (12, 16) and key in _POSE_WORDS:
+            pose = from_matrices(np.array([numbers], np.float64))
+            to_world, is_opengl = _POSE_WORDS[key]
+            pose = pose if to_world else inverted(pose)
+            return PoseList(pose @ OPENGL if is_opengl else pose)
+    return None
 
 
 def from_matrices(rows: NDArray[np.float64]) -> Matrices:

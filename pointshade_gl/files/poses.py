@@ -13,7 +13,7 @@ from ..notes import Note
 from .folders import FrameFiles, nearest
 from .known import FRAME_POSES, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
-from .listing import Item, list_files, number_in
+from .listing import Item, list_files, matches, numbers_in
 from .pose_files import PoseList, read_frame_pose, read_poses
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
@@ -34,7 +34,7 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
     """
     items = list_files(folder, 2)
     items = [item for item in items if item.suffix in POSE_SUFFIXES]
-    single = _one_each(items, frames)
+    single = _one_each(items, frames, max_pixels)
     if single:
         first = _named(folder, next(path for path in single if path))
         note(f"poses are read from files such as {first}")
@@ -54,17 +54,19 @@ def _named(folder: Path, path: Path) -> str:
     return path.relative_to(folder).as_posix()
 
 
-def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Path | None]:
+def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
     own = [item for item in items if (item.words | item.folder_words) & FRAME_POSES and item.suffix != ".log"]
-    if len(own) < 2:
+    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+    found = matches([one.key for one in frames], [item for item in own if item.path not in taken])
+    first = next((path for path in found if path), None)
+    if first is None or len(set(found)) < 2:
         return []
-    by_key = {item.key: item.path for item in own if item.key}
-    by_number: dict[int | None, Path] = {item.number: item.path for item in own if item.number is not None}
-    for found in ([by_key.get(one.key) for one in frames], [by_number.get(number_in(one.key)) for one in frames]):
-        if 2 * (len(found) - found.count(None)) > len(found):
-            return found
-    return []
+    try:
+        read_frame_pose(first, max_pixels)
+    except ValueError:
+        return []  # of another kind, such as a camera
+    return found
 
 
 def _by_rank(items: Sequence[Item]) -> list[Item]:
@@ -87,15 +89,15 @@ def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
         return list(found.poses[near])
     if len(found.poses) == len(frames):
         return list(found.poses)
-    numbers = [number_in(one.key) for one in frames]
-    if all(number is not None and 0 <= number < len(found.poses) for number in numbers):
-        return [found.poses[number] for number in numbers if number is not None]
+    numbers = [numbers_in(one.key)[-1:] for one in frames]
+    if all(number and 0 <= number[0] < len(found.poses) for number in numbers):
+        return [found.poses[number[0]] for number in numbers]
     note(f"{path} has {len(found.poses)} poses for {len(frames)} frames: it is not used")
     return None
 
 
 def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
-    for same in (_stem, _number):
+    for same in (_stem, _numbers, _last):
         named: dict[object, NDArray[np.float64]] = {}
         for name, pose in zip(found.names or [], found.poses, strict=True):
             named[same(name)] = pose
@@ -112,5 +114,9 @@ def _stem(name: str) -> str:
     return Path(name.replace("\\", "/")).stem.lower()
 
 
-def _number(name: str) -> int | None:
-    return number_in(_stem(name))
+def _numbers(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))
+
+
+def _last(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))[-1:]

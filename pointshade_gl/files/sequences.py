@@ -156,7 +156,7 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
         for one, pose in zip(files, poses.poses, strict=True)
     ]
     if held is not None:
-        parts = [one._replace(contents=partial(_only, one.depth, limit)) for one in parts]
+        parts = [one._replace(contents=partial(_only, Path(str(one.depth)), limit)) for one in parts]
     parts = _without_lost(parts, place.path, note)
     sequence = FrameSequence(place, parts, options, note, poses.source)
     if sequence.posed > 1:

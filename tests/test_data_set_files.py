@@ -9,7 +9,7 @@ from pointshade_gl.files.containers import open_container
 from pointshade_gl.files.exif import camera_from_exif
 from pointshade_gl.files.matlab import read_matrix_mat
 
-from .test_containers import CAMERA, H, W, colors, matrix, pose, wavy
+from .known_arrays import CAMERA, H, W, colors, matrix, pose, wavy
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.files.containers import open_container
+from pointshade_gl.files.containers.opening import open_container
 
 from .known_arrays import CAMERA, H, W, colors, matrix, points_of, pose, wavy
 

@@ -5,9 +5,9 @@ import pytest
 from PIL import Image
 
 from pointshade_gl.files.colmap import is_colmap_depth, read_colmap_depth
-from pointshade_gl.files.containers import open_container
+from pointshade_gl.files.containers.matlab import read_matrix_mat
+from pointshade_gl.files.containers.opening import open_container
 from pointshade_gl.files.exif import camera_from_exif
-from pointshade_gl.files.matlab import read_matrix_mat
 
 from .known_arrays import CAMERA, H, W, colors, matrix, pose, wavy
 

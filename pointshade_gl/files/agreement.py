@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 
 from ..camera import Camera
 from ..frame import Frame
-from .pose_files import inverted
-from .transforms import OPENGL
+from .axes import AXES, inverted
 
-# What others call right, down and ahead: matrices from OpenCV's axes to theirs.
-AXES = {
-    "opencv": np.eye(4),
-    "opengl": OPENGL,
-    "north, east, down": np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),  # AirSim, TartanAir
-    "forward, left, up": np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]]),  # ROS bodies
-}
 AGREES = 0.03  # of the depth, in the median: poses off by a few centimetres, sensors, splats
 FAILS = 0.08
 _BETTER = 0.4  # another reading must leave less than this share of the error

@@ -18,8 +18,8 @@ from ..notes import Note
 from ..wording import option
 from .agreement import Reading
 from .camera_files import read_intrinsics
+from .containers.contents import Contents
 from .content import FilePath
-from .contents import Contents
 from .depth import one_channel, read_depth
 from .depth_kinds import KINDS, choose_scale, to_metres
 from .exif import camera_from_exif

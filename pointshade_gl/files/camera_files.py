@@ -17,11 +17,11 @@ from ..notes import Note
 from ..wording import cut, option, shown
 from .arrays import NUMPY, read_numbers
 from .camera_forms import DISTORTION, from_colmap, from_matrix, from_named, from_pincam, word
+from .containers.hdf5 import MATLAB_73
+from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import parse_object, read_head, read_text, split_numbers
-from .hdf5 import MATLAB_73
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
-from .matlab import MATLAB_5, read_matrix_mat
 from .named_numbers import Named, read_named
 
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"

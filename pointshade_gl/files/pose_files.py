@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from ..camera import check_pose
 from .arrays import NUMPY, read_npy, read_numbers
+from .axes import OPENGL, Matrices, from_matrices, from_quaternions, inverted
 from .camera_forms import word
+from .containers.hdf5 import MATLAB_73
+from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import FilePath, parse_json, read_head, read_text
-from .hdf5 import MATLAB_73
 from .limits import MAX_PIXELS
-from .matlab import MATLAB_5, read_matrix_mat
 from .named_numbers import Named, named_of
-from .transforms import OPENGL, read_transforms
+from .transforms import read_transforms
 
 _COLUMNS = 64  # of a row, at most
 _POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
@@ -36,7 +37,6 @@ _POSE_WORDS = {  # whether it leads to the world, and whether its camera has Ope
     "w2c": (False, False),
     "rotationtranslationmatrix": (False, False),
 }
-Matrices = NDArray[np.float64]  # (n, 4, 4)
 
 
 class PoseList(NamedTuple):
@@ -259,36 +259,3 @@ def _from_words(named: Named) -> PoseList | None:
             pose = pose if to_world else inverted(pose)
             return PoseList(pose @ OPENGL if is_opengl else pose)
     return None
-
-
-def from_matrices(rows: NDArray[np.float64]) -> Matrices:
-    """(n, 4, 4) from rows of 12 or 16 numbers."""
-    poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    poses[:, : rows.shape[1] // 4] = rows.reshape(len(rows), -1, 4)
-    return poses
-
-
-@np.errstate(invalid="ignore", over="ignore", divide="ignore")  # (0, 0, 0, 0) becomes NaN, which the check refuses
-def from_quaternions(places: NDArray[np.float64], turns: NDArray[np.float64]) -> Matrices:
-    """(n, 4, 4) from (n, 3) x y z and (n, 4) qx qy qz qw of any length."""
-    x, y, z, w = (turns / np.linalg.norm(turns, axis=1, keepdims=True)).T
-    poses = np.tile(np.eye(4), (len(places), 1, 1))
-    poses[:, :3, :3] = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    ).transpose(2, 0, 1)
-    poses[:, :3, 3] = places
-    return poses
-
-
-@np.errstate(invalid="ignore", over="ignore")
-def inverted(poses: Matrices) -> Matrices:
-    """(n, 4, 4) of rigid poses the other way round; those that are not finite become NaN."""
-    turns = poses[:, :3, :3].transpose(0, 2, 1)
-    result = np.tile(np.eye(4), (len(poses), 1, 1))
-    result[:, :3, :3] = turns
-    result[:, :3, 3] = -np.einsum("nij,nj->ni", turns, poses[:, :3, 3])
-    return result

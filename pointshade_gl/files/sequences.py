@@ -15,15 +15,15 @@ from ..wording import option
 from .agreement import FAILS, Reading, find_reading
 from .assembly import Assembled, Parts, ReadOptions, assemble
 from .cameras import Cameras, find_cameras
-from .containers import open_container
+from .containers.contents import Contents
+from .containers.opening import open_container
+from .containers.zip_folder import is_zip_folder, unpack_folder
 from .content import FilePath
-from .contents import Contents
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from .known import DEPTH_SUFFIXES
 from .names import Folder
 from .poses import FoundPoses, find_poses
 from .registration import check_registration
-from .zip_folder import is_zip_folder, unpack_folder
 
 _APART = 0.1  # metres, or what a turn of 6 degrees changes: views that are compared are so far apart
 _COMPARED = 3

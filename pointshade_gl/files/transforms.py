@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..wording import shown
+from .axes import OPENGL
 from .camera_forms import from_named
 from .content import parse_object, read_text
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
 from .listing import natural
 from .named_numbers import named_of
-
-OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back
 
 
 class Entry(NamedTuple):

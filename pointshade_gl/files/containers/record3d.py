@@ -19,18 +19,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import Camera
-from ..notes import Note, once
-from ..wording import shown
-from .axes import OPENGL, pose_from_quaternion
+from ...camera import Camera
+from ...notes import Note, once
+from ...wording import shown
+from ..axes import OPENGL, from_quaternions
+from ..content import parse_object, read_bytes
+from ..exr import read_exr
+from ..intrinsics import Intrinsics
+from ..limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
+from ..pictures import decode_image
 from .color_values import as_color
-from .content import parse_object, read_bytes
 from .contents import Contents, Frames
-from .exr import read_exr
-from .intrinsics import Intrinsics
-from .limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
 from .lzfse import unpack
-from .pictures import decode_image
 
 _METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")
 _DEPTH = re.compile(r"(?P<root>(?:.*/)?)(?:rgbd/(?P<packed>\d{1,9})\.depth|depth/(?P<exr>\d{1,9})\.exr)")
@@ -155,7 +155,7 @@ class _Recording:
         if not isinstance(poses, list) or row >= len(poses):
             return None
         numbers = self._numbers(poses[row], 7, "poses")
-        return pose_from_quaternion(numbers[4:], numbers[:4]) @ OPENGL
+        return from_quaternions(np.array([numbers[4:]]), np.array([numbers[:4]]))[0] @ OPENGL
 
     def _numbers(self, value: Any, count: int, key: str) -> list[float]:
         try:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..notes import Note
+from ...notes import Note
 
 # What their makers may have meant: x right, y down, z forward; the same away from the camera; y up and z backwards
 _AXES = {"": (1, 1, 1), "away from the camera": (-1, -1, -1), "with OpenGL's axes": (1, -1, -1)}

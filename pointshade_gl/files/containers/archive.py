@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import cast
 from zipfile import ZipFile, ZipInfo
 
-from ..wording import cut, shown
-from .content import FilePath, open_regular
-from .limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
+from ...wording import cut, shown
+from ..content import FilePath, open_regular
+from ..limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 
 ZIP = b"PK"
 _STORED, _DEFLATED = 0, 8  # other methods unpack a block to gigabytes

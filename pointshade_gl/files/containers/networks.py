@@ -11,13 +11,13 @@ Valid     where mask is true, where sky is not, and where the confidence is high
 
 from __future__ import annotations
 
-from ..notes import Note, once
-from ..wording import option
+from ...notes import Note, once
+from ...wording import option
+from ..intrinsics import Intrinsics
+from ..limits import MAX_PIXELS, PARTS, check_limit, check_pixels
 from .array_frames import Assembly
 from .contents import Frames
-from .intrinsics import Intrinsics
 from .items import NUMBERS, PLANES, Item
-from .limits import MAX_PIXELS, PARTS, check_limit, check_pixels
 from .roles import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, find_roles, is_named, list_arrays
 from .stored import Stored
 

@@ -11,15 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..notes import Note
+from ...notes import Note
+from ..arrays import NUMPY
+from ..content import FilePath, read_head
+from ..limits import MAX_PIXELS
 from .archive import ZIP, Archive
-from .arrays import NUMPY
-from .content import FilePath, read_head
 from .contents import Contents
 from .data_sets import open_hdf5
 from .hdf5 import HDF5, MATLAB_73
 from .heic import is_heic, open_heic
-from .limits import MAX_PIXELS
 from .matlab import MATLAB_5, matlab_5_arrays
 from .networks import open_arrays
 from .record3d import Unpacked, open_record3d

@@ -9,7 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from .intrinsics import Intrinsics
+from ..intrinsics import Intrinsics
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..notes import Note
-from ..wording import cut
-from .content import FilePath, read_bytes
+from ...notes import Note
+from ...wording import cut
+from ..content import FilePath, read_bytes
+from ..exif import EXIF, camera_of_lens
+from ..intrinsics import Intrinsics
+from ..limits import MAX_PIXELS, check_pixels
 from .contents import Contents, Frames
-from .exif import EXIF, camera_of_lens
-from .intrinsics import Intrinsics
-from .limits import MAX_PIXELS, check_pixels
 
 BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 _PACKET = re.compile(rb"<x:xmpmeta.{1,20000}?</x:xmpmeta>", re.DOTALL)

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..wording import cut
-from .content import FilePath, open_regular, read_head
+from ...wording import cut
+from ..content import FilePath, open_regular, read_head
+from ..limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 from .hdf5 import MATLAB_73, hdf5_arrays
-from .limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 from .stored import Stored
 
 MATLAB_5 = b"MATLAB 5.0"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..notes import Note
-from .content import FilePath
+from ...notes import Note
+from ..content import FilePath
+from ..intrinsics import Intrinsics
+from ..limits import MAX_PIXELS
 from .contents import Frames
 from .hdf5 import hdf5_arrays
-from .intrinsics import Intrinsics
-from .limits import MAX_PIXELS
 from .networks import open_arrays
 from .stored import Stored
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..notes import Note
-from ..wording import shown
+from ...notes import Note
+from ...wording import shown
+from ..intrinsics import Intrinsics
+from ..limits import check_pixels
 from .color_values import as_color
 from .contents import Contents
-from .intrinsics import Intrinsics
 from .items import Item
-from .limits import check_pixels
 from .pinhole import fit_pinhole, is_pinhole
 from .turned_normals import turn_normals
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..wording import cut
-from .content import FilePath, open_regular
-from .limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
+from ...wording import cut
+from ..content import FilePath, open_regular
+from ..limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 from .stored import Stored
 
 HDF5 = b"\x89HDF\r\n\x1a\n"

@@ -11,11 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..wording import cut
+from ...wording import cut
+from ..arrays import read_exactly, read_header
+from ..content import FilePath, open_regular
+from ..limits import FILE_BYTES, check_limit
 from .archive import Archive
-from .arrays import read_exactly, read_header
-from .content import FilePath, open_regular
-from .limits import FILE_BYTES, check_limit
 from .roles import find_roles
 
 

@@ -18,7 +18,8 @@ from ..wording import option
 from .builtin import builtin_folder
 from .content import FilePath
 from .depth import one_channel, read_depth
-from .depth_kinds import KINDS, choose_scale, to_metres
+from .depth_coding import Said, decode
+from .depth_kinds import KINDS, to_metres
 from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
 from .intrinsics import Intrinsics, place_camera, read_intrinsics
 from .limits import MAX_PIXELS
@@ -69,16 +70,16 @@ def load_frame(
     picture = read_color(color, max_pixels) if _is_path(color) else _check_color(color)
     source = _find_intrinsics(place, intrinsics, fov, note, max_pixels)
     camera = _make_camera(source, fov, raw, picture, note)
-    kind = depth_kind if depth_kind is not None else (source and source.depth_kind) or "z"
-    if depth_kind is not None or source is None:
-        check_choice(option("depth_kind"), kind, KINDS)
-    else:
-        check_choice("depth_kind", kind, KINDS, f" in {source.name}")
-    filed = _filed_scale(source, kind, raw, _is_path(depth))
-    scale = choose_scale(raw, kind, depth_scale, filed, note)
-    baseline = _filed_baseline(source, kind) if baseline is None else baseline
-    metres = to_metres(raw, camera, kind, scale, baseline, note, np.float32)
-    del raw
+    if depth_kind is not None:
+        check_choice(option("depth_kind"), depth_kind, KINDS)
+    elif source and source.depth_kind is not None:
+        check_choice("depth_kind", source.depth_kind, KINDS, f" in {source.name}")
+    baseline = _filed_baseline(source) if baseline is None else baseline
+    filed_scale = _filed_scale(source, raw, _is_path(depth))
+    said = Said(depth_kind, depth_scale, source and source.depth_kind, filed_scale, baseline is not None)
+    decoded = decode(raw, str(depth) if _is_path(depth) else "depth", said, note)
+    metres = to_metres(decoded.values, camera, decoded.kind, decoded.scale, baseline, note, np.float32)
+    del raw, decoded
     matrix: Any = load_pose(pose) if _is_path(pose) else pose
     frame = Frame(picture, metres, camera, matrix)
     if not frame.points_known:
@@ -199,20 +200,15 @@ def _make_camera(
     return place_camera(source, depth, color, note)
 
 
-def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
+def _filed_scale(source: Intrinsics | None, raw: NDArray[Any], from_file: bool) -> float | None:
     """The depth_scale of the intrinsics file, if it is about this depth. Raises ValueError for an impossible one."""
-    if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
-        return None  # it says raw values per metre, and these are none
-    if raw.dtype.kind == "f" and not from_file:
+    if source is None or source.depth_scale is None or (raw.dtype.kind == "f" and not from_file):
         return None  # the caller's own array of floats is in metres
-    if source.depth_scale is not None:
-        check_positive(source.depth_scale, f"{source.name}: depth_scale")
-    return source.depth_scale
+    return check_positive(source.depth_scale, f"{source.name}: depth_scale")
 
 
-def _filed_baseline(source: Intrinsics | None, kind: str) -> float | None:
-    """The baseline of the intrinsics file, if the depth is a disparity. Raises ValueError for an impossible one."""
-    if source is None or source.baseline is None or kind != "disparity":
+def _filed_baseline(source: Intrinsics | None) -> float | None:
+    """The baseline of the intrinsics file. Raises ValueError for an impossible one."""
+    if source is None or source.baseline is None:
         return None
-    check_positive(source.baseline, f"{source.name}: baseline")
-    return source.baseline
+    return check_positive(source.baseline, f"{source.name}: baseline")

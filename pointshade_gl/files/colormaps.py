@@ -33,7 +33,7 @@ _CALM = 12  # steps between neighbours, in the middle: a photograph whose colour
 
 
 class Levels(NamedTuple):
-    """What a colour-mapped picture says: (h, w) float32, 1 to 256 along the map, NaN where the colour is not on it."""
+    """What a colour-mapped picture says: (h, w) float32, 0 to 255 along the map, NaN where the colour is not on it."""
 
     name: str
     values: NDArray[np.float32]
@@ -45,14 +45,14 @@ def read_levels(image: NDArray[np.uint8]) -> Levels | None:
     if index is None:
         return None
     entries = _tables()[index]
-    place = np.zeros(256**3, np.float32)  # of each colour met so far; the system gives pages when they are written
+    place = np.zeros(256**3, np.float32)  # of each colour met so far, and 1 more; pages are real once written
     values = np.empty(image.shape[:2], np.float32)
     for rows in blocks(values):
         codes = _codes(image[rows])
         met = np.unique(codes)
         new = met[place[met] == 0]
-        place[new] = _places(_colors(new), entries)
-        values[rows] = place[codes]
+        place[new] = _places(_colors(new), entries) + 1
+        values[rows] = place[codes] - 1
         if image.shape[2] == 4:
             values[rows][image[rows][..., 3] == 0] = np.nan
     return Levels(list(MAPS)[index], values)
@@ -85,13 +85,13 @@ def _is_calm(image: NDArray[np.uint8], entries: NDArray[np.float32]) -> bool:
 
 
 def _places(colors: NDArray[Any], entries: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(n,) 1 to 256: the nearest entry of the map to each colour (n, 3), NaN where none is near."""
+    """(n,) 0 to 255: the nearest entry of the map to each colour (n, 3), NaN where none is near."""
     result = np.empty(len(colors), np.float32)
     for start in range(0, len(colors), _SAMPLE):
         squared = _squared(colors[start : start + _SAMPLE], entries)
         nearest = squared.argmin(axis=1)
         near = np.take_along_axis(squared, nearest[:, None], axis=1)[:, 0] < _NEAR**2
-        result[start : start + _SAMPLE] = np.where(near, nearest + 1, np.nan)
+        result[start : start + _SAMPLE] = np.where(near, nearest, np.nan)
     return result
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,51 @@ from ..notes import Note
 from ..wording import option
 from .depth_values import blocks, known_values
 
-KINDS = ("z", "ray", "plane", "inverse", "disparity", "kinect")
+METRIC = ("z", "ray", "plane")
+KINDS = (*METRIC, "inverse", "disparity", "kinect")
 NEAREST, FARTHEST = 1.0, 10.0  # metres between which depth without a scale is laid
 
 # Konolige & Mihelich, "Technical description of Kinect calibration", 2010: eighths of a pixel, less than at infinity
 _KINECT_INFINITY = 1091.5
 _KINECT_METRES = 8 * 0.075 * 580  # times the distance of the eyes, times the focal length in pixels
 _KINECT_LAST = 1084  # beyond it, at 46 m, one step is 7 m
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is said about a depth picture, by the caller and by the camera's file; None = nothing."""
+
+    kind: str | None = None
+    scale: float | None = None
+    filed_kind: str | None = None
+    filed_scale: float | None = None
+    has_baseline: bool = False
+
+    @property
+    def any_kind(self) -> str | None:
+        return self.kind or self.filed_kind
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the values themselves must tell the kind."""
+        return self.any_kind is None and self.scale is None
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """How a depth picture is read: metres follow by `to_metres` from these values, kind and scale.
+
+    values   (h, w), plain numbers
+    scale    values per metre (see `to_metres`); None for z or inverse depth without any
+    why      how kind and scale were found, in a few words
+    repairs  what was done to the raw values, in this order (see `depth_repairs`)
+    """
+
+    values: NDArray[Any]
+    kind: str
+    scale: float | None
+    why: str
+    repairs: tuple[str, ...] = ()
 
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame

@@ -18,12 +18,18 @@ _KINECT_PIXELS = 640 * 480  # larger pictures are of stereo cameras, which measu
 _ALIGNED, _APART = 0.9, 0.6  # 1 if all values lie on a lattice, 0 if none does
 
 
+def some_values(raw: NDArray[Any]) -> NDArray[np.float64]:
+    """(n,) the finite values of a sample of the picture."""
+    step = max(1, int(np.sqrt(raw.size / _SAMPLE)))
+    values = raw[::step, ::step].astype(np.float64)
+    return values[np.isfinite(values)]
+
+
 def middle(raw: NDArray[Any]) -> float:
     """The median of the values above 0, of a sample of the picture; NaN if there are none."""
-    step = max(1, int(np.sqrt(raw.size / _SAMPLE)))
-    values = raw[::step, ::step]
-    values = values[np.isfinite(values) & (values > 0)]
-    return float(np.median(values.astype(np.float64))) if values.size else float("nan")
+    values = some_values(raw)
+    values = values[values > 0]
+    return float(np.median(values)) if values.size else float("nan")
 
 
 def is_plausible(metres: float) -> bool:
@@ -33,9 +39,8 @@ def is_plausible(metres: float) -> bool:
 
 def is_whole(raw: NDArray[Any]) -> bool:
     """Whether floating point values are whole numbers, of at least 50 different values."""
-    step = max(1, int(np.sqrt(raw.size / _SAMPLE)))
-    values = raw[::step, ::step]
-    values = values[np.isfinite(values) & (values > 0)]
+    values = some_values(raw)
+    values = values[values > 0]
     return bool((values == np.rint(values)).all()) and np.unique(values).size >= _DISTINCT
 
 

@@ -18,8 +18,8 @@ from ..wording import option
 from .builtin import builtin_folder
 from .content import FilePath
 from .depth import one_channel, read_depth
-from .depth_coding import Said, decode
-from .depth_kinds import KINDS, to_metres
+from .depth_coding import decode
+from .depth_kinds import KINDS, Said, to_metres
 from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
 from .intrinsics import Intrinsics, place_camera, read_intrinsics
 from .limits import MAX_PIXELS

@@ -81,7 +81,7 @@ def _bending(means: NDArray[np.float64], zero: float | None) -> Bending | None:
     weight = np.minimum(weight, np.quantile(weight, 0.8))  # no window may decide alone
     low, middle, high = _quantiles(along, weight, (0.25, 0.5, 0.75))
     # windows overlap by half, so a quarter of them are independent; 0.93 IQR / sqrt(n) is a median's standard error
-    error = 0.93 * (high - low) / np.sqrt(along.size / 4)
+    error = 0.93 * (high - low) / (along.size / 4) ** 0.5
     return Bending(middle, error, _quantiles(across, weight, (0.5,))[0])
 
 

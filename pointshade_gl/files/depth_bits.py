@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Codes = NDArray[np.uint16]
 Counts = NDArray[np.int64]  # how many pixels have each of the 65536 codes
 
-_ROWS, _FEW_ROWS = 500, 120  # looked at to count values, and to see how smooth they are
+_ROWS, _FEW_ROWS = 500, 60  # looked at to count values, and to see how smooth they are
 _SMOOTHER = 8  # sensors: 80 to 500 for bytes, 37 for confidence
 _DEPTH = np.uint16(8191)  # the low 13 bits of Android's DEPTH16
 _STEP = 256  # millimetres: the mean step between neighbours is less in any picture of depth
@@ -67,7 +67,7 @@ def is_rotated(raw: Codes, counts: Counts) -> bool:
     many = counts.reshape(-1, 8).sum(axis=0)
     known = many.sum() - counts[0]
     # up to 16 and 24 m the lowest bits are 1 and 2
-    if 2 * (many[0] - counts[0]) < known or many[3:].sum() > 0.001 * known or not counts[8::16].any():
+    if 10 * (many[0] - counts[0]) < known or many[3:].sum() > 0.001 * known or not counts[8::16].any():
         return False
     if np.count_nonzero(counts[8::8]) < 50:
         return False

@@ -136,7 +136,7 @@ def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
         scale = (1.0 if units.is_plausible(median) else 1000.0) if is_float else units.scale_of_file(filed, median)
         impossible = f"the camera's file has depth_scale {filed:g}, which puts the middle at {median / filed:.3g} m"
         if scale and units.is_plausible(median / scale):
-            note(f"{impossible}: taken as {scale:g} values a metre; pass {option('depth_scale')} if that is wrong")
+            note(f"{impossible}: taken as {scale:g} a metre; pass {option('depth_scale')} if that is wrong")
             return scale
         note(f"{impossible}: pass {option('depth_scale')} (raw values per metre) if that is wrong")
     elif is_float and filed != 1:

@@ -57,12 +57,7 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
 def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     """A grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
     filed = said.filed_scale
-    if (
-        said.scale is None
-        and said.any_kind in (None, *METRIC)
-        and filed
-        and units.is_plausible(units.middle(raw) / filed)
-    ):
+    if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
         return Decoded(raw, said.any_kind or "z", filed, "the camera's file")
     if said.any_kind == "disparity" and said.scale is None:
         return Decoded(raw, "disparity", disparity_scale(raw, said, note), "as said")
@@ -73,7 +68,7 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
     instead = what_instead(raw)
     if instead:
         raise ValueError(
-            f"{name} looks like {instead}, expected depth: pass another file, or {option('depth_kind', 'inverse', 'z')}"
+            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, or {option('depth_kind', 'inverse', 'z')}"
             " to use its 256 levels as they are"
         )
     if _direction(raw, raw > 0) > 0:
@@ -178,7 +173,7 @@ def _is_bent(bending: Bending) -> bool:
 def _is_inverse(raw: NDArray[Any]) -> bool:
     """Whether planes are flat in the values, so surely that it cannot be depth, also of an unknown offset."""
     known = np.isfinite(raw)
-    has_negative = raw.dtype.kind == "f" and bool((raw[known] < 0).any())
+    has_negative = bool(raw.min(where=known, initial=0) < 0)
     for zero in (None,) if has_negative else (0.0, None):
         bending = measure_bending(raw, known if has_negative else known & (raw > 0), zero)
         if bending is None or not bending.is_surely(-_FLAT, _FLAT):

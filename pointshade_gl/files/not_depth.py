@@ -20,11 +20,11 @@ def what_instead(image: NDArray[np.uint8]) -> str | None:
     thin = image[::step, ::step]
     values = np.unique(thin)
     if values.size < _FEWEST:
-        return f"a mask (it has {values.size} different values)"
+        return f"a mask (different values: {values.size})"
     steps = np.diff(np.searchsorted(values, thin).astype(np.int16), axis=1)
     changes = np.abs(steps[steps != 0])
     if values.size <= _LABELS and changes.size < (1 - _EVEN) * steps.size and (changes == 1).mean() < _NEXT:
-        return f"a map of labels (it has {values.size} flat values)"
+        return f"a map of labels (flat values: {values.size})"
     bends = np.abs(np.diff(thin.astype(np.int16), 2, axis=1))
     return "a photograph (neighbouring pixels differ too much)" if _share(bends >= 3) > _ROUGH else None
 

@@ -58,7 +58,9 @@ class FrameOptions:
     depth_kind: Annotated[
         str | None,
         typer.Option(
-            metavar="KIND", help="What depth values are: z, ray, plane, inverse, disparity or kinect.", rich_help_panel=FRAME
+            metavar="KIND",
+            help="What depth values are: z, ray, plane, inverse, disparity or kinect.",
+            rich_help_panel=FRAME,
         ),
     ] = None
     baseline: Annotated[

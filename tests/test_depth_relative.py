@@ -213,3 +213,11 @@ def test_grey_photographs_are_no_depth(shared_data):
     for path in [*shared_data.glob("*/color.jpg"), *shared_data.glob("icl_*/color/*.jpg")]:
         with pytest.raises(ValueError, match="looks like a photograph"):
             read(np.asarray(Image.open(path).convert("L")), name=str(path))
+
+
+@pytest.mark.parametrize("fill", [np.nan, np.inf, -np.inf, 1e38, -1e38, 0])
+def test_hopeless_values_are_no_accident(fill):
+    raw = Z.astype(np.float32)
+    raw[::2], raw[0, :3] = fill, (np.inf, -np.inf, np.nan)
+    assert read(raw)[0].kind == "z"  # a warning would be an error here
+    assert read(np.full_like(raw, fill))[0].kind == "z"

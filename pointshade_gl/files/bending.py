@@ -41,6 +41,7 @@ class Bending(NamedTuple):
         return low < self.along - 2 * self.error and self.along + 2 * self.error < high
 
 
+@np.errstate(all="ignore")  # what overflows is not finite, and no window
 def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float | None = 0.0) -> Bending | None:
     """The bending of (h, w) values where they are known; None where planes are too few to tell.
 

@@ -160,6 +160,14 @@ def test_8_bit_pictures_of_anything_else_are_refused_with_a_way_out(picture, sen
     assert read(picture, Said("inverse"))[0].kind == "inverse"
 
 
+def test_labels_of_16_bits_are_told_and_steps_of_depth_are_not():
+    labels = np.kron(np.random.default_rng(5).integers(1, 40, (12, 16)), np.ones((20, 20))).astype(np.uint16)
+    _, notes = read(100 * labels, name="depth.png")
+    assert len(notes) == 2 and "looks like a map of labels" in notes[0]
+    for steps in (np.round(Z * 10) * 100, np.full(Z.shape, 2000), np.where(Z > 3, 4000, 2000)):
+        assert len(read(steps.astype(np.uint16), name="depth.png")[1]) == 1
+
+
 @pytest.mark.parametrize("kind", ["ray", "plane"])
 def test_256_levels_of_a_distance_need_a_scale(kind):
     with pytest.raises(ValueError, match=rf"too few for distances of kind {kind}: pass depth_scale .*='inverse'"):

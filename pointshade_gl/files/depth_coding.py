@@ -21,6 +21,7 @@ from .depth_kinds import METRIC, Decoded, Said
 from .depth_relative import disparity_scale, read_8_bits, read_colors, read_relative
 from .depth_repairs import CONFIDENCE, HIGH_BYTE, ROTATED, SWAPPED, repaired
 from .depth_values import FAR
+from .not_depth import LABELS, is_of_labels
 
 _FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
@@ -113,6 +114,8 @@ def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said:
         return Decoded(raw, kind, 1.0, "as said")
     if said.filed_scale is not None:
         return Decoded(raw, kind, _check_filed(raw, said.filed_scale, note), "the camera's file")
+    if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
+        note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
     scale, why = _scale_of_floats(raw, note) if raw.dtype.kind == "f" else _scale_of_integers(raw, counts, note)
     return Decoded(raw, kind, scale, why)
 

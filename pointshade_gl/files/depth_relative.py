@@ -68,8 +68,8 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
     instead = what_instead(raw)
     if instead:
         raise ValueError(
-            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, or {option('depth_kind', 'inverse', 'z')}"
-            " to use its 256 levels as they are"
+            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
+            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
         )
     if _direction(raw, raw > 0) > 0:
         note(

@@ -15,6 +15,7 @@ from .frame import Frame
 from .light import Light, check_lights
 from .look import Look
 from .scene import Scene
+from .wording import option
 
 
 @dataclass(frozen=True)
@@ -41,19 +42,45 @@ class View:
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
-        check_turns(self.yaw, self.pitch, self.dolly)
+        _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
         object.__setattr__(self, "size", None if self.size is None else check_size(self.size))
         check_type(self.look, Look, "look")
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
-        pivot = frame.pivot if pivot is None else pivot
-        turns = self.yaw, self.pitch, self.dolly, upright_of(frame)
-        pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
+        pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
         camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
+
+
+def viewing_pose(
+    frame: Frame | Scene,
+    pose: ArrayLike | None = None,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    dolly: float = 0.0,
+    pivot: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """The pose, (4, 4); None is that of the frame or framed scene, moved round pivot, (3,) world, as in `orbit_pose`.
+
+    Raises ValueError or TypeError for impossible values, and for a pose that is to be moved.
+    """
+    turns = _check_one_way(pose, yaw, pitch, dolly)
+    if pose is not None:
+        return check_pose(pose)
+    if not any(turns):
+        return np.asarray(frame.pose)
+    return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, upright_of(frame))
+
+
+def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
+    turns = check_turns(yaw, pitch, dolly)
+    if pose is not None and any(turns):
+        given = " and ".join(option(name) for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True) if turn)
+        raise ValueError(f"pass {option('pose')} or {given}, not both: only a frame's own pose is moved")
+    return turns
 
 
 def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:

@@ -54,7 +54,8 @@ def test_a_sequence_gives_its_first_view(shared_data):
     folder = shared_data / "icl_livingroom_23views"
     frame, depths, notes = load(folder)
     assert np.median(depths) == pytest.approx(1.845, abs=0.001)
-    assert len(notes) == 1 and "is a sequence of 23 frames: 000.png is taken" in notes[0]
+    assert notes[0] == "poses are read from poses_tum.txt, not from trajectory.log, transforms.json"
+    assert len(notes) == 2 and "is a sequence of 23 frames: 000.png is taken" in notes[1]
     assert frame.camera.cx == 319.5
 
 
@@ -76,13 +77,14 @@ def test_the_raw_background_of_a_renderer_is_recognised(shared_data):
 def test_odd_pgm_wrong_endian_kinect2_is_read_byte_swapped(shared_data):
     _, depths, notes = load(shared_data / "odd_pgm_wrong_endian_kinect2")
     assert (np.median(depths), depths.max()) == pytest.approx((1.071, 7.993), abs=0.001)
-    assert len(notes) == 2 and "no color" in notes[0] and "wrong byte order" in notes[1]
+    assert len(notes) == 2 and "no colour" in notes[0] and "wrong byte order" in notes[1]
 
 
 def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data):
     folder = shared_data / "odd_colorised_depth_png"
     frame, _, notes = load(folder)
-    assert len(notes) == 1 and "colour-mapped picture of depth (jet)" in notes[0] and "red is far" in notes[0]
+    assert len(notes) == 2 and "depth.png is taken" in notes[0]
+    assert "colour-mapped picture of depth (jet)" in notes[1] and "red is far" in notes[1]
     true, depths, notes = load(folder, depth=folder / "depth_true.png")
     assert notes == [] and depths.size == 640 * 480 - 1513
     assert (depths.min(), depths.max()) == pytest.approx((0.971, 7.854))

@@ -2,8 +2,6 @@
 
 import contextlib
 import json
-import signal
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -11,7 +9,6 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl import cli
 from pointshade_gl.bench.command import select
 from pointshade_gl.files.depth_coding import decode
 from pointshade_gl.files.depth_kinds import Said, to_metres
@@ -79,7 +76,7 @@ class TestOption:
     ("call", "sentence"),
     [
         (lambda: ps.load_frame(), "a frame needs depth: pass a folder with depth.*, or depth=FILE"),
-        (lambda: ps.load_frame(__file__), "pass single files as depth=FILE and color=FILE"),
+        (lambda: ps.load_frame(__file__), "pass depth in one of them as depth=FILE"),
         (lambda: ps.load_frame(depth=FRAME.depth), "pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)"),
         (lambda: ps.load_frame(depth=U16, fov=50, intrinsics="1,1,1,1"), "pass intrinsics or fov, not both"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_kind="sonar"), "unknown depth_kind 'sonar'"),
@@ -123,7 +120,7 @@ def test_notes_in_python():
 
 
 @pytest.fixture
-def pointshade(monkeypatch, capsys, tmp_path):
+def pointshade(typed, tmp_path):
     """pointshade("arguments") in a folder with pictures: exit code, stdout, stderr."""
     for name, array in (("depth8", U8), ("depth16", U16), ("color", np.full((6, 8, 3), 99, np.uint8))):
         Image.fromarray(array).save(tmp_path / f"{name}.png")
@@ -133,19 +130,7 @@ def pointshade(monkeypatch, capsys, tmp_path):
     np.save(frame / "depth.npy", FRAME.depth)
     numbers = {"fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5, "width": 8, "height": 6}
     (frame / "intrinsics.json").write_text(json.dumps(numbers | {"depth_scale": 1000}))
-    monkeypatch.chdir(tmp_path)
-    before = {ending: signal.getsignal(ending) for ending in cli._ENDINGS}
-
-    def run(line):
-        with monkeypatch.context() as typed, pytest.raises(SystemExit) as ended:
-            typed.setattr(sys, "argv", ["pointshade", *line.split()])
-            cli.main()
-        assert option("fov") == "fov"  # the library speaks Python again
-        return ended.value.code, *capsys.readouterr()
-
-    yield run
-    for ending, handler in before.items():
-        signal.signal(ending, handler)
+    return typed
 
 
 RENDER = "render --depth metres.npy --fov 50 -o out.png"
@@ -156,7 +141,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
     [
         ("render --color color.png -o out.png", "a frame needs depth: pass a folder with depth.*, or --depth FILE"),
         ("render empty -o out.png", "or pass --depth FILE"),
-        ("render color.png -o out.png", "pass single files as --depth FILE and --color FILE"),
+        ("render listed/depth.txt -o out.png", "pass depth in one of them as --depth FILE"),
         (
             "render --depth depth16.png -o out.png",
             "pass --intrinsics (fx,fy,cx,cy or a file) or --fov (vertical degrees)",
@@ -183,7 +168,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --splat star", "unknown --splat 'star'"),
         (f"{RENDER} --specular -1", ": --specular must be a number from 0"),
         (f"{RENDER} --shininess 0", ": --shininess must be a number from 0.001"),
-        (f"{RENDER} --light nan,0,0", "--light takes three numbers X,Y,Z in metres, got 'nan,0,0'"),
+        (f"{RENDER} --light nan,0,0", "--light 'nan,0,0': 'nan,0,0' is unknown: it takes X,Y,Z in metres, or words"),
         (f"{RENDER} --size 4x4.5", "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, got '4x4.5'"),
         ("render frame -o out.gif", "pass --turntable light or camera, or write a single picture"),
         ("render frame -o out.gif --turntable table", "unknown --turntable 'table'"),
@@ -223,7 +208,6 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
             "render --depth depth16.png --fov 50 --depth-kind disparity --baseline 1",
             "disparity is of integers, without --depth-scale: taken as pixels",
         ),
-        ("render --depth depth16.png --intrinsics 10,10,3.5,2.5", "note: --intrinsics: no picture size is given"),
     ],
 )
 @pytest.mark.usefixtures("renderer")

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..notes import Note
+from ..wording import option
 from .arrays import NUMPY, parse_numbers, read_npy, read_npz
 from .content import FilePath, check_size, open_regular, read_bytes, read_head
 from .exr import EXR, read_exr
 from .limits import MAX_PIXELS, PICTURE_TEXT, check_pixels
-from .pictures import read_image
+from .pictures import NotAPictureError, read_image
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _NUMBER = _GAP + rb"(\d{1,9})"
@@ -46,7 +47,11 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
     else:
         if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
             raise ValueError(f"{name} has several channels of 16 bits, expected a depth picture of one channel")
-        raw = read_image(path, max_pixels)
+        try:
+            raw = read_image(path, max_pixels)
+        except NotAPictureError as error:
+            way = f"pass depth in one of them as {option('depth', 'FILE')}"
+            raise ValueError(f"{error}, NumPy (.npy, .npz) and EXR: {way}") from None
     return one_channel(raw, name)
 
 

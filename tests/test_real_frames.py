@@ -80,20 +80,24 @@ def test_odd_pgm_wrong_endian_kinect2_is_read_byte_swapped(shared_data):
     assert len(notes) == 2 and "no colour" in notes[0] and "wrong byte order" in notes[1]
 
 
-def test_odd_colorised_depth_png_is_refused_and_the_true_one_read(shared_data):
+def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data):
     folder = shared_data / "odd_colorised_depth_png"
-    with pytest.raises(ValueError, match=r"depth\.png is a colour-mapped picture of depth"):
-        ps.load_frame(folder)
-    _, depths, notes = load(folder, depth=folder / "depth_true.png")
+    frame, _, notes = load(folder)
+    assert len(notes) == 2 and "depth.png is taken" in notes[0]
+    assert "colour-mapped picture of depth (jet)" in notes[1] and "red is far" in notes[1]
+    true, depths, notes = load(folder, depth=folder / "depth_true.png")
     assert notes == [] and depths.size == 640 * 480 - 1513
     assert (depths.min(), depths.max()) == pytest.approx((0.971, 7.854))
+    np.testing.assert_array_equal(frame.depth > 0, true.depth > 0)
+    ratio = frame.depth[true.depth > 0] / depths
+    assert np.quantile(ratio / np.median(ratio), (0.05, 0.95)) == pytest.approx((1, 1), abs=0.06)
 
 
 def test_odd_android_depth16_preview_and_raw_file_are_refused_and_the_picture_read(shared_data):
     folder = shared_data / "odd_android_depth16"
     with pytest.raises(FileNotFoundError, match="has no depth picture"):
         ps.load_frame(folder)
-    with pytest.raises(ValueError, match="colour-mapped picture of depth"):
+    with pytest.raises(ValueError, match=r"its colours are of none of .*: pass the raw depth"):
         ps.load_frame(folder, depth=folder / "depth_rgba_preview.png")
     with pytest.raises(ValueError, match="is not a picture"):
         ps.load_frame(folder, depth=folder / "depth16.bin")

@@ -10,7 +10,8 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.bench.command import select
-from pointshade_gl.files.depth_kinds import choose_scale, to_metres
+from pointshade_gl.files.depth_coding import decode
+from pointshade_gl.files.depth_kinds import Said, to_metres
 from pointshade_gl.files.film import Film
 from pointshade_gl.series import jobs_of
 from pointshade_gl.view import View
@@ -80,7 +81,7 @@ class TestOption:
         (lambda: ps.load_frame(depth=U16, fov=50, intrinsics="1,1,1,1"), "pass intrinsics or fov, not both"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_kind="sonar"), "unknown depth_kind 'sonar'"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_scale=0), "depth_scale must be a finite number above 0"),
-        (lambda: ps.load_frame(depth=U8, fov=50), "pass depth_kind='inverse' for a network's output, or depth_scale"),
+        (lambda: ps.load_frame(depth=U8, fov=50), "pass another file, or depth_kind='inverse' or 'z'"),
         (lambda: ps.load_frame(depth=FRAME.depth, fov=50, depth_kind="disparity"), "pass baseline in metres"),
         (lambda: ps.load_frame(depth=FRAME.depth, intrinsics="1,2,3"), "intrinsics must hold fx, fy, cx, cy"),
         (lambda: ps.load_frame(depth=FRAME.depth, intrinsics="0,9,3,2"), "intrinsics: camera fx must be above 0"),
@@ -110,9 +111,9 @@ def test_errors_in_python(call, sentence):
 
 def test_notes_in_python():
     notes = []
-    choose_scale(U16, "z", None, None, notes.append)
-    choose_scale(U16, "disparity", None, None, notes.append)
-    choose_scale(FRAME.depth, "z", None, 1000, notes.append)
+    decode(U16, "depth", Said(), notes.append)
+    decode(U16, "depth", Said("disparity"), notes.append)
+    decode(1000 * FRAME.depth, "depth", Said(filed_scale=1000), notes.append)
     assert notes[0].startswith("depth is of integers, without depth_scale: taken as millimetres")
     assert notes[1].startswith("disparity is of integers, without depth_scale: taken as pixels")
     assert notes[2].endswith("pass depth_scale=1 if it is in metres")
@@ -150,7 +151,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --depth-scale 0", "--depth-scale must be a finite number above 0"),
         (
             "render --depth depth8.png --fov 50 -o out.png",
-            "pass --depth-kind inverse for a network's output, or --depth-sc",
+            "pass another file, or --depth-kind inverse or z",
         ),
         (f"{RENDER} --depth-kind disparity", "pass --baseline in metres"),
         (f"{RENDER} --depth-kind disparity --baseline -1", "--baseline must be a finite number above 0"),
@@ -202,7 +203,7 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
     ("line", "sentence"),
     [
         ("render --depth depth16.png --fov 50", "depth is of integers, without --depth-scale: taken as millimetres"),
-        ("render frame", "as the intrinsics file says; pass --depth-scale 1 if it is in metres"),
+        ("render frame", "taken as 1 a metre; pass --depth-scale if that is wrong"),
         (
             "render --depth depth16.png --fov 50 --depth-kind disparity --baseline 1",
             "disparity is of integers, without --depth-scale: taken as pixels",
@@ -255,7 +256,7 @@ def test_what_a_file_says_is_named_as_the_file_has_it(pointshade, tmp_path, valu
     ("values", "sentence"),
     [
         ({"frame": "frame", "shading": "toon"}, "unknown shading 'toon'"),
-        ({"depth": "depth8.png", "fov": 50}, "pass depth_kind='inverse' for a network's output, or depth_scale"),
+        ({"depth": "depth8.png", "fov": 50}, "pass another file, or depth_kind='inverse' or 'z'"),
         ({"frame": "frame", "material": {"specular": -1}}, "material specular must be"),
         ({"frame": "../frame"}, "'../frame' leaves the scene's folder: pass --allow-outside to allow it"),
     ],

@@ -21,7 +21,8 @@ from .camera_files import read_intrinsics
 from .containers.contents import Contents
 from .content import FilePath
 from .depth import one_channel, read_depth
-from .depth_kinds import KINDS, choose_scale, to_metres
+from .depth_coding import decode
+from .depth_kinds import KINDS, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
 from .known import CODINGS, COMMON_CAMERAS, VIDEO_SUFFIXES
@@ -109,13 +110,13 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     picture = _read_picture(parts, limit)
     source = _with_coding(_choose_camera(parts, options, note), parts.depth, options, note)
     camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
-    kind = _kind(source, options)
-    filed = _filed_scale(source, kind, raw, is_path(parts.depth))
-    scale = choose_scale(raw, kind, options.depth_scale, filed, note)
-    baseline = _filed_baseline(source, kind) if options.baseline is None else options.baseline
-    metres = to_metres(raw, camera, kind, scale, baseline, note, np.float32)
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
-    del raw
+    baseline = _filed_baseline(source) if options.baseline is None else options.baseline
+    said = _said(source, options, raw, is_path(parts.depth), baseline is not None)
+    decoded = decode(raw, str(parts.depth) if is_path(parts.depth) else "depth", said, note)
+    kind, scale, doffs = decoded.kind, decoded.scale, (source and source.doffs) or 0.0
+    metres = to_metres(decoded.values, camera, kind, scale, baseline, note, np.float32, doffs)
+    del raw, decoded
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
@@ -244,37 +245,31 @@ def _make_camera(
     return place_camera(source, depth, color, note)
 
 
-def _kind(source: Intrinsics | None, options: ReadOptions) -> str:
-    if options.depth_kind is not None:
-        return options.depth_kind
-    if source is None or source.depth_kind is None:
-        return "z"
-    check_choice("depth_kind", source.depth_kind, KINDS, f" in {source.name}")
-    return source.depth_kind
-
-
-def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
-    """The depth_scale of the intrinsics file, if it is about this depth. Raises ValueError for an impossible one."""
-    if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
-        return None  # it says raw values per metre, and these are none
+def _said(
+    source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], from_file: bool, has_baseline: bool
+) -> Said:
+    """What caller and camera say about the depth. Raises ValueError for what the camera's file cannot say."""
+    kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
+    if source and kind is not None and options.depth_kind is None:
+        check_choice("depth_kind", kind, KINDS, f" in {source.name}")
     if raw.dtype.kind == "f" and not from_file:
-        return None  # the caller's own array of floats is in metres
-    if source.depth_scale is not None:
-        check_positive(source.depth_scale, f"{source.name}: depth_scale")
-    return source.depth_scale
+        scale = None  # the caller's own array of floats is in metres
+    if source and scale is not None:
+        check_positive(scale, f"{source.name}: depth_scale")
+    return Said(options.depth_kind, options.depth_scale, kind, scale, has_baseline)
 
 
-def _filed_baseline(source: Intrinsics | None, kind: str) -> float | None:
-    """The baseline of the intrinsics file, if the depth is a disparity. Raises ValueError for an impossible one."""
-    if source is None or source.baseline is None or kind != "disparity":
+def _filed_baseline(source: Intrinsics | None) -> float | None:
+    """The baseline of the intrinsics file. Raises ValueError for an impossible one."""
+    if source is None or source.baseline is None:
         return None
-    check_positive(source.baseline, f"{source.name}: baseline")
-    return source.baseline
+    return check_positive(source.baseline, f"{source.name}: baseline")
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
     """Sets depth to 0 where a mask or a confidence of the same shape is 0."""
     mask = one_channel(read_image(valid, max_pixels), str(valid)) if is_path(valid) else np.asarray(valid)
+    mask = mask.any(axis=2) if mask.ndim == 3 else mask  # a mask in colour
     name = str(valid) if is_path(valid) else "the mask"
     if mask.shape != metres.shape:
         note(

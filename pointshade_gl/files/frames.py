@@ -45,9 +45,10 @@ def load_frame(
     depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
     intrinsics   a file (see files/camera_files.py), 'fx,fy,cx,cy', four numbers or a Camera
     fov          vertical field of view in degrees, instead of intrinsics
-    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the camera's file,
-                 else 1000 for integers and 1 for floating point
-    depth_kind   z, ray, plane, inverse or disparity; the default is that of the camera's file, else z
+    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the camera's file, else
+                 what the values show, else 1000 for integers and 1 for floating point
+    depth_kind   z, ray, plane, inverse, disparity or kinect; the default is that of the camera's file, else what the
+                 values show, else z
     baseline     metres between the cameras of a disparity
     pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
     allow_outside  let depth.txt and rgb.txt name files outside the folder

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pointshade_gl.files.assembly import read_color
 from pointshade_gl.files.containers.opening import open_container
 from pointshade_gl.files.exif import camera_from_exif
-from pointshade_gl.files.frames import read_color
 
 from .heic_files import heic
 

@@ -93,16 +93,17 @@ def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data)
     assert np.quantile(ratio / np.median(ratio), (0.05, 0.95)) == pytest.approx((1, 1), abs=0.06)
 
 
-def test_odd_android_depth16_preview_and_raw_file_are_refused_and_the_picture_read(shared_data):
+def test_odd_android_depth16_is_read_and_its_preview_refused(shared_data):
     folder = shared_data / "odd_android_depth16"
-    with pytest.raises(FileNotFoundError, match="has no depth picture"):
-        ps.load_frame(folder)
     with pytest.raises(ValueError, match=r"its colours are of none of .*: pass the raw depth"):
         ps.load_frame(folder, depth=folder / "depth_rgba_preview.png")
-    with pytest.raises(ValueError, match="is not a picture"):
-        ps.load_frame(folder, depth=folder / "depth16.bin")
+    _, raw, notes = load(folder, depth=folder / "depth16.bin")
+    assert any("Android's DEPTH16: millimetres in the low 13 bits" in note for note in notes)
     _, depths, _ = load(folder, depth=folder / "depth16_from_author.png", depth_scale=5000)
     assert np.median(depths) == pytest.approx(2.342, abs=0.001)
+    assert np.median(raw) == pytest.approx(2.342, abs=0.01)
+    _, _, notes = load(folder)
+    assert any("spaced as with 5000 (TUM's): pass depth_scale=5000.0" in note for note in notes)
 
 
 def test_odd_color_16bit_rgba_becomes_8_bits(shared_data):

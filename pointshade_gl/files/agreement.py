@@ -18,7 +18,8 @@ from ..camera import Camera
 from ..frame import Frame
 from .axes import AXES, inverted
 
-AGREES = 0.03  # of the depth, in the median: poses off by a few centimetres, sensors, splats
+_SURE = 0.005  # of the depth, in the median: no other reading can be much better
+AGREES = 0.03  # poses off by a few centimetres, noise of sensors
 FAILS = 0.08
 _BETTER = 0.4  # another reading must leave less than this share of the error
 _POINTS = 4000  # of a view
@@ -71,32 +72,52 @@ class Finding(NamedTuple):
     error_as_written: float
 
 
-def find_reading(frames: Sequence[Frame], may_scale: bool) -> Finding | None:
+def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -> Finding | None:
     """How the poses of a few overlapping frames are to be understood; None if they show nothing.
 
-    may_scale  the units of the depth were guessed, so that another scale may be right
+    may_scale     the units of the depth were guessed, so that another scale may be right
+    metric_poses  the unit of the poses is the metre; else it is fitted to the depth
     """
     pairs = [(frames[k], frames[k + 1]) for k in range(len(frames) - 1) if _moved(frames[k].pose, frames[k + 1].pose)]
     if not pairs:
         return None
     written = _error(pairs, Reading())
-    if written < AGREES:
+    if written < _SURE:
         return Finding(Reading(), written, written)
-    scales = (1.0, *_SCALES) if may_scale else (1.0,)
-    others = [
+    scales = _SCALES if may_scale and metric_poses else ()
+    errors = [(_error(pairs, one), one) for one in _readings((1.0, *scales))]
+    least = min(error for error, _ in errors)
+    # of those that fit alike the one with the fewest changes, which comes first
+    error, best = next((error, one) for error, one in errors if error <= 1.1 * least)
+    if error > AGREES and not metric_poses:
+        error, best = _fit_pose_scale(pairs)
+    if error < AGREES and error < _BETTER * written:
+        return Finding(best, error, written)
+    return Finding(Reading(), written, written) if written < 1 else None
+
+
+def _readings(scales: Sequence[float]) -> list[Reading]:
+    """All ways to read poses and cameras, those with the fewest changes first."""
+    return [
         Reading(to_world, axes, mirrored, scale)
         for scale in scales
         for mirrored in (False, True)
         for axes in AXES
         for to_world in (True, False)
     ]
-    # the fewer changes the better where several fit alike
-    errors = [(_error(pairs, one), one) for one in others[1:]]
-    least = min(error for error, _ in errors)
-    error, best = next((error, one) for error, one in errors if error <= 1.1 * least)
-    if error < AGREES and error < _BETTER * written:
-        return Finding(best, error, written)
-    return Finding(Reading(), written, written) if written < 1 else None
+
+
+def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
+    """The reading, with a factor on the places of the poses, that brings the views together best; and what is left."""
+    readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
+    step = 1.25
+    for count in (18, 6, 6, 6):  # from 1/55 to 55 times, then finer and finer round the best
+        tried = [
+            replace(one, pose_scale=one.pose_scale * step**k) for one in readings for k in range(-count, count + 1)
+        ]
+        error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
+        readings, step = [best], step ** (1 / 5)
+    return error, best
 
 
 def _moved(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:

@@ -18,14 +18,16 @@ from ..notes import Note
 from ..wording import option
 from .agreement import Reading
 from .camera_files import read_intrinsics
+from .colmap import is_colmap_depth, read_colmap_depth
+from .containers.array_frames import SURE
 from .containers.contents import Contents
-from .content import FilePath
-from .depth import one_channel, read_depth
+from .content import FilePath, read_head
+from .depth import one_channel, read_depth, read_raw
 from .depth_coding import decode
-from .depth_kinds import KINDS, Said, to_metres
+from .depth_kinds import KINDS, Decoded, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import CODINGS, COMMON_CAMERAS, VIDEO_SUFFIXES
+from .known import CODINGS, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
 from .pictures import read_image
 from .pose_files import load_pose
@@ -61,10 +63,11 @@ class Parts(NamedTuple):
     filed    the camera that lies beside the pictures
     missing  what to add to the error if no camera is known
     number   counted from 0: which picture of a video is the colour
-    contents reads what a container, of the name `depth`, gives instead of a depth picture
+    contents reads what a container gives instead of a depth picture
+    path     the file that holds the depth; None for the caller's own array
     """
 
-    depth: FilePath | NDArray[Any]
+    depth: FilePath | NDArray[Any] | None
     color: FilePath | NDArray[Any] | None = None
     filed: Intrinsics | None = None
     pose: NDArray[np.float64] | None = None
@@ -72,6 +75,12 @@ class Parts(NamedTuple):
     missing: str = ""
     number: int = 0
     contents: Callable[[], Contents] | None = None
+    path: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """The file that the depth is from; "" for the caller's own array."""
+        return str(self.path) if self.path else ""
 
 
 class Found(NamedTuple):
@@ -97,26 +106,32 @@ class Assembled(NamedTuple):
     frame: Frame
     found: Found
     camera_from: str
-    kind: str
-    scale: float | None
+    decoded: Decoded
     stored: str
 
 
-def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None) -> Assembled:
-    """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence."""
+def assemble(
+    parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None, like: Decoded | None = None
+) -> Assembled:
+    """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence.
+
+    reading  how poses and camera are to be understood; None is as they are written
+    like     how another frame of the same sequence was decoded: this one is, too
+    """
     reading = reading or Reading()
-    limit = options.max_pixels
-    raw, parts = _read_raw(parts, note, limit)
+    limit, parts = options.max_pixels, _unpacked(parts)
+    source = _with_coding(_choose_camera(parts, options, note), parts.name, options, note)
+    raw = _read_raw(parts.depth, source, note, limit)
     picture = _read_picture(parts, limit)
-    source = _with_coding(_choose_camera(parts, options, note), parts.depth, options, note)
     camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     baseline = _filed_baseline(source) if options.baseline is None else options.baseline
-    said = _said(source, options, raw, is_path(parts.depth), baseline is not None)
-    decoded = decode(raw, str(parts.depth) if is_path(parts.depth) else "depth", said, note)
+    said = _said(source, options, raw, bool(parts.name), baseline is not None)
+    decoded = decode(raw, parts.name or "depth", said, note, like)
     kind, scale, doffs = decoded.kind, decoded.scale, (source and source.doffs) or 0.0
     metres = to_metres(decoded.values, camera, kind, scale, baseline, note, np.float32, doffs)
-    del raw, decoded
+    decoded = replace(decoded, values=np.empty((0, 0)))
+    del raw
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
@@ -127,9 +142,8 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     frame = Frame(picture, metres, camera, pose)
     if not frame.points_known:
         raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
-    depth_file, color_file = (str(part) if is_path(part) else None for part in (parts.depth, parts.color))
-    found = Found(depth_file, color_file)
-    return Assembled(frame, found, source.name if source else option("fov"), kind, scale, stored)
+    found = Found(parts.name or None, str(parts.color) if is_path(parts.color) else None)
+    return Assembled(frame, found, source.name if source else option("fov"), decoded, stored)
 
 
 def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
@@ -158,11 +172,10 @@ def _read_picture(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
     return read_color(parts.color, max_pixels)
 
 
-def _read_raw(parts: Parts, note: Note, max_pixels: float) -> tuple[NDArray[Any], Parts]:
-    """The depth as it is stored; and the parts, with those of a container in the place of what lies beside it."""
+def _unpacked(parts: Parts) -> Parts:
+    """The parts, with those of a container in the place of what lies beside it."""
     if parts.contents is None:
-        raw = read_depth(parts.depth, note, max_pixels) if is_path(parts.depth) else _check_depth(parts.depth)
-        return raw, parts
+        return parts
     held = parts.contents()
     filed = parts.filed if held.intrinsics is None else merged(held.intrinsics, parts.filed)
     if filed is not None:
@@ -172,11 +185,23 @@ def _read_raw(parts: Parts, note: Note, max_pixels: float) -> tuple[NDArray[Any]
         beside if own is None else own
         for own, beside in ((held.color, parts.color), (held.pose, parts.pose), (held.valid, parts.valid))
     )
-    return one_channel(held.depth, str(parts.depth)), parts._replace(color=color, filed=filed, pose=pose, valid=valid)
+    return parts._replace(depth=held.depth, color=color, filed=filed, pose=pose, valid=valid)
 
 
-def _check_depth(depth: Any) -> NDArray[Any]:
-    return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
+def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
+    """The depth as it is stored."""
+    if not is_path(depth):
+        return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
+    if Path(depth).suffix.lower() not in RAW_SUFFIXES:
+        return read_depth(depth, note, max_pixels)
+    if is_colmap_depth(read_head(depth)):
+        return read_colmap_depth(depth, max_pixels)
+    if source is None or source.size is None:
+        raise ValueError(
+            f"{depth} holds numbers without a header: pass {option('intrinsics', 'FILE')} with the width and height, "
+            "or the depth as .npy"
+        )
+    return read_raw(depth, *source.size, max_pixels)
 
 
 def _check_color(color: Any) -> NDArray[Any] | None:
@@ -209,16 +234,16 @@ def _choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics
     return parts.filed
 
 
-def _with_coding(source: Intrinsics | None, depth: Any, options: ReadOptions, note: Note) -> Intrinsics | None:
+def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, note: Note) -> Intrinsics | None:
     """The camera; what neither its file nor the caller says about the depth is that of a data set known by names."""
-    if source is None or not is_path(depth) or options.depth_scale or options.depth_kind or source.depth_scale:
+    if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
         return source
-    name = "/".join(Path(depth).parts[-_NAMES:]).lower()
-    known = next((one for one in CODINGS if one.known_by.search(name)), None)
+    seen = "/".join(Path(name).parts[-_NAMES:]).lower()
+    known = next((one for one in CODINGS if one.known_by.search(seen)), None)
     if known is None or source.depth_kind:
         return source
     note(
-        f"{Path(depth).name} looks like {known.title}: taken as "
+        f"{Path(name).name} looks like {known.title}: taken as "
         f"{option('depth_kind', known.depth_kind)}, {option('depth_scale', known.depth_scale)}"
     )
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
@@ -267,16 +292,15 @@ def _filed_baseline(source: Intrinsics | None) -> float | None:
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
-    """Sets depth to 0 where a mask or a confidence of the same shape is 0."""
-    mask = one_channel(read_image(valid, max_pixels), str(valid)) if is_path(valid) else np.asarray(valid)
-    mask = mask.any(axis=2) if mask.ndim == 3 else mask  # a mask in colour
+    """Sets depth to 0 where a mask or levels of confidence are 0, and where a network's confidence is far too low."""
+    mask = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
     name = str(valid) if is_path(valid) else "the mask"
     if mask.shape != metres.shape:
-        note(
-            f"{name} is {mask.shape[1]}x{mask.shape[0]}, the depth {metres.shape[1]}x{metres.shape[0]}: it is not used"
-        )
+        size = f"{mask.shape[1]}x{mask.shape[0]}, the depth {metres.shape[1]}x{metres.shape[0]}"
+        note(f"{name} is {size}: it is not used")
         return
-    dropped = (metres > 0) & (mask == 0)
+    good = mask >= SURE * np.nanmedian(mask) if mask.dtype.kind == "f" else mask != 0
+    dropped = (metres > 0) & ~good
     if dropped.any():
         share = np.count_nonzero(dropped) / np.count_nonzero(metres)
         note(f"{name} says that {share:.0%} of the depth is not valid: it is dropped")

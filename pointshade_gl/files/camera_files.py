@@ -16,7 +16,7 @@ from ..checks import as_array
 from ..notes import Note
 from ..wording import cut, option, shown
 from .arrays import NUMPY, read_numbers
-from .camera_forms import DISTORTION, from_colmap, from_matrix, from_named, from_pincam, word
+from .camera_forms import DISTORTION, FX, from_colmap, from_matrix, from_named, from_pincam, word
 from .containers.hdf5 import MATLAB_73
 from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import parse_object, read_head, read_text, split_numbers
@@ -24,6 +24,7 @@ from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
 from .named_numbers import Named, read_named
 
+_CELLS = {"k00": "fx", "k11": "fy", "k02": "cx", "k12": "cy"}  # of a matrix, spelt K[0,0]
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
 
 
@@ -56,7 +57,7 @@ def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
     text = read_text(path, max_pixels)
     if cameras := from_colmap(text, str(path)):
         return next(iter(cameras.values()))
-    named = read_named(text, path, max_pixels)
+    named = _read_table(text) or read_named(text, path, max_pixels)
     if not named and not text.lstrip().startswith("{"):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
     found = _from_names(named, path, note)
@@ -66,6 +67,17 @@ def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
     if not isinstance(kind, str | None):
         raise ValueError(f"{path}: depth_kind must be a text, got {shown(kind)}")
     return replace(found, depth_kind=kind)
+
+
+def _read_table(text: str) -> Named:
+    """The first row of a table whose columns have names, such as `frame fx fy cx cy` or Virtual KITTI's K[0,0]."""
+    head, *rows = [line.replace(", ", " ").split() for line in text.splitlines()[:2]] or [[]]
+    head = head if len(head) > 1 or not rows else head[0].split(",")
+    values = split_numbers(" ".join(rows[0])) if rows else None
+    if values is None or len(values) != len(head):
+        return {}
+    named = {_CELLS.get(word(name), name): [value] for name, value in zip(head, values, strict=True)}
+    return named if any(word(name) in FX for name in named) else {}
 
 
 def _from_names(named: Named, path: Path, note: Note) -> Intrinsics:

@@ -90,7 +90,8 @@ def _one_each(
 ) -> list[Intrinsics | None]:
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
     named = [item for item in items if (item.words | item.folder_words | {item.suffix[1:]}) & FRAME_CAMERAS]
-    files = matches([one.key for one in frames], [item for item in named if not NOT_A_CAMERA.search(item.name)])
+    named = [item for item in named if not NOT_A_CAMERA.search(item.name)]
+    files = matches([one.key for one in frames], named) if len(named) > 1 else []
     if len(set(files)) < 2:
         return []
     found: list[Intrinsics | None] = []

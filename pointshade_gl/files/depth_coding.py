@@ -113,6 +113,7 @@ def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said:
     if kind == "kinect":
         return Decoded(raw, kind, 1.0, "as said")
     if said.filed_scale is not None:
+        _doubt_filed(raw, counts, said.filed_scale, note)
         return Decoded(raw, kind, _check_filed(raw, said.filed_scale, note), "the camera's file")
     if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
@@ -128,6 +129,17 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
         note(
             f"{share:.1%} of {name} is negative, and taken as missing; "
             f"pass {option('depth_kind', 'inverse')} if it is a network's output"
+        )
+
+
+def _doubt_filed(raw: NDArray[Any], counts: bits.Counts | None, filed: float, note: Note) -> None:
+    """Tells if the values are spaced as another scale than that of the camera's file spaces them."""
+    values = np.flatnonzero(counts[1:FAR]) + 1 if counts is not None else np.empty(0, np.int64)
+    scale = units.scale_of_values(values, counts[values], units.middle(raw), raw.size) if counts is not None else None
+    if scale and filed == units.MILLIMETRES:
+        note(
+            f"the camera's file has depth_scale {filed:g}, but the values are spaced as with {scale:g} (TUM's): pass "
+            f"{option('depth_scale', scale)} if everything is too far away"
         )
 
 

@@ -13,11 +13,14 @@ from ..notes import Note
 from ..suggestions import near_path
 from ..wording import option
 from .builtin import FRAMES, SCENES
+from .colormaps import read_levels
 from .content import FilePath, read_text
 from .known import (
     COLOR_LISTS,
     COLOR_SUFFIXES,
+    CONFIDENCE,
     CONTAINERS,
+    DEPTH,
     DEPTH_LISTS,
     DEPTH_SUFFIXES,
     ONLY_DEPTH,
@@ -29,8 +32,9 @@ from .known import (
     VIDEO_SUFFIXES,
 )
 from .limits import MAX_PIXELS, PARTS, check_limit
-from .listing import LEVELS, Item, key_of, list_files
+from .listing import LEVELS, Item, key_of, list_files, matches
 from .names import Folder
+from .pictures import read_image
 from .transforms import read_transforms
 
 _PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
@@ -84,6 +88,8 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     for levels in range(1, LEVELS + 1):
         items = list_files(folder, levels)
         pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
+        if place.root is not None:
+            pictures = [item for item in pictures if place.check(item.path)]
         listed_colors, listed_depths = _listed(place, items, max_pixels)
         depths = listed_depths or _depths_of(folder, pictures, note)
         if depths:
@@ -91,18 +97,18 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     else:
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
-    masks = {item.key: item.path for item in pictures if item.words & VALID or item.folder_words & VALID}
-    masks = {key: path for key, path in masks.items() if _is_mask_of(path, depths[0])}
+    masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
+    valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
     partners = _partners(folder, depths, colors, note) if colors else [None] * len(depths)
     alone = partners.count(None) if colors else 0
     if alone:
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
-    kept = [(item, mate) for item, mate in zip(depths, partners, strict=True) if mate or not colors]
+    kept = [one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors]
     return [
-        FrameFiles(item.path, mate.path if mate else None, masks.get(item.key) if masks else None, item.time, number)
-        for number, (item, mate) in enumerate(kept)
+        FrameFiles(item.path, mate.path if mate else None, mask, item.time, number)
+        for number, (item, mate, mask) in enumerate(kept)
     ]
 
 
@@ -193,6 +199,8 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in COLOR_SUFFIXES]
+        depth_too = {item.path for item in _deep_grey(found)}
+        found = [item for item in found if item.path not in depth_too]
         if found:
             return _best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]
@@ -251,12 +259,26 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
     if what == "colour" and partners and len(best) < len(partners):
         same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
         best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
-    ordered = sorted(best, key=lambda item: -suffixes.index(item.suffix))
-    by_stem = {item.stem: item for item in ordered}
-    kept = [item for item in best if by_stem[item.stem] is item]
+    by_stem: dict[str, list[Item]] = {}
+    for item in best:
+        by_stem.setdefault(item.stem, []).append(item)
+    kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
     if len(kept) == 1 < len(best):
         note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
     return kept
+
+
+def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
+    """Of files that differ in their suffix the one that keeps the most. A depth in the colours of a map is no photo."""
+    forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
+    if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
+        forms = [item for item in forms if not _is_mapped(item.path)] or forms
+    return forms[0]
+
+
+def _is_mapped(path: Path) -> bool:
+    image = read_image(path)
+    return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
 
 
 def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], what: str, note: Note) -> None:
@@ -268,10 +290,11 @@ def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], w
         )
 
 
-def _is_mask_of(path: Path, depth: Item) -> bool:
+def _is_mask_of(item: Item, depth: Item) -> bool:
     """Whether a mask or a confidence is about the depth: it is called so, or it lies beside a network's depth."""
-    name = path.stem.lower()
-    return "depth" in name or "conf" in str(path).lower() or (name == "mask" and path.parent == depth.path.parent)
+    if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
+        return True
+    return item.stem == "mask" and item.path.parent == depth.path.parent
 
 
 def _partners(folder: Path, depths: list[Item], colors: list[Item], note: Note) -> list[Item | None]:

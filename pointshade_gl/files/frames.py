@@ -68,7 +68,7 @@ def read_frame(
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        read = assemble(Parts(_given(depth), _given(color)), options, note)
+        read = assemble(_parts(depth, color), options, note)
         if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
             check_registration(read.frame, note)
         return read
@@ -80,13 +80,15 @@ def read_frame(
     sequence = opened or open_frames(path, allow_outside, options, note)
     index, read = first_readable(sequence)
     if len(sequence) > 1:
-        taken = Path(str(sequence.parts[index].depth)).name
+        taken = Path(sequence.parts[index].name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken")
     return read
 
 
-def _given(value: Any) -> Any:
-    return check_path(value) if is_path(value) else value
+def _parts(depth: Any, color: Any) -> Parts:
+    """Of files or arrays that the caller gives."""
+    depth, color = (check_path(value) if is_path(value) else value for value in (depth, color))
+    return Parts(depth, color, path=Path(depth) if is_path(depth) else None)
 
 
 def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
@@ -97,13 +99,14 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
         depth, place = place.path, Folder(place.path.parent, place.allow_outside)
     check_folder(place.path)
     if depth is None:
-        depth = open_folder(place, options, note).parts[0].depth
+        depth = open_folder(place, options, note).parts[0].path
     if color is None and is_path(depth):
         color = find_color(place.path, Path(depth), note)
     for path in (depth, color):
         if is_path(path):
             place.check(Path(path))
     cameras = find_filed(place, [FrameFiles(Path(depth))] if is_path(depth) else [], options, note)
-    read = assemble(Parts(_given(depth), _given(color), cameras.of(0), missing=cameras.missing), options, note)
+    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
+    read = assemble(parts, options, note)
     check_registration(read.frame, note)
     return read

@@ -45,7 +45,8 @@ NEITHER = _words(
     "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
 )  # fmt: skip
 RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1"}  # Middlebury: the second camera's, and the first's
-VALID = _words("mask", "conf", "confidence", "confidences")
+CONFIDENCE = _words("conf", "confs", "confidence", "confidences")
+VALID = CONFIDENCE | _words("mask")
 
 # Lists of pictures, a line each: "time file" (TUM), or "time file time file".
 COLOR_LISTS, DEPTH_LISTS = ("color.txt", "rgb.txt"), ("depth.txt",)
@@ -67,7 +68,7 @@ CAMERAS = tuple(
             r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
             r"(.*/)?cameras?\.(txt|json|ya?ml)",
             r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
-            r"(.*/)?(metadata|meta|info)(\.\w+)?",
+            r"(.*/)?([\w-]*metadata|meta|info)(\.\w+)?",
             r"(.*/)?[\w-]+[-_]meta\.mat",
             r"scene\w+_\d\d\.txt",
             r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
@@ -95,7 +96,7 @@ POSES = tuple(
             r"odometry\.csv",
             r"scene_camera\.json",
             r"(.*/)?images\.txt",
-            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*\.\w+",
+            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
             r"[\w.-]*\.(freiburg|traj|pose)",
         ),
     )

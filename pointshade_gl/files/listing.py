@@ -14,7 +14,9 @@ from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, SHOWN_DEPTH
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
-_PARTS = sorted(DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics"}, key=len, reverse=True)
+_PARTS = sorted(
+    DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
+)
 _ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])})(?=[\W_]|\d|$)")
 
 

@@ -1,4 +1,4 @@
-"""Numbers with names, out of any text that has them: JSON, YAML, `name: 1 2 3`, `name = [1 2; 3 4]`.
+"""Numbers with names, out of any text that has them: JSON, YAML, `name: 1 2`, `name,1`, `name = [1 2; 3 4]`.
 
 Camera files of ROS, OpenCV, ORB-SLAM, KITTI, Middlebury, ScanNet and many others are read alike: their names differ.
 """
@@ -15,7 +15,7 @@ from .limits import MAX_PIXELS
 Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
 _MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too
 
-_LINE = re.compile(r"^(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*?)\"?\s*[:=]\s*(.*)$")
+_LINE = re.compile(r"^(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*?)\"?\s*[:=,]\s*(.*)$")
 _ITEM = re.compile(r"^\s*-\s+([^:]+)$")
 _OPEN_BRACKET = re.compile(r"\[[^\]]*\]")
 _TAG = re.compile(r"!!?[\w-]+")

@@ -40,11 +40,15 @@ _POSE_WORDS = {  # whether it leads to the world, and whether its camera has Ope
 
 
 class PoseList(NamedTuple):
-    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither."""
+    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
+
+    metric  their unit is the metre; structure from motion has any unit
+    """
 
     poses: Matrices
     names: list[str] | None = None
     times: NDArray[np.float64] | None = None
+    metric: bool = True
 
 
 def load_pose(path: FilePath) -> NDArray[np.float64]:
@@ -146,10 +150,10 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
     if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
         rows = rows[rows[:, 1] == rows[0, 1]]
         return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
-    if columns == 4 and len(rows) % 4 == 0:
-        return PoseList(from_matrices(rows.reshape(-1, 16)))
-    if columns == 4 and len(rows) == 3:
-        return PoseList(from_matrices(rows.reshape(1, 12)))
+    if columns == 4:
+        is_square = len(rows) % 4 == 0 and (len(rows) % 3 or (rows[3::4, :3] == 0).all())
+        side = 16 if is_square else 12
+        return PoseList(from_matrices(rows.reshape(-1, side))) if rows.size % side == 0 else None
     return None
 
 
@@ -187,14 +191,14 @@ def _from_colmap(text: str) -> PoseList | None:
         return None
     rows = np.array([words[1:8] for words in lines], np.float64)
     poses = inverted(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
-    return PoseList(poses, [words[9] for words in lines])
+    return PoseList(poses, [words[9] for words in lines], metric=False)
 
 
 def _from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
     if isinstance(data, dict) and "frames" in data:
         entries = read_transforms(path, max_pixels)
         names = [entry.color or entry.depth or "" for entry in entries]
-        return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names)
+        return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
     for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_words):
         try:
             found = read(named_of(data) if read is _from_words else data)

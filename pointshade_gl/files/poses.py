@@ -21,10 +21,15 @@ Poses = list[NDArray[np.float64] | None]
 
 
 class FoundPoses(NamedTuple):
-    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one; and the file that has them."""
+    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one.
+
+    source  the file that has them
+    metric  their unit is the metre; COLMAP's and those that follow from them have any unit
+    """
 
     poses: Poses
     source: str = ""
+    metric: bool = True
 
 
 def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
@@ -42,11 +47,12 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
     taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
     found = [item for item in _by_rank(items) if item.path not in taken]
     for item in found:
-        poses = _matched(item.path, read_poses(item.path, max_pixels), frames, note)
+        listed = read_poses(item.path, max_pixels)
+        poses = _matched(item.path, listed, frames, note)
         if poses:
             also = [_named(folder, other.path) for other in found if other is not item][:3]
             note(f"poses are read from {_named(folder, item.path)}" + (f", not from {', '.join(also)}" if also else ""))
-            return FoundPoses(poses, _named(folder, item.path))
+            return FoundPoses(poses, _named(folder, item.path), listed.metric)
     return FoundPoses([None] * len(frames))
 
 
@@ -57,6 +63,8 @@ def _named(folder: Path, path: Path) -> str:
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
     own = [item for item in items if (item.words | item.folder_words) & FRAME_POSES and item.suffix != ".log"]
+    if len(own) < 2:
+        return []
     taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
     found = matches([one.key for one in frames], [item for item in own if item.path not in taken])
     first = next((path for path in found if path), None)

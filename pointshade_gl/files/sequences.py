@@ -18,7 +18,7 @@ from .cameras import Cameras, find_cameras
 from .containers.contents import Contents
 from .containers.opening import open_container
 from .containers.zip_folder import is_zip_folder, unpack_folder
-from .content import FilePath
+from .depth_kinds import Decoded
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from .known import DEPTH_SUFFIXES
 from .names import Folder
@@ -43,9 +43,10 @@ class FrameSequence(Sequence[Frame]):
         note: Note,
         poses_from: str = "",
         reading: Reading | None = None,
+        like: Decoded | None = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
-        self._place, self._options = place, options
+        self._place, self._options, self._like = place, options, like
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -57,24 +58,27 @@ class FrameSequence(Sequence[Frame]):
     def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
         if isinstance(index, slice):
             some = self.parts[index]
-            return FrameSequence(self._place, some, self._options, self.note, self.poses_from, self.reading)
+            told = self.note, self.poses_from, self.reading, self._like
+            return FrameSequence(self._place, some, self._options, *told)
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
-        """A frame, and how its files were understood. Raises as [k] does."""
+        """A frame, and how its files were understood: all as the first that was read. Raises as [k] does."""
         parts = self.parts[index]
         try:
-            for path in (parts.depth, parts.color, parts.valid):
+            for path in (parts.path, parts.color, parts.valid):
                 if isinstance(path, Path):
                     self._place.check(path)
             parts = parts if with_color else parts._replace(color=None)
-            read = assemble(parts, self._options, note or self.note, self.reading)
+            read = assemble(parts, self._options, note or self.note, self.reading, self._like)
         except (ValueError, TypeError) as error:
             if len(self) == 1:
                 raise
             raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
         except OSError as error:
             raise OSError(f"frame {index}: {_naming(parts, error)}") from None
+        if note is None:
+            self._like = read.decoded
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
 
@@ -83,13 +87,17 @@ class FrameSequence(Sequence[Frame]):
         """How many frames have a pose."""
         return sum(one.pose is not None for one in self.parts)
 
-    def settle(self, may_scale: bool) -> None:
-        """Finds out how poses and camera are to be understood, from frames that see the same. Tells what it changes."""
+    def settle(self, may_scale: bool, metric_poses: bool) -> None:
+        """Finds out how poses and camera are to be understood, from frames that see the same. Tells what it changes.
+
+        may_scale     the unit of the depth was guessed
+        metric_poses  the unit of the poses is the metre; else it is anything
+        """
         try:
             frames = [self.assembled(k, lambda _: None, with_color=False).frame for k in self._apart()]
         except (ValueError, OSError):
             return  # told when they are asked for
-        found = find_reading(frames, may_scale)
+        found = find_reading(frames, may_scale, metric_poses)
         if found is None:
             return
         if found.reading != Reading():
@@ -152,16 +160,19 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     if options.pose is None and len(files) > 1:
         poses = find_poses(place.path, files, note, limit)
     parts = [
-        Parts(one.depth, one.color, cameras.of(one.number), pose, one.valid, cameras.missing, one.number)
+        Parts(
+            one.depth, one.color, cameras.of(one.number), pose, one.valid, cameras.missing, one.number, None, one.depth
+        )
         for one, pose in zip(files, poses.poses, strict=True)
     ]
     if held is not None:
-        parts = [one._replace(contents=partial(_only, Path(str(one.depth)), limit)) for one in parts]
+        parts = [one._replace(contents=partial(_only, one.path, limit)) for one in parts]
     parts = _without_lost(parts, place.path, note)
     sequence = FrameSequence(place, parts, options, note, poses.source)
     if sequence.posed > 1:
         known = cameras.of(0)
-        sequence.settle(may_scale=options.depth_scale is None and (known is None or known.depth_scale is None))
+        guessed = options.depth_scale is None and (known is None or known.depth_scale is None)
+        sequence.settle(may_scale=guessed, metric_poses=poses.metric)
     return sequence
 
 
@@ -173,18 +184,18 @@ def _from_container(
     cameras = find_filed(place, [], options, note) if first.intrinsics is None else Cameras(None)
     poses = [held[k].pose for k in range(len(held))] if len(held) > 1 and first.pose is not None else [None] * len(held)
     parts = [
-        Parts(path, None, cameras.of(k), poses[k], None, cameras.missing, k, partial(held.__getitem__, k))
+        Parts(None, None, cameras.of(k), poses[k], None, cameras.missing, k, partial(held.__getitem__, k), path)
         for k in range(len(held))
     ]
     sequence = FrameSequence(place, parts, options, note, path.name if first.pose is not None else "")
     if sequence.posed > 1:
-        sequence.settle(may_scale=False)
+        sequence.settle(may_scale=False, metric_poses=True)
     return sequence
 
 
-def _only(path: FilePath, max_pixels: float) -> Contents:
+def _only(path: Path | None, max_pixels: float) -> Contents:
     """What a container with one frame holds."""
-    held = open_container(path, lambda _: None, max_pixels)
+    held = open_container(path, lambda _: None, max_pixels) if path else None
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
     return held[0]
@@ -222,4 +233,4 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
 
 def _naming(parts: Parts, error: Exception) -> str:
     """The error's sentence, with the file if it does not name one."""
-    return str(error) if Path(str(parts.depth)).name in str(error) else f"{parts.depth}: {error}"
+    return str(error) if Path(parts.name).name in str(error) else f"{parts.name}: {error}"

@@ -15,10 +15,11 @@ from .writing import as_json, depth16, numbers, picture, quaternion, rows, text
 
 
 def _confidence(path: Path, view: View, high: int) -> None:
-    """A picture of confidences, high everywhere but in one corner."""
+    """A picture of confidences, high everywhere but in one corner, where the depth is not to be used."""
     levels = np.full(view.depth.shape, high, np.uint8)
     levels[:20, :20] = 0
     picture(path, levels)
+    view.depth[:20, :20] = 0
 
 
 def polycam(folder: Path, room: Room) -> Expected:
@@ -69,10 +70,16 @@ def stray_scanner(folder: Path, room: Room) -> Expected:
 
 
 def stray_scanner_video(folder: Path, room: Room) -> Expected:
-    """Stray Scanner as it comes from the phone: the colours are in rgb.mp4 (here empty), so only depth is asked for."""
-    views, _ = _stray(folder, room)
-    (folder / "rgb.mp4").write_bytes(b"\0\0\0\x18ftypmp42\0\0\0\0mp42isom")
-    return Expected(folder, PHONE, views, color=False, pixels=0.6)
+    """Stray Scanner as it comes from the phone: the colours are in rgb.mp4."""
+    from imageio_ffmpeg import write_frames
+
+    views, large = _stray(folder, room)
+    video = write_frames(str(folder / "rgb.mp4"), (1920, 1440), quality=8)
+    video.send(None)
+    for view in large:
+        video.send(np.ascontiguousarray(view.color))
+    video.close()
+    return Expected(folder, PHONE, views, pixels=0.6)
 
 
 def record3d(folder: Path, room: Room) -> Expected:

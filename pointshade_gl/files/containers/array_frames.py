@@ -20,7 +20,7 @@ from .pinhole import fit_pinhole, is_pinhole
 from .turned_normals import turn_normals
 
 _KINDS = {"inverse": "inverse", "ray": "ray"}
-_SURE = 0.1  # of the median confidence
+SURE = 0.1  # of the median confidence
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def _is_sure(confidence: NDArray[Any]) -> NDArray[np.bool_]:
         values, known = (1 / (1 + np.exp(-v.clip(-50, 50))) for v in (values, known))
     elif known.min() >= 1:
         values, known = values - 1, known - 1
-    return values >= _SURE * np.median(known)
+    return values >= SURE * np.median(known)
 
 
 def _inverse(pose: NDArray[np.float64], name: str) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import time
 from collections.abc import Sequence
@@ -194,14 +195,28 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Q
 
 
 @app.command()
-def info(device: Device = 0, quiet: Quiet = False) -> None:
-    """Print what draws: GL vendor, renderer, version, limits."""
+@spread
+def info(
+    frame: FrameOptions,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write a contact sheet: colour, depth, normals, lit.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
+    if frame.input or frame.depth:
+        from .cli_info import show_input
+
+        _check_frame(frame)
+        show_input(frame, output, as_json, device)
+        return
     from . import __version__
 
     with open_renderer(device) as renderer:
-        print(f"{'pointshade_gl':16s}{__version__}")
-        for name, value in renderer.context.limits().items():
-            print(f"{name:16s}{value}")
+        limits = {"pointshade_gl": __version__, **renderer.context.limits()}
+        print(json.dumps(limits, indent=1) if as_json else "\n".join(f"{name:16s}{limits[name]}" for name in limits))
 
 
 @app.command()
@@ -254,12 +269,12 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
     from .sources import is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
+    if not scene:
+        _check_frame(frame)
     check_exist(color=frame.color, depth=frame.depth, intrinsics=frame.intrinsics)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
     if is_scene(source):
-        if not scene:
-            raise ValueError(f"{source} is a scene, expected a frame: pass it to `pointshade render` or `view`")
         return load_any(source, **options)
     return (open_source if sequence else load_frame)(source, **options)
 
@@ -278,6 +293,14 @@ def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptio
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {frame.input} is a scene: write a picture of it")
     write_points(source, view, output, film.turntable, film.frames, device)
+
+
+def _check_frame(frame: FrameOptions) -> None:
+    """Raises ValueError for a scene."""
+    from .sources import is_scene
+
+    if is_scene(frame.input):
+        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
 
 
 def _check_look(look: Look) -> None:

@@ -213,6 +213,17 @@ def _is_right(item: Item, pictures: list[Item]) -> bool:
     return left is not None and any(other.stem == left for other in pictures)
 
 
+def _shallowness(item: Item) -> int:
+    """How little of the depth a picture keeps, by its header: 0 for 16 bits or floats, 1 for 8 bits, 2 for colours."""
+    if item.suffix in (".jpg", ".jpeg", ".webp", ".bmp"):
+        return 2
+    if item.suffix != ".png":
+        return 0
+    with item.path.open("rb") as file:
+        bits, kind = file.read(26)[24:26].ljust(2, b"\0")
+    return 2 if kind else int(bits < 16)
+
+
 def _deep_grey(items: list[Item]) -> list[Item]:
     """Pictures of one channel of 16 bits, which are depth and nothing else. Those named alike are of one kind."""
     firsts: dict[str, bool] = {}
@@ -245,6 +256,7 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
         together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
         return (
             -min(matched, len(partners)),
+            what == "depth" and _shallowness(group[0]),
             group[0].level,
             -(group[0].path.parent in places),
             -together,
@@ -285,9 +297,7 @@ def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], w
     rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
     if rivals:
         listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
-        note(
-            f"{folder} has {what} in several places ({listed}): {best[0].path.relative_to(folder).as_posix()} is taken"
-        )
+        note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
 
 
 def _is_mask_of(item: Item, depth: Item) -> bool:

@@ -22,7 +22,7 @@ from .containers.contents import Contents
 from .content import FilePath
 from .depth import one_channel, read_depth
 from .depth_coding import decode
-from .depth_kinds import KINDS, Said, to_metres
+from .depth_kinds import KINDS, Coding, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
 from .known import CODINGS, COMMON_CAMERAS, VIDEO_SUFFIXES
@@ -97,13 +97,25 @@ class Assembled(NamedTuple):
     frame: Frame
     found: Found
     camera_from: str
-    kind: str
-    scale: float | None
+    coding: Coding
     stored: str
 
+    @property
+    def kind(self) -> str:
+        return self.coding.kind
 
-def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None) -> Assembled:
-    """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence."""
+    @property
+    def scale(self) -> float | None:
+        return self.coding.scale
+
+
+def assemble(
+    parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None, like: Coding | None = None
+) -> Assembled:
+    """Reads the parts of a frame, its depth like that of an earlier frame of its sequence.
+
+    Raises ValueError, TypeError or OSError, in one sentence.
+    """
     reading = reading or Reading()
     limit = options.max_pixels
     raw, parts = _read_raw(parts, note, limit)
@@ -113,10 +125,10 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     baseline = _filed_baseline(source) if options.baseline is None else options.baseline
     said = _said(source, options, raw, is_path(parts.depth), baseline is not None)
-    decoded = decode(raw, str(parts.depth) if is_path(parts.depth) else "depth", said, note)
-    kind, scale, doffs = decoded.kind, decoded.scale, (source and source.doffs) or 0.0
-    metres = to_metres(decoded.values, camera, kind, scale, baseline, note, np.float32, doffs)
-    del raw, decoded
+    values, coding = decode(raw, str(parts.depth) if is_path(parts.depth) else "depth", said, note, like)
+    doffs = (source and source.doffs) or 0.0
+    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    del raw, values
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
@@ -129,7 +141,7 @@ def assemble(parts: Parts, options: ReadOptions, note: Note, reading: Reading | 
         raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
     depth_file, color_file = (str(part) if is_path(part) else None for part in (parts.depth, parts.color))
     found = Found(depth_file, color_file)
-    return Assembled(frame, found, source.name if source else option("fov"), kind, scale, stored)
+    return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
 def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
@@ -268,8 +280,8 @@ def _filed_baseline(source: Intrinsics | None) -> float | None:
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
     """Sets depth to 0 where a mask or a confidence of the same shape is 0."""
-    mask = one_channel(read_image(valid, max_pixels), str(valid)) if is_path(valid) else np.asarray(valid)
-    mask = mask.any(axis=2) if mask.ndim == 3 else mask  # a mask in colour
+    mask: NDArray[Any] = one_channel(read_image(valid, max_pixels), str(valid)) if is_path(valid) else np.asarray(valid)
+    mask = np.asarray(mask.max(axis=2)) if mask.ndim == 3 else mask  # a mask in colour
     name = str(valid) if is_path(valid) else "the mask"
     if mask.shape != metres.shape:
         note(

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pointshade_gl.files.assembly import ReadOptions
 from pointshade_gl.files.builtin import asset
 from pointshade_gl.files.colormaps import MAPS, read_levels
 from pointshade_gl.files.depth import read_depth
 from pointshade_gl.files.depth_coding import decode
 from pointshade_gl.files.depth_kinds import Said
+from pointshade_gl.files.sequences import open_frames
 
 from .rooms import room, stretched
 
@@ -78,7 +80,7 @@ def test_transparent_pixels_and_other_colours_are_holes():
 @pytest.mark.parametrize(("name", "end"), MAPS.items())
 def test_inverse_depth_is_near_at_the_maps_upper_end(name, end):
     decoded, notes = read(TABLES[name][NEAR])
-    assert (decoded.kind, decoded.scale) == ("inverse", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("inverse", None)
     assert len(notes) == 1 and f"({name}), read back in 256 steps as inverse depth: {end} is taken as near" in notes[0]
     assert "pass depth_kind='z' if it is far" in notes[0]
 
@@ -87,20 +89,33 @@ def test_inverse_depth_is_near_at_the_maps_upper_end(name, end):
 def test_depth_is_known_by_its_planes_either_way_round(name):
     for image, where in ((TABLES[name][DEEP], "far"), (TABLES[name][255 - DEEP], "near")):
         decoded, notes = read(image)
-        assert (decoded.kind, decoded.scale) == ("z", None)
+        assert (decoded.coding.kind, decoded.coding.scale) == ("z", None)
         assert len(notes) == 1 and f"{MAPS[name]} is {where}" in notes[0]
         assert np.corrcoef(decoded.values.ravel(), Z.ravel())[0, 1] > 0.999
-        again = decode(image, "next.png", Said(), print, decoded)
+        again = decode(image, "next.png", Said(), print, decoded.coding)
         np.testing.assert_array_equal(again.values, decoded.values)
+
+
+def test_a_sequence_is_read_like_its_first_frame(tmp_path):
+    v, u = np.mgrid[-1:1:240j, -1.3:1.3:320j]
+    waves = TABLES["jet"][np.round(100 + 60 * np.sin(3 * u) * np.cos(3 * v)).astype(np.uint8)]  # no plane in it
+    assert read(waves)[0].coding.kind == "inverse"
+    (tmp_path / "depth").mkdir()
+    for index, image in enumerate((TABLES["jet"][DEEP], waves)):
+        Image.fromarray(image).save(tmp_path / "depth" / f"{index}.png")
+    notes = []
+    frames = open_frames(tmp_path, False, ReadOptions(fov=50), notes.append)
+    assert [frames.assembled(k).coding.kind for k in (0, 1)] == ["z", "z"]
+    assert sum("colour-mapped" in note for note in notes) == 1
 
 
 def test_a_said_kind_or_scale_wins():
     image = TABLES["turbo"][DEEP]
     decoded, notes = read(image, Said("inverse"))
-    assert (decoded.kind, decoded.scale) == ("inverse", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("inverse", None)
     assert len(notes) == 1 and "(turbo), read back in 256 steps, red is the highest" in notes[0]
-    assert read(image, Said("z"))[0].kind == "z"
-    assert read(image, Said(scale=50))[0].scale == 50
+    assert read(image, Said("z"))[0].coding.kind == "z"
+    assert read(image, Said(scale=50))[0].coding.scale == 50
 
 
 def test_colours_of_no_map_are_refused():
@@ -131,7 +146,7 @@ def test_the_colour_mapped_frame_comes_back(shared_data):
     folder = shared_data / "odd_colorised_depth_png"
     decoded, notes = read(read_depth(folder / "depth.png", print))
     truth = np.asarray(Image.open(folder / "depth_true.png")).astype(float)
-    assert decoded.kind == "z" and len(notes) == 1 and "(jet)" in notes[0] and "red is far" in notes[0]
+    assert decoded.coding.kind == "z" and len(notes) == 1 and "(jet)" in notes[0] and "red is far" in notes[0]
     np.testing.assert_array_equal(decoded.values == 0, truth == 0)
     inside = (truth > 0) & (decoded.values < 255)  # the map's end is as far as it goes
     slope, offset = np.polyfit(decoded.values[inside], truth[inside], 1)

@@ -54,7 +54,7 @@ U8, U16, F32 = np.ones((2, 2), np.uint8), np.ones((2, 2), np.uint16), np.ones((2
 )
 def test_what_is_said_is_taken_without_a_note(raw, said, expected):
     decoded, notes = read(raw, said)
-    assert (decoded.kind, decoded.scale) == expected
+    assert (decoded.coding.kind, decoded.coding.scale) == expected
     np.testing.assert_array_equal(decoded.values, raw)
     assert notes == []
 
@@ -82,12 +82,13 @@ def test_what_is_said_is_taken_without_a_note(raw, said, expected):
         (5 * MM, Said(filed_scale=0.0002), 5000, "taken as 5000 a metre"),
         (MM, Said(filed_scale=1.0), 1000, "taken as 1000 a metre"),
         (10 * MM, Said(filed_scale=0.1), 10000, "taken as 10000 a metre"),
+        (5 * MM, Said(filed_scale=1000.0), 1000, "spaced like TUM's: pass depth_scale=5000 if all is too far away"),
         (MM, Said(filed_scale=1e6), 1e6, "pass depth_scale (raw values per metre) if that is wrong"),
     ],
 )
 def test_a_unit_that_is_guessed_is_told(raw, said, scale, sentence):
     decoded, notes = read(raw, said)
-    assert (decoded.kind, decoded.scale) == ("z", pytest.approx(scale))
+    assert (decoded.coding.kind, decoded.coding.scale) == ("z", pytest.approx(scale))
     assert len(notes) == 1 and sentence in notes[0]
 
 
@@ -104,7 +105,7 @@ def test_a_unit_that_is_guessed_is_told(raw, said, scale, sentence):
 def test_packed_bits_become_millimetres(raw, sentence):
     decoded, notes = read(raw)
     np.testing.assert_array_equal(decoded.values, MM)
-    assert (decoded.kind, decoded.scale) == ("z", 1000)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("z", 1000)
     assert sentence in notes[0]
 
 
@@ -118,7 +119,7 @@ def test_rotated_bits_beyond_8_metres_come_back():
 def test_confidence_bits_are_dropped_whatever_scale_is_said():
     decoded, notes = read(with_confidence(5 * MM // 4), Said(scale=5000))
     np.testing.assert_array_equal(decoded.values, 5 * MM // 4)
-    assert decoded.scale == 5000 and len(notes) == 1
+    assert decoded.coding.scale == 5000 and len(notes) == 1
 
 
 @pytest.mark.parametrize(
@@ -140,7 +141,7 @@ def test_plain_numbers_stay_as_they_are(raw):
     raw = raw.astype(np.uint16)
     decoded, notes = read(raw)
     np.testing.assert_array_equal(decoded.values, raw)
-    assert (decoded.kind, decoded.scale) == ("z", 1000)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("z", 1000)
     assert len(notes) == 1 and "taken as millimetres" in notes[0]
 
 
@@ -148,7 +149,7 @@ def test_raw_disparity_of_a_kinect_is_known_by_2047():
     metres = room()
     metres[40:60, 30:50] = 0
     decoded, notes = read(kinect_disparity(metres))
-    assert decoded.kind == "kinect"
+    assert decoded.coding.kind == "kinect"
     assert len(notes) == 1 and "raw disparity of a first Kinect (2047 is missing); pass depth_kind='z'" in notes[0]
 
 
@@ -156,7 +157,7 @@ def test_near_millimetres_with_a_hole_at_2047_are_no_disparity():
     near = MM // 3
     near[40:60, 30:50] = 2047
     assert ((near > 1090) & (near < 2047)).any()
-    assert read(near)[0].kind == "z"
+    assert read(near)[0].coding.kind == "z"
 
 
 @pytest.mark.parametrize(("scale", "focal"), [(5000, 535), (5000, 580), (5000, 620)])
@@ -164,10 +165,10 @@ def test_a_kinects_steps_tell_tums_scale(scale, focal):
     metres = np.kron(room(), np.ones((4, 4)))
     metres = 8 * 0.075 * focal / np.round(8 * 0.075 * focal / metres)
     decoded, notes = read(np.round(scale * metres).astype(np.uint16))
-    assert decoded.scale == 5000
+    assert decoded.coding.scale == 5000
     assert len(notes) == 1 and "pass depth_scale=1000 if it is in millimetres" in notes[0]
-    assert read(np.round(1000 * metres).astype(np.uint16))[0].scale == 1000
-    assert read(np.round(4000 * metres).astype(np.uint16))[0].scale == 1000  # not known; its middle is told
+    assert read(np.round(1000 * metres).astype(np.uint16))[0].coding.scale == 1000
+    assert read(np.round(4000 * metres).astype(np.uint16))[0].coding.scale == 1000  # not known; its middle is told
 
 
 def test_other_steps_tell_no_scale():
@@ -175,9 +176,9 @@ def test_other_steps_tell_no_scale():
     metres = 3 * np.kron(room(), np.ones((4, 4)))
     for constant in (32 * 0.05 * 617, 32 * 0.095 * 385, 32 * 0.055 * 617):
         stereo = constant / np.round(constant / metres)
-        assert read(np.round(1000 * stereo).astype(np.uint16))[0].scale == 1000
+        assert read(np.round(1000 * stereo).astype(np.uint16))[0].coding.scale == 1000
     noisy = metres + np.random.default_rng(3).normal(0, 0.02, metres.shape)
-    assert read(np.round(5000 * noisy).astype(np.uint16) // 3)[0].scale == 1000
+    assert read(np.round(5000 * noisy).astype(np.uint16) // 3)[0].coding.scale == 1000
 
 
 @pytest.mark.parametrize(("dtype", "share"), [(np.float32, "0.5%"), (np.int16, "0.5%")])
@@ -198,14 +199,18 @@ def test_depth_scale_is_a_number_above_0(scale):
 @pytest.mark.parametrize("raw", [rotated(MM), with_confidence(MM), 257 * stretched(room()).astype(np.uint16)])
 def test_the_next_frame_is_read_as_the_first_one(raw):
     first, _ = read(raw)
-    assert first.repairs
+    assert first.coding.repairs
     plane = np.full_like(raw, 2 * int(raw.max() // 2))
-    again, notes = read(np.concatenate([raw, plane]), like=first)
+    again, notes = read(np.concatenate([raw, plane]), like=first.coding)
     np.testing.assert_array_equal(again.values[: raw.shape[0]], first.values)
-    assert (again.kind, again.scale, again.repairs) == (first.kind, first.scale, first.repairs)
+    assert (again.coding.kind, again.coding.scale, again.coding.repairs) == (
+        first.coding.kind,
+        first.coding.scale,
+        first.coding.repairs,
+    )
     assert notes == []
     with pytest.raises(ValueError, match="depth must be of 16 bits, as the first one is, got float32"):
-        read(F32, like=first)
+        read(F32, like=first.coding)
 
 
 @pytest.mark.parametrize("dtype", ["u1", "<u2", "<u4", "<f4", "<f8"])
@@ -223,8 +228,8 @@ def test_a_file_without_a_header_is_read_by_its_size(tmp_path, dtype):
 def test_tums_frame_needs_no_file_that_tells_its_scale(shared_data):
     raw = read_depth(shared_data / "tum_fr3_kinect1" / "depth.png", print)
     decoded, notes = read(raw)
-    assert decoded.scale == 5000 and len(notes) == 1
-    assert read(np.round(raw / 5).astype(np.uint16))[0].scale == 1000
+    assert decoded.coding.scale == 5000 and len(notes) == 1
+    assert read(np.round(raw / 5).astype(np.uint16))[0].coding.scale == 1000
 
 
 @pytest.mark.data
@@ -233,8 +238,8 @@ def test_androids_raw_file_is_the_picture_that_its_author_made_of_it(shared_data
     decoded, notes = read(read_raw(folder / "depth16.bin", 240, 180), Said(filed_scale=1000.0))
     author = read_depth(folder / "depth16_from_author.png", print)
     np.testing.assert_array_equal(5 * decoded.values, author)
-    assert decoded.scale == 1000 and len(notes) == 1
-    assert read(author)[0].scale == 5000
+    assert decoded.coding.scale == 1000 and len(notes) == 1
+    assert read(author)[0].coding.scale == 5000
 
 
 @pytest.mark.data
@@ -255,9 +260,15 @@ def test_no_real_frame_is_taken_for_another_coding(shared_data):
         if raw.ndim == 3 or "tum" in str(path):
             continue
         decoded, notes = read(raw)
-        assert (decoded.kind, decoded.repairs) == ("z", ())
-        assert decoded.scale == (1 if raw.dtype.kind == "f" else 1000)
+        assert (decoded.coding.kind, decoded.coding.repairs) == ("z", ())
+        assert decoded.coding.scale == (1 if raw.dtype.kind == "f" else 1000)
         assert len(notes) == (raw.dtype.kind != "f"), (path, notes)
         assert read(raw / 1000 if raw.dtype.kind == "u" else raw)[1] == []  # in metres, as floating point
         checked += 1
     assert checked >= 30
+
+
+def test_another_word_about_the_next_frame_is_heard():
+    first, _ = read(5 * MM)
+    assert read(MM, like=first.coding)[0].coding.scale == 5000
+    assert read(MM, Said(filed_scale=1000.0), like=first.coding)[0].coding.scale == 1000

@@ -77,14 +77,14 @@ def test_no_bending_is_measured_where_planes_are_too_few():
 def test_a_networks_inverse_depth_is_known_by_its_planes(raw):
     raw = raw if raw.dtype.kind == "u" else raw.astype(np.float32)
     decoded, notes = read(raw)
-    assert (decoded.kind, decoded.scale) == ("inverse", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("inverse", None)
     assert len(notes) == 1 and "taken as a network's inverse depth" in notes[0] and "depth_kind='z'" in notes[0]
 
 
 @pytest.mark.parametrize("raw", [stretched(Z, 65535), np.float32(stretched(Z, 65535)) / 65535], ids=["16 bits", "0..1"])
 def test_depth_without_a_scale_that_fills_its_range_is_known_by_its_planes(raw):
     decoded, notes = read(raw)
-    assert (decoded.kind, decoded.scale) == ("z", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("z", None)
     assert len(notes) == 1 and "pass depth_scale if it has one" in notes[0]
     laid = to_metres(raw, CAMERA, "z", None, None, [].append)
     assert np.corrcoef(laid.ravel(), Z.ravel())[0, 1] > 0.9999 and (laid.min(), laid.max()) == (1, 10)
@@ -108,31 +108,31 @@ def test_depth_in_metres_stays_depth(shape):
         "ball": 3 - np.sqrt((1 - u * u - v * v).clip(0)),
     }
     decoded, notes = read(pictures[shape].astype(np.float32))
-    assert (decoded.kind, decoded.scale, notes) == ("z", 1, [])
+    assert (decoded.coding.kind, decoded.coding.scale, notes) == ("z", 1, [])
 
 
 @pytest.mark.parametrize("grey", [stretched(1 / Z), as_jpeg(stretched(1 / Z)), stretched(1 / Z)[::16, ::16]])
 def test_8_bits_are_inverse_depth(grey):
     decoded, notes = read(grey, name="depth.png")
-    assert (decoded.kind, decoded.scale) == ("inverse", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("inverse", None)
     assert len(notes) == 1 and "bright is near; pass depth_kind='z' if bright is far" in notes[0]
 
 
 def test_8_bits_stored_in_16_are_read_as_8():
     for factor in (256, 257):
         decoded, notes = read(factor * stretched(1 / Z).astype(np.uint16), name="depth.png")
-        assert decoded.kind == "inverse" and decoded.values.dtype == np.uint8
+        assert decoded.coding.kind == "inverse" and decoded.values.dtype == np.uint8
         assert len(notes) == 1 and "has 8 bits" in notes[0]
 
 
 def test_8_bits_whose_planes_bend_are_depth_and_0_is_missing_where_it_stands_alone():
     decoded, notes = read(stretched(Z), name="depth.png")
-    assert (decoded.kind, decoded.scale) == ("z", None)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("z", None)
     assert len(notes) == 1 and "bright is far" in notes[0] and "pass depth_kind='inverse'" in notes[0]
     grey = np.round(Z * 50).astype(np.uint8)
     grey[100:120, 150:170] = 0
     decoded, _ = read(grey, name="depth.png")
-    metres = to_metres(grey, CAMERA, "z", decoded.scale, None, print)
+    metres = to_metres(grey, CAMERA, "z", decoded.coding.scale, None, print)
     assert not metres[100:120, 150:170].any()
     known = metres > 0
     assert np.median(metres[known]) == pytest.approx(2, rel=0.01)
@@ -141,8 +141,8 @@ def test_8_bits_whose_planes_bend_are_depth_and_0_is_missing_where_it_stands_alo
 
 def test_8_bits_with_a_scale_in_the_cameras_file_are_depth():
     decoded, notes = read(np.round(Z * 50).astype(np.uint8), Said(filed_scale=50.0))
-    assert (decoded.kind, decoded.scale, notes) == ("z", 50, [])
-    assert read(stretched(1 / Z), Said(filed_scale=1000.0))[0].kind == "inverse"
+    assert (decoded.coding.kind, decoded.coding.scale, notes) == ("z", 50, [])
+    assert read(stretched(1 / Z), Said(filed_scale=1000.0))[0].coding.kind == "inverse"
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_8_bit_pictures_of_anything_else_are_refused_with_a_way_out(picture, sen
     picture = picture.astype(np.uint8)
     with pytest.raises(ValueError, match=sentence + r".*pass another file, or depth_kind='inverse' or 'z'"):
         read(picture, name="depth.png")
-    assert read(picture, Said("inverse"))[0].kind == "inverse"
+    assert read(picture, Said("inverse"))[0].coding.kind == "inverse"
 
 
 def test_labels_of_16_bits_are_told_and_steps_of_depth_are_not():
@@ -178,25 +178,25 @@ def test_256_levels_of_a_distance_need_a_scale(kind):
 def test_disparity_is_known_by_its_name(name):
     disparity = (40 / Z).astype(np.float32)
     decoded, notes = read(disparity, Said(has_baseline=True), name)
-    assert (decoded.kind, decoded.scale) == ("disparity", 1)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("disparity", 1)
     assert len(notes) == 1 and "is taken as disparity" in notes[0]
     decoded, notes = read(disparity, name=name)
     assert len(notes) == 1 and "without baseline (metres between the cameras)" in notes[0]
-    metres = to_metres(disparity, CAMERA, decoded.kind, decoded.scale, None, print)
+    metres = to_metres(disparity, CAMERA, decoded.coding.kind, decoded.coding.scale, None, print)
     np.testing.assert_allclose(metres, Z * 2 / np.median(Z), rtol=1e-5)
 
 
 def test_other_names_are_no_disparity_and_a_said_kind_wins():
     for name in ("display.npy", "dispatch/depth.npy", "undisputed.npy"):
-        assert read(Z.astype(np.float32), Said(has_baseline=True), name)[0].kind == "z"
-    assert read(Z.astype(np.float32), Said("z"), "disp.npy")[0].kind == "z"
+        assert read(Z.astype(np.float32), Said(has_baseline=True), name)[0].coding.kind == "z"
+    assert read(Z.astype(np.float32), Said("z"), "disp.npy")[0].coding.kind == "z"
 
 
 def test_kittis_disparity_has_256_values_a_pixel():
     decoded, notes = read((256 * 40 / Z).astype(np.uint16), Said(has_baseline=True), "disp.png")
-    assert (decoded.kind, decoded.scale) == ("disparity", 256)
+    assert (decoded.coding.kind, decoded.coding.scale) == ("disparity", 256)
     assert len(notes) == 2 and "divided by 256, as in KITTI" in notes[1]
-    assert read((40 / Z).astype(np.uint16), Said("disparity"))[0].scale == 1
+    assert read((40 / Z).astype(np.uint16), Said("disparity"))[0].coding.scale == 1
 
 
 @pytest.mark.data
@@ -208,11 +208,11 @@ def test_real_frames_as_networks_would_write_them(shared_data):
         depth = np.where(known, (z - low) / (high - low), np.nan).clip(0, 1)
         inverse = np.where(known, (1 / np.where(known, z, 1) - 1 / high) / (1 / low - 1 / high), np.nan).clip(0, 1)
         for raw in (z.astype(np.float32), depth.astype(np.float32), (0.2 + depth * 20).astype(np.float32)):
-            assert read(raw)[0].kind == "z", name
+            assert read(raw)[0].coding.kind == "z", name
         decoded, notes = read((0.3 + 8 * inverse).astype(np.float32))
-        total, found = total + 1, found + (decoded.kind == "inverse")
+        total, found = total + 1, found + (decoded.coding.kind == "inverse")
         decoded, notes = read(np.where(known, np.round(255 * inverse), 0).astype(np.uint8))
-        assert decoded.kind == "inverse" and len(notes) == 1, name
+        assert decoded.coding.kind == "inverse" and len(notes) == 1, name
     assert total >= 15 and found >= 0.8 * total
 
 
@@ -227,5 +227,5 @@ def test_grey_photographs_are_no_depth(shared_data):
 def test_hopeless_values_are_no_accident(fill):
     raw = Z.astype(np.float32)
     raw[::2], raw[0, :3] = fill, (np.inf, -np.inf, np.nan)
-    assert read(raw)[0].kind == "z"  # a warning would be an error here
-    assert read(np.full_like(raw, fill))[0].kind == "z"
+    assert read(raw)[0].coding.kind == "z"  # a warning would be an error here
+    assert read(np.full_like(raw, fill))[0].coding.kind == "z"

@@ -82,11 +82,14 @@ def test_odd_pgm_wrong_endian_kinect2_is_read_byte_swapped(shared_data):
 
 def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data):
     folder = shared_data / "odd_colorised_depth_png"
-    frame, _, notes = load(folder)
-    assert len(notes) == 2 and "depth.png is taken" in notes[0]
-    assert "colour-mapped picture of depth (jet)" in notes[1] and "red is far" in notes[1]
-    true, depths, notes = load(folder, depth=folder / "depth_true.png")
-    assert notes == [] and depths.size == 640 * 480 - 1513
+    frame, _, notes = load(folder, depth=folder / "depth.png")
+    assert len(notes) == 1 and "colour-mapped picture of depth (jet)" in notes[0] and "red is far" in notes[0]
+    true, depths, notes = load(folder)
+    assert (
+        len(notes) == 1
+        and "depth_true.png is taken as the depth, not depth.png" in notes[0]
+        and depths.size == 640 * 480 - 1513
+    )
     assert (depths.min(), depths.max()) == pytest.approx((0.971, 7.854))
     np.testing.assert_array_equal(frame.depth > 0, true.depth > 0)
     ratio = frame.depth[true.depth > 0] / depths
@@ -103,7 +106,7 @@ def test_odd_android_depth16_is_read_and_its_preview_refused(shared_data):
     assert np.median(depths) == pytest.approx(2.342, abs=0.001)
     assert np.median(raw) == pytest.approx(2.342, abs=0.01)
     _, _, notes = load(folder)
-    assert any("spaced as with 5000 (TUM's): pass depth_scale=5000.0" in note for note in notes)
+    assert any("are spaced like TUM's: pass depth_scale=5000" in note for note in notes)
 
 
 def test_odd_color_16bit_rgba_becomes_8_bits(shared_data):

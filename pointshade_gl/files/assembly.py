@@ -24,7 +24,7 @@ from .containers.contents import Contents
 from .content import FilePath, read_head
 from .depth import one_channel, read_depth, read_raw
 from .depth_coding import decode
-from .depth_kinds import KINDS, Decoded, Said, to_metres
+from .depth_kinds import KINDS, Coding, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
 from .known import CODINGS, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
@@ -106,17 +106,17 @@ class Assembled(NamedTuple):
     frame: Frame
     found: Found
     camera_from: str
-    decoded: Decoded
+    coding: Coding
     stored: str
 
 
 def assemble(
-    parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None, like: Decoded | None = None
+    parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None, like: Coding | None = None
 ) -> Assembled:
     """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence.
 
     reading  how poses and camera are to be understood; None is as they are written
-    like     how another frame of the same sequence was decoded: this one is, too
+    like     how the depth of another frame of the same sequence is coded: this one is, too
     """
     reading = reading or Reading()
     limit, parts = options.max_pixels, _unpacked(parts)
@@ -127,11 +127,10 @@ def assemble(
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     baseline = _filed_baseline(source) if options.baseline is None else options.baseline
     said = _said(source, options, raw, bool(parts.name), baseline is not None)
-    decoded = decode(raw, parts.name or "depth", said, note, like)
-    kind, scale, doffs = decoded.kind, decoded.scale, (source and source.doffs) or 0.0
-    metres = to_metres(decoded.values, camera, kind, scale, baseline, note, np.float32, doffs)
-    decoded = replace(decoded, values=np.empty((0, 0)))
-    del raw
+    values, coding = decode(raw, parts.name or "depth", said, note, like)
+    doffs = (source and source.doffs) or 0.0
+    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    del raw, values
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
@@ -143,7 +142,7 @@ def assemble(
     if not frame.points_known:
         raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
     found = Found(parts.name or None, str(parts.color) if is_path(parts.color) else None)
-    return Assembled(frame, found, source.name if source else option("fov"), decoded, stored)
+    return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
 def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
@@ -293,7 +292,8 @@ def _filed_baseline(source: Intrinsics | None) -> float | None:
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
     """Sets depth to 0 where a mask or levels of confidence are 0, and where a network's confidence is far too low."""
-    mask = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
+    mask: NDArray[Any] = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
+    mask = np.asarray(mask.max(axis=2)) if mask.ndim == 3 else mask  # a mask in colour
     name = str(valid) if is_path(valid) else "the mask"
     if mask.shape != metres.shape:
         size = f"{mask.shape[1]}x{mask.shape[0]}, the depth {metres.shape[1]}x{metres.shape[0]}"

@@ -17,7 +17,7 @@ from ..notes import Note
 from ..wording import option
 from . import depth_bits as bits
 from . import depth_units as units
-from .depth_kinds import METRIC, Decoded, Said
+from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_relative import disparity_scale, read_8_bits, read_colors, read_relative
 from .depth_repairs import CONFIDENCE, HIGH_BYTE, ROTATED, SWAPPED, repaired
 from .depth_values import FAR
@@ -27,19 +27,24 @@ _FEWEST = 30  # different values of an 8-bit picture that was stored in 16 bits
 _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another unit
 
 
-def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Decoded | None = None) -> Decoded:
+def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | None = None) -> Decoded:
     """The meaning of raw values, (h, w) or, colour-mapped, (h, w, 3|4) uint8.
 
     name  of the file, as messages have it
-    like  an earlier frame of the same sequence: this one is read in the same way, without a guess
+    like  an earlier frame's of the same sequence: if the same is said of this one it is read so, without a guess
 
     Raises ValueError for a colour-mapped picture whose map is not known, for an 8-bit photograph, mask or map of
     labels, and for an impossible scale.
     """
     if said.scale is not None:
         check_positive(said.scale, option("depth_scale"))
-    if like is not None:
-        return replace(like, values=repaired(raw, like.repairs))
+    if like is not None and like.said == said:
+        return Decoded(repaired(raw, like.repairs), like)
+    decoded = _decode(raw, name, said, note)
+    return decoded._replace(coding=replace(decoded.coding, said=said))
+
+
+def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     if raw.ndim == 3:
         return read_colors(raw, name, said, note)
     codes = bits.as_codes(raw)
@@ -64,18 +69,18 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
     if packed == HIGH_BYTE:
         decoded = read_8_bits(codes, name, said, note)
     elif packed:
-        decoded = Decoded(codes, said.any_kind or "z", said.scale or 1000.0, f"millimetres, {packed}")
+        decoded = Decoded(codes, Coding(said.any_kind or "z", said.scale or 1000.0, f"millimetres, {packed}"))
     elif said.any_kind == "kinect":
-        decoded = Decoded(codes, "kinect", 1.0, "as said")
+        decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
     elif said.is_silent and bits.is_kinect(counts):
         note(
             f"{name} is taken as the raw disparity of a first Kinect ({bits.KINECT_MISSING} is missing); "
             f"pass {option('depth_kind', 'z')} if it is not"
         )
-        decoded = Decoded(codes, "kinect", 1.0, "raw disparity of a Kinect")
+        decoded = Decoded(codes, Coding("kinect", 1.0, "raw disparity of a Kinect"))
     else:
         decoded = _read_values(codes, counts, name, said, note)
-    return replace(decoded, repairs=(*repairs, *decoded.repairs))
+    return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, *decoded.coding.repairs)))
 
 
 def _find_packing(codes: bits.Codes, counts: bits.Counts, name: str, said: Said, note: Note) -> str | None:
@@ -105,20 +110,23 @@ def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said:
     if kind != "inverse" or said.scale is not None:
         _tell_negative(raw, name, note)
     if said.scale is not None:
-        return Decoded(raw, kind, said.scale, "as passed")
+        return Decoded(raw, Coding(kind, said.scale, "as passed"))
     if kind == "inverse":
-        return Decoded(raw, kind, said.filed_scale if said.filed_kind == kind else None, "as said")
+        return Decoded(raw, Coding(kind, said.filed_scale if said.filed_kind == kind else None, "as said"))
     if kind == "disparity":
-        return Decoded(raw, kind, disparity_scale(raw, said, note), "as said")
+        return Decoded(raw, Coding(kind, disparity_scale(raw, said, note), "as said"))
     if kind == "kinect":
-        return Decoded(raw, kind, 1.0, "as said")
+        return Decoded(raw, Coding(kind, 1.0, "as said"))
     if said.filed_scale is not None:
-        _doubt_filed(raw, counts, said.filed_scale, note)
-        return Decoded(raw, kind, _check_filed(raw, said.filed_scale, note), "the camera's file")
+        if said.filed_scale == 1000 and _find_scale(raw, counts):
+            note(
+                f"the values of {name} are spaced like TUM's: pass {option('depth_scale', 5000)} if all is too far away"
+            )
+        return Decoded(raw, Coding(kind, _check_filed(raw, said.filed_scale, note), "the camera's file"))
     if counts is not None and np.count_nonzero(counts) <= LABELS and is_of_labels(raw):
         note(f"{name} looks like a map of labels (few values, in flat areas), not like depth: pass another file")
     scale, why = _scale_of_floats(raw, note) if raw.dtype.kind == "f" else _scale_of_integers(raw, counts, note)
-    return Decoded(raw, kind, scale, why)
+    return Decoded(raw, Coding(kind, scale, why))
 
 
 def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
@@ -129,17 +137,6 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
         note(
             f"{share:.1%} of {name} is negative, and taken as missing; "
             f"pass {option('depth_kind', 'inverse')} if it is a network's output"
-        )
-
-
-def _doubt_filed(raw: NDArray[Any], counts: bits.Counts | None, filed: float, note: Note) -> None:
-    """Tells if the values are spaced as another scale than that of the camera's file spaces them."""
-    values = np.flatnonzero(counts[1:FAR]) + 1 if counts is not None else np.empty(0, np.int64)
-    scale = units.scale_of_values(values, counts[values], units.middle(raw), raw.size) if counts is not None else None
-    if scale and filed == units.MILLIMETRES:
-        note(
-            f"the camera's file has depth_scale {filed:g}, but the values are spaced as with {scale:g} (TUM's): pass "
-            f"{option('depth_scale', scale)} if everything is too far away"
         )
 
 
@@ -180,16 +177,14 @@ def _scale_of_floats(raw: NDArray[Any], note: Note) -> tuple[float, str]:
 
 
 def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note) -> tuple[float, str]:
+    scale = _find_scale(raw, counts)
+    if scale:
+        note(
+            f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; "
+            f"pass {option('depth_scale', 1000)} if it is in millimetres"
+        )
+        return scale, "TUM's, by the spacing of its values"
     median = units.middle(raw)
-    if counts is not None:
-        values = np.flatnonzero(counts[1:FAR]) + 1
-        scale = units.scale_of_values(values, counts[values], median, raw.size)
-        if scale:
-            note(
-                f"depth is of integers, taken as {scale:g} a metre (TUM's), as its values are spaced; "
-                f"pass {option('depth_scale', 1000)} if it is in millimetres"
-            )
-            return scale, "TUM's, by the spacing of its values"
     told = f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)"
     if not units.is_plausible(median / 1000) or median / 1000 > _WORTH_A_HINT:
         told += (
@@ -198,3 +193,11 @@ def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note
         )
     note(told)
     return 1000.0, "integer millimetres"
+
+
+def _find_scale(raw: NDArray[Any], counts: bits.Counts | None) -> float | None:
+    """The scale that the spacing of 16-bit values shows."""
+    if counts is None:
+        return None
+    values = np.flatnonzero(counts[1:FAR]) + 1
+    return units.scale_of_values(values, counts[values], units.middle(raw), raw.size)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,20 +45,27 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Decoded:
-    """How a depth picture is read: metres follow by `to_metres` from these values, kind and scale.
+class Coding:
+    """What the raw values of a depth picture mean.
 
-    values   (h, w), plain numbers
     scale    values per metre (see `to_metres`); None for z or inverse depth without any
     why      how kind and scale were found, in a few words
-    repairs  what was done to the raw values, in this order (see `depth_repairs`)
+    repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
+    said     what was known before
     """
 
-    values: NDArray[Any]
     kind: str
     scale: float | None
     why: str
     repairs: tuple[str, ...] = ()
+    said: Said | None = None
+
+
+class Decoded(NamedTuple):
+    """Plain numbers (h, w), of which `to_metres` makes metres, and what they mean."""
+
+    values: NDArray[Any]
+    coding: Coding
 
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame

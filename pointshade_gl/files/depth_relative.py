@@ -15,7 +15,7 @@ from . import depth_units as units
 from .bending import Bending, measure_bending
 from .colormaps import MAPS, read_levels
 from .depth_bits import Counts
-from .depth_kinds import METRIC, Decoded, Said
+from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_repairs import LEVELS, REVERSED
 from .not_depth import what_instead
 
@@ -43,7 +43,7 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
     direction = _direction(values, np.isfinite(values))
     if not direction:
         note(f"{read} as inverse depth: {end} is taken as near; pass {option('depth_kind', 'z')} if it is far")
-        return Decoded(values, "inverse", None, f"colours of {levels.name}", (LEVELS,))
+        return Decoded(values, Coding("inverse", None, f"colours of {levels.name}", (LEVELS,)))
     where = "far" if direction > 0 else "near"
     note(
         f"{read} as depth, {end} is {where}: planes in it bend like that; "
@@ -58,9 +58,9 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
     """A grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
     filed = said.filed_scale
     if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
-        return Decoded(raw, said.any_kind or "z", filed, "the camera's file")
+        return Decoded(raw, Coding(said.any_kind or "z", filed, "the camera's file"))
     if said.any_kind == "disparity" and said.scale is None:
-        return Decoded(raw, "disparity", disparity_scale(raw, said, note), "as said")
+        return Decoded(raw, Coding("disparity", disparity_scale(raw, said, note), "as said"))
     if not said.is_silent:
         return _read_levels(raw, said)
     if _DISPARITY.search(Path(name).stem.lower()):
@@ -81,7 +81,7 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
         f"{name} has 8 bits: taken as a network's inverse depth, bright is near; "
         f"pass {option('depth_kind', 'z')} if bright is far"
     )
-    return Decoded(raw, "inverse", None, "8 bits")
+    return Decoded(raw, Coding("inverse", None, "8 bits"))
 
 
 def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded | None:
@@ -101,7 +101,7 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Sai
             f"{name} is taken as a network's inverse depth: planes in it are flat in the values themselves; "
             f"pass {option('depth_kind', 'z')} if it is distances"
         )
-        return Decoded(raw, "inverse", None, "planes bend as in inverse depth")
+        return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))
     if not is_filled:
         return None
     filled = f"{name} fills its whole range, as networks write depth without a scale"
@@ -129,12 +129,14 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
     """Disparity: in pixels if there is a baseline, else true in shape only."""
     if said.has_baseline:
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
-        return Decoded(raw, "disparity", disparity_scale(raw, said, note), "its name or its planes, and the baseline")
+        return Decoded(
+            raw, Coding("disparity", disparity_scale(raw, said, note), "its name or its planes, and the baseline")
+        )
     note(
         f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
         f"size is unknown, its middle is put at {_MIDDLE:g} m"
     )
-    return Decoded(raw, "inverse", _MIDDLE * units.middle(raw), "its name")
+    return Decoded(raw, Coding("inverse", _MIDDLE * units.middle(raw), "its name"))
 
 
 def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()) -> Decoded:
@@ -147,7 +149,7 @@ def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()
             f"depth has 256 levels, too few for distances of kind {kind}: pass {option('depth_scale')} "
             f"(levels per metre), or {option('depth_kind', 'inverse')} for a network's output"
         )
-    return Decoded(values, kind, said.scale, "as said", repairs)
+    return Decoded(values, Coding(kind, said.scale, "as said", repairs))
 
 
 def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
@@ -155,7 +157,7 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
     known = units.some_values(values)
     rest = known[known > 0]
     has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
-    return Decoded(values, "z", units.middle(values) / _MIDDLE if has_zero else None, why, repairs)
+    return Decoded(values, Coding("z", units.middle(values) / _MIDDLE if has_zero else None, why, repairs))
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:

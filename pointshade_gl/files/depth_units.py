@@ -53,9 +53,6 @@ def scale_of_file(filed: float, median: float) -> float | None:
     return scale if filed <= 2 and not is_plausible(median / filed) and is_plausible(median / scale) else None
 
 
-MILLIMETRES = 1000.0  # values per metre
-
-
 def scale_of_values(values: NDArray[np.int64], counts: NDArray[np.int64], median: float, pixels: int) -> float | None:
     """5000, if the values show it: TUM's scale. None if they do not.
 

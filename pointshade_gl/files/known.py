@@ -131,7 +131,7 @@ DATA_SETS = (
 )
 
 
-class Coding(NamedTuple):
+class SetCoding(NamedTuple):
     """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
 
     title: str
@@ -141,11 +141,11 @@ class Coding(NamedTuple):
 
 
 CODINGS = (
-    Coding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
-    Coding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
-    Coding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
-    Coding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
-    Coding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
+    SetCoding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
+    SetCoding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
+    SetCoding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
+    SetCoding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
+    SetCoding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
 )
 
 # Cameras that are common among depth pictures of a size, to be proposed where none is known: fx,fy,cx,cy.

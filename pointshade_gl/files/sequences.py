@@ -18,7 +18,7 @@ from .cameras import Cameras, find_cameras
 from .containers.contents import Contents
 from .containers.opening import open_container
 from .containers.zip_folder import is_zip_folder, unpack_folder
-from .depth_kinds import Decoded
+from .depth_kinds import Coding
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from .known import DEPTH_SUFFIXES
 from .names import Folder
@@ -43,10 +43,11 @@ class FrameSequence(Sequence[Frame]):
         note: Note,
         poses_from: str = "",
         reading: Reading | None = None,
-        like: Decoded | None = None,
+        coding: Coding | None = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
-        self._place, self._options, self._like = place, options, like
+        self._place, self._options = place, options
+        self._coding = coding  # of the depth of the first frame that was read: the others are read like it
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -58,8 +59,9 @@ class FrameSequence(Sequence[Frame]):
     def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
         if isinstance(index, slice):
             some = self.parts[index]
-            told = self.note, self.poses_from, self.reading, self._like
-            return FrameSequence(self._place, some, self._options, *told)
+            return FrameSequence(
+                self._place, some, self._options, self.note, self.poses_from, self.reading, self._coding
+            )
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
@@ -70,15 +72,15 @@ class FrameSequence(Sequence[Frame]):
                 if isinstance(path, Path):
                     self._place.check(path)
             parts = parts if with_color else parts._replace(color=None)
-            read = assemble(parts, self._options, note or self.note, self.reading, self._like)
+            read = assemble(parts, self._options, note or self.note, self.reading, self._coding)
+            if note is None:
+                self._coding = self._coding or read.coding
         except (ValueError, TypeError) as error:
             if len(self) == 1:
                 raise
             raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
         except OSError as error:
             raise OSError(f"frame {index}: {_naming(parts, error)}") from None
-        if note is None:
-            self._like = read.decoded
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
 

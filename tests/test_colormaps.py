@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from pointshade_gl.files.assembly import ReadOptions
 from pointshade_gl.files.builtin import asset
 from pointshade_gl.files.colormaps import MAPS, read_levels
 from pointshade_gl.files.depth import read_depth
 from pointshade_gl.files.depth_coding import decode
 from pointshade_gl.files.depth_kinds import Said
+from pointshade_gl.files.sequences import open_frames
 
 from .rooms import room, stretched
 
@@ -92,6 +94,19 @@ def test_depth_is_known_by_its_planes_either_way_round(name):
         assert np.corrcoef(decoded.values.ravel(), Z.ravel())[0, 1] > 0.999
         again = decode(image, "next.png", Said(), print, decoded)
         np.testing.assert_array_equal(again.values, decoded.values)
+
+
+def test_a_sequence_is_read_like_its_first_frame(tmp_path):
+    v, u = np.mgrid[-1:1:240j, -1.3:1.3:320j]
+    waves = TABLES["jet"][np.round(100 + 60 * np.sin(3 * u) * np.cos(3 * v)).astype(np.uint8)]  # no plane in it
+    assert read(waves)[0].kind == "inverse"
+    (tmp_path / "depth").mkdir()
+    for index, image in enumerate((TABLES["jet"][DEEP], waves)):
+        Image.fromarray(image).save(tmp_path / "depth" / f"{index}.png")
+    notes = []
+    frames = open_frames(tmp_path, False, ReadOptions(fov=50), notes.append)
+    assert [frames.assembled(k).decoded.kind for k in (0, 1)] == ["z", "z"]
+    assert sum("colour-mapped" in note for note in notes) == 1
 
 
 def test_a_said_kind_or_scale_wins():

@@ -261,3 +261,9 @@ def test_no_real_frame_is_taken_for_another_coding(shared_data):
         assert read(raw / 1000 if raw.dtype.kind == "u" else raw)[1] == []  # in metres, as floating point
         checked += 1
     assert checked >= 30
+
+
+def test_another_word_about_the_next_frame_is_heard():
+    first, _ = read(5 * MM)
+    assert read(MM, like=first)[0].scale == 5000
+    assert read(MM, Said(filed_scale=1000.0), like=first)[0].scale == 1000

@@ -31,15 +31,19 @@ def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Decoded |
     """The meaning of raw values, (h, w) or, colour-mapped, (h, w, 3|4) uint8.
 
     name  of the file, as messages have it
-    like  an earlier frame of the same sequence: this one is read in the same way, without a guess
+    like  an earlier frame of the same sequence: if the same is said of this one it is read so, without a guess
 
     Raises ValueError for a colour-mapped picture whose map is not known, for an 8-bit photograph, mask or map of
     labels, and for an impossible scale.
     """
     if said.scale is not None:
         check_positive(said.scale, option("depth_scale"))
-    if like is not None:
+    if like is not None and like.said == said:
         return replace(like, values=repaired(raw, like.repairs))
+    return replace(_decode(raw, name, said, note), said=said)
+
+
+def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     if raw.ndim == 3:
         return read_colors(raw, name, said, note)
     codes = bits.as_codes(raw)

@@ -52,6 +52,7 @@ class Decoded:
     scale    values per metre (see `to_metres`); None for z or inverse depth without any
     why      how kind and scale were found, in a few words
     repairs  what was done to the raw values, in this order (see `depth_repairs`)
+    said     what was known before
     """
 
     values: NDArray[Any]
@@ -59,6 +60,7 @@ class Decoded:
     scale: float | None
     why: str
     repairs: tuple[str, ...] = ()
+    said: Said | None = None
 
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame

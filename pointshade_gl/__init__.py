@@ -4,14 +4,17 @@ from .camera import Camera, orbit_pose
 from .errors import ContextError, ShaderError
 from .files.film import Film
 from .files.frames import load_frame
+from .files.maps import save_depth, save_normals
 from .files.pictures import save_image
+from .files.points import save_points
 from .files.realsense import RealSenseSource
 from .frame import Frame
 from .gltf import load_scene, save_scene
 from .light import Light
 from .look import Look, Material
 from .mesh import Mesh
-from .renderer import Renderer, estimate_normals, render
+from .point_cloud import PointCloud
+from .renderer import Renderer, estimate_normals, render, render_depth, render_points
 from .scene import Node, PointObject, Scene
 from .sources import open_source, prefetched
 
@@ -26,6 +29,7 @@ __all__ = [
     "Material",
     "Mesh",
     "Node",
+    "PointCloud",
     "PointObject",
     "RealSenseSource",
     "Renderer",
@@ -38,6 +42,11 @@ __all__ = [
     "orbit_pose",
     "prefetched",
     "render",
+    "render_depth",
+    "render_points",
+    "save_depth",
     "save_image",
+    "save_normals",
+    "save_points",
     "save_scene",
 ]

@@ -56,7 +56,7 @@ class Camera:
 
         Raises ValueError or TypeError for an impossible field of view or size.
         """
-        complaint = f"{option('fov')} must lie between 0 and 180 degrees"
+        complaint = f"{option('fov')} must lie between 0 and 180 degrees (vertical: from top to bottom)"
         fov = check_float(fov_y_degrees, complaint, ABOVE_0, math.nextafter(180, 0))
         if fov < SMALLEST_FOV:
             raise ValueError(f"{option('fov')} must be at least {SMALLEST_FOV:g} degrees, got {fov:g}")

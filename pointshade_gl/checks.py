@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .suggestions import did_you_mean
 from .wording import shown
 
 LARGEST = 1e18  # shaders square lengths: squares of larger numbers overflow 32-bit floats
@@ -38,7 +39,8 @@ def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "")
     place  of the value, such as " in intrinsics.json"
     """
     if not (isinstance(value, str) and value in known):
-        raise ValueError(f"unknown {name} {shown(value)}{place}: known are {', '.join(known)}")
+        near = did_you_mean(value, known)
+        raise ValueError(f"unknown {name} {shown(value)}{place}{near}: known are {', '.join(known)}")
 
 
 def check_type(value: Any, kind: type[_T], name: str) -> _T:

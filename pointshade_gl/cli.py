@@ -1,7 +1,8 @@
-"""The command line: `pointshade render`, `normals`, `view`, `info`, `bench`. The options are in cli_options.py."""
+"""The command line: `pointshade render`, `normals`, `depth`, `view`, `info`, `bench`. Options: cli_options.py."""
 
 from __future__ import annotations
 
+import json
 import signal
 import time
 from collections.abc import Sequence
@@ -12,8 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
+from .cli_mistakes import Commands, UsageError, check_exist, sentence_of
 from .cli_options import (
+    Axes,
     BenchOptions,
+    Bits,
     Device,
     Explain,
     FilmOptions,
@@ -21,6 +25,7 @@ from .cli_options import (
     LookOptions,
     NormalOptions,
     Output,
+    Quiet,
     Small,
     ViewOptions,
     WindowOptions,
@@ -28,7 +33,7 @@ from .cli_options import (
 )
 from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
-from .notes import print_note
+from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
 if TYPE_CHECKING:
@@ -40,7 +45,7 @@ if TYPE_CHECKING:
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
 
 
 def _print_version(wanted: bool) -> None:
@@ -70,22 +75,27 @@ def render(
     film: FilmOptions,
     small: Small = False,
     device: Device = 0,
+    quiet: Quiet = False,
 ) -> None:
     """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
 
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
+    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
     from .files.film import check_series, is_series
     from .files.pictures import check_writable, save_image
     from .scene import Scene
 
     view = place.view(look)
+    if output.suffix.lower() == ".ply":
+        _write_points(output, frame, view, film, device)
+        return
     many = film.turntable is not None or is_series(output)
     (check_series if many else check_writable)(output)
     source = _load(frame, sequence=many and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         _check_look(view.look)
-        view = replace(view, lights=[replace(one, shadow=True) for one in view.lights])
+        view = replace(view, lights=look.lights(shadow=True))
     if many:
         _render_series(source, view, output, film, device)
         return
@@ -100,31 +110,61 @@ def render(
         report(output, what, renderer, spent)
 
 
-@app.command("normals")
+@app.command()
 @spread
-def write_normals(
-    output: Output, frame: FrameOptions, options: NormalOptions, explain: Explain = False, device: Device = 0
+def normals(
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    axes: Axes = None,
+    bits: Bits = 8,
+    explain: Explain = False,
+    device: Device = 0,
+    quiet: Quiet = False,
 ) -> None:
-    """Estimate normals: .npy gets (h, w, 3) floats in camera axes, a picture shows them in the usual colours."""
-    from .files.pictures import check_writable, normals_to_rgb, save_image
-    from .noise import describe
+    """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
-    check_writable(output)
-    source = _load(frame)
-    with open_renderer(device) as renderer, spinner("estimating normals"):
-        start = time.perf_counter()
-        step, noise = options.max_depth_step, options.noise_value()
-        result = renderer.estimate_normals(source, options.normals, max_depth_step=step, noise=noise)
-        spent = time.perf_counter() - start
-        save_image(output, result if output.suffix == ".npy" else normals_to_rgb(result))
-        if explain and renderer.choice:
-            print(describe(renderer.choice))
-        report(output, f"{source.points_known} normals by {options.normals}", renderer, spent)
+    Write all frames of a sequence to numbered files such as %04d.png.
+    """
+    from .cli_write import write_normals
+    from .files.maps import check_normals_path
+    from .files.numbering import first_of, is_numbered
+
+    check_normals_path(first_of(output), axes, bits)
+    view = ViewOptions().view(LookOptions(**vars(options)))
+    write_normals(_load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
 
 
 @app.command()
 @spread
-def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
+def depth(
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    place: ViewOptions,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
+
+    Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
+    """
+    from .cli_write import write_depth
+    from .files.maps import check_depth_path
+    from .files.numbering import first_of, is_numbered
+    from .scene import Scene
+
+    check_depth_path(first_of(output))
+    view = place.view(LookOptions(**vars(options)))
+    source = _load(frame, sequence=is_numbered(output), scene=True)
+    if isinstance(source, Scene):
+        _check_look(view.look)
+    write_depth(source, view, output, device)
+
+
+@app.command()
+@spread
+def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Quiet = False) -> None:
     """Open a window where the light follows the mouse; H lists the keys. A folder with a sequence is played."""
     from .scene import Scene
     from .viewer import Viewer
@@ -134,7 +174,7 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
-    lights = [replace(light, shadow=True) for light in look.lights()]
+    lights = look.lights(shadow=True)
     source = _load(frame, sequence=True, scene=True)
     if isinstance(source, Scene):
         _check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
@@ -149,24 +189,39 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions) -> None:
         panel=window.panel,
     )
     if not isinstance(source, Scene):
-        viewer.state = replace(viewer.state, shadows=False)  # until the key S switches them on
+        asked = any(light.shadow for light in look.lights())
+        viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on
     viewer.run()
 
 
 @app.command()
-def info(device: Device = 0) -> None:
-    """Print what draws: GL vendor, renderer, version, limits."""
+@spread
+def info(
+    frame: FrameOptions,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Also write a contact sheet: colour, depth, normals, lit.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
+    if frame.input or frame.depth:
+        from .cli_info import show_input
+
+        _check_frame(frame)
+        show_input(frame, output, as_json, device)
+        return
     from . import __version__
 
     with open_renderer(device) as renderer:
-        print(f"{'pointshade_gl':16s}{__version__}")
-        for name, value in renderer.context.limits().items():
-            print(f"{name:16s}{value}")
+        limits = {"pointshade_gl": __version__, **renderer.context.limits()}
+        print(json.dumps(limits, indent=1) if as_json else "\n".join(f"{name:16s}{limits[name]}" for name in limits))
 
 
 @app.command()
 @spread
-def bench(options: BenchOptions, device: Device = 0) -> None:
+def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from .bench.command import bench as run_bench
     from .bench.command import bench_speed
@@ -183,18 +238,21 @@ def main() -> None:
         if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(ending, _interrupt)
     try:
-        with as_command_line():
-            app(prog_name="pointshade")
+        with as_command_line(), few_notes():
+            ended = app(prog_name="pointshade", standalone_mode=False)
+        raise SystemExit(ended or 0)
+    except UsageError as error:
+        fail(sentence_of(error), error.exit_code)
     except (ValueError, TypeError, OSError) as error:
-        fail(error, 2)
+        fail(str(error), 2)
     except MemoryError as error:
-        fail(MemoryError(str(error) or "not enough memory"), 1)
+        fail(str(error) or "not enough memory", 1)
     except RuntimeError as error:
         from .errors import ContextError
 
         if not isinstance(error, ContextError):
             raise
-        fail(error, 1)
+        fail(str(error), 1)
 
 
 def _interrupt(*_: object) -> NoReturn:
@@ -206,23 +264,43 @@ def _interrupt(*_: object) -> NoReturn:
 
 def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
-    from .files.builtin import FRAMES, SCENES
+    from .files.builtin import FRAMES
     from .files.frames import load_frame
+    from .sources import is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
-    if scene and source is not None and (source in SCENES or source.lower().endswith((".gltf", ".glb"))):
-        if given := [option(name) for name in options if name not in frame.limits and options[name] is not None]:
-            raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
-        from .gltf import load_scene
-
-        return load_scene(source, **frame.limits)
+    if not scene:
+        _check_frame(frame)
+    check_exist(color=frame.color, depth=frame.depth, intrinsics=frame.intrinsics)
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
-    if not sequence:
-        return load_frame(source, **options)
-    from .sources import open_source
+    if is_scene(source):
+        return load_any(source, **options)
+    return (open_source if sequence else load_frame)(source, **options)
 
-    return open_source(source, **options)
+
+def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:
+    """`render -o points.ply`: the points of a frame, or of each frame of a sequence, in world coordinates."""
+    from .cli_write import write_points
+    from .files.numbering import first_of, is_numbered
+    from .files.points import check_points_path
+    from .scene import Scene
+
+    check_points_path(first_of(output))
+    if view.size is not None:
+        raise ValueError(f"{output} holds points, {option('size')} is of a picture: leave it out")
+    source = _load(frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
+    if isinstance(source, Scene):
+        raise ValueError(f"{output} holds the points of frames, {frame.input} is a scene: write a picture of it")
+    write_points(source, view, output, film.turntable, film.frames, device)
+
+
+def _check_frame(frame: FrameOptions) -> None:
+    """Raises ValueError for a scene."""
+    from .sources import is_scene
+
+    if is_scene(frame.input):
+        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
 
 
 def _check_look(look: Look) -> None:

@@ -14,8 +14,16 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from .cli_parse import light_from, noise_from, picture_size_from
+from .cli_completion import complete_input, one_of
+from .cli_light import FIELDS, light_from
+from .cli_mistakes import check_exist, check_input
+from .cli_parse import noise_from, picture_size_from
+from .estimators import METHODS
+from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
+from .look import SHADINGS, SPLATS, UPSAMPLINGS
+from .noise import SENSORS
+from .notes import silence
 
 if TYPE_CHECKING:
     from .light import Light
@@ -27,6 +35,21 @@ FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", callback=lambda wanted: silence() if wanted else None, is_eager=True, help="Print no notes."
+    ),
+]
+Axes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
+        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere.",
+    ),
+]
+Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
 
 
@@ -39,7 +62,9 @@ class FrameOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with color.*, depth.* and intrinsics.json, or with a sequence of frames; "
-            "'vase' (the default); for render and view also a scene: .gltf, .glb or 'demo'.",
+            "'vase' (the default); for render, depth and view also a scene: .gltf, .glb or 'demo'.",
+            autocompletion=complete_input,
+            callback=check_input,
         ),
     ] = None
     color: Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)] = None
@@ -58,7 +83,10 @@ class FrameOptions:
     depth_kind: Annotated[
         str | None,
         typer.Option(
-            metavar="KIND", help="What depth values are: z, ray, plane, inverse or disparity.", rich_help_panel=FRAME
+            metavar="KIND",
+            help=f"What depth values are: {', '.join(KINDS)}.",
+            autocompletion=one_of(KINDS),
+            rich_help_panel=FRAME,
         ),
     ] = None
     baseline: Annotated[
@@ -74,13 +102,8 @@ class FrameOptions:
     ] = MAX_PIXELS
 
     @property
-    def limits(self) -> dict[str, Any]:
-        """What files may ask for, by name, as arguments of `load_frame` and `load_scene`."""
-        return {"allow_outside": self.allow_outside, "max_pixels": self.max_pixels}
-
-    @property
     def load_options(self) -> dict[str, Any]:
-        """All but the input, by name, as arguments of `load_frame`."""
+        """All but the input, by name, as arguments of `load_any`."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "input"}
 
 
@@ -89,7 +112,13 @@ class NormalOptions:
     """How normals are estimated."""
 
     normals: Annotated[
-        str, typer.Option(metavar="METHOD", help="How normals are estimated.", rich_help_panel=FRAME)
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help=f"How normals are estimated: {', '.join(METHODS)}.",
+            autocompletion=one_of(METHODS),
+            rich_help_panel=FRAME,
+        ),
     ] = "auto"
     max_depth_step: Annotated[
         str | None,
@@ -98,7 +127,10 @@ class NormalOptions:
     noise: Annotated[
         str | None,
         typer.Option(
-            metavar="M|SENSOR", help="Noise of the depth: metres, or kinect. Default: measured.", rich_help_panel=FRAME
+            metavar="M|SENSOR",
+            help=f"Noise of the depth: metres, or {', '.join(SENSORS)}. Default: measured.",
+            autocompletion=one_of(SENSORS),
+            rich_help_panel=FRAME,
         ),
     ] = None
 
@@ -112,13 +144,21 @@ class LookOptions(NormalOptions):
     """How objects look, and under which lights."""
 
     shading: Annotated[
-        str, typer.Option(metavar="MODEL", help="none, flat, gouraud or phong.", rich_help_panel=LIGHT)
+        str,
+        typer.Option(
+            metavar="MODEL",
+            help=f"How surfaces are lit: {', '.join(SHADINGS)}.",
+            autocompletion=one_of(SHADINGS),
+            rich_help_panel=LIGHT,
+        ),
     ] = "phong"
     light: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="X,Y,Z",
-            help="Point light: metres, world axes; repeatable. Replaces a scene's own lights.",
+            metavar="X,Y,Z|WORDS",
+            help="Point light at X,Y,Z: metres, world axes. Or words: 'position=-.5,-.7,.2 color=#ffcc99 shadow'; "
+            f"known are {', '.join(FIELDS)}. Repeatable. Replaces a scene's own lights, and casts shadows there "
+            "unless shadow=no.",
             rich_help_panel=LIGHT,
         ),
     ] = None
@@ -126,14 +166,21 @@ class LookOptions(NormalOptions):
     diffuse: Annotated[float, typer.Option(help="Strength of the diffuse reflection.", rich_help_panel=LIGHT)] = 0.9
     specular: Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)] = 0.3
     shininess: Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)] = 32.0
-    splat: Annotated[str, typer.Option(help="Shape of a point: footprint or round.", rich_help_panel=VIEW)] = (
-        "footprint"
-    )
+    splat: Annotated[
+        str,
+        typer.Option(
+            metavar="SHAPE",
+            help=f"Shape of a point: {', '.join(SPLATS)}.",
+            autocompletion=one_of(SPLATS),
+            rich_help_panel=VIEW,
+        ),
+    ] = "footprint"
     upsample: Annotated[
         str,
         typer.Option(
             metavar="METHOD",
             help="Where color is larger than depth: vote (bring depth to its size) or none.",
+            autocompletion=one_of(UPSAMPLINGS),
             rich_help_panel=VIEW,
         ),
     ] = "vote"
@@ -152,9 +199,12 @@ class LookOptions(NormalOptions):
             upsample=self.upsample,
         )
 
-    def lights(self) -> list[Light]:
-        """The lights in the order given. Raises ValueError for a text that is not a place."""
-        return [light_from(text) for text in self.light or []]
+    def lights(self, shadow: bool = False) -> list[Light]:
+        """The lights in the order given. Raises ValueError for a text that is not a light.
+
+        shadow  whether those that do not say so cast shadows
+        """
+        return [light_from(text, shadow=shadow) for text in self.light or []]
 
 
 @dataclass(frozen=True)
@@ -183,9 +233,10 @@ class ViewOptions:
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
-        from .files.poses import load_pose
+        from .files.pose_files import load_pose
         from .view import View
 
+        check_exist(pose=self.pose)
         pose = load_pose(self.pose) if self.pose else None
         return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
 
@@ -197,7 +248,10 @@ class FilmOptions:
     turntable: Annotated[
         str | None,
         typer.Option(
-            metavar="light|camera", help="Move the light or the camera once around the object.", rich_help_panel=FILM
+            metavar="light|camera",
+            help="Move the light or the camera once around the object.",
+            autocompletion=one_of(("light", "camera")),
+            rich_help_panel=FILM,
         ),
     ] = None
     frames: Annotated[

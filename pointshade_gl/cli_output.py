@@ -23,9 +23,10 @@ def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
 
 
-def fail(error: Exception, code: int) -> NoReturn:
-    """Ends the process with the error in one line."""
-    print(f"pointshade: {' '.join(str(error).split())}", file=sys.stderr)
+def fail(error: str, code: int) -> NoReturn:
+    """Ends the process with the error, if it says anything, in one line."""
+    if error:
+        print(f"pointshade: {' '.join(error.split())}", file=sys.stderr)
     raise SystemExit(code) from None
 
 

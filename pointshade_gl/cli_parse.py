@@ -4,20 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from .wording import option
-
-if TYPE_CHECKING:
-    from .light import Light
-
-
-def light_from(text: str) -> Light:
-    """A point light at X,Y,Z."""
-    from .light import Light
-
-    x, y, z = _numbers(text, 3, ",", f"{option('light')} takes three numbers X,Y,Z in metres")
-    return Light(position=(x, y, z))
 
 
 def size_from(text: str | None, names: Sequence[str] = ()) -> tuple[int, int] | None:

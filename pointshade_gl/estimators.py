@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import LARGEST, as_array, shown
+from .checks import LARGEST, as_array, check_choice, shown
 from .wording import option
 
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
@@ -19,8 +19,7 @@ NO_LIMIT: Step = (3.0e38, 0.0)
 
 def check_method(method: str) -> str:
     """The method's name, or a ValueError that lists the known ones."""
-    if not (isinstance(method, str) and method in METHODS):
-        raise ValueError(f"unknown {option('normals')} method {shown(method)}: known are {', '.join(METHODS)}")
+    check_choice(f"{option('normals')} method", method, METHODS)
     return method
 
 

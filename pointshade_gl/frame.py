@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from .bounds import box_corners
 from .camera import Camera, check_pose
 from .checks import as_given, check_type, shown
+from .preview import Preview
+from .wording import counted
 
 STRAY = 1.0  # see Frame.main_corners
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class Frame(Preview):
     """A depth picture with its colours, checked once and never changed afterwards.
 
     color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
@@ -45,6 +47,14 @@ class Frame:
         if self.color is not None and self.color.shape[2] == 4:
             object.__setattr__(self, "depth", _cut_out(self.depth, self.color))
         self.depth.flags.writeable = False
+
+    def __repr__(self) -> str:
+        """`Frame(640x480, 93 207 points, 0.9 to 6.3 m, color 640x480)`: short, where arrays would fill the screen."""
+        h, w = self.depth.shape
+        near, far = self.depth_range
+        span = f", {near:.3g} to {far:.3g} m" if far else ""
+        color = "no color" if self.color is None else f"color {self.color.shape[1]}x{self.color.shape[0]}"
+        return f"Frame({w}x{h}, {counted(self.points_known, 'point')}{span}, {color})"
 
     @cached_property
     def picture_camera(self) -> Camera:

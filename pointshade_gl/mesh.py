@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .bounds import box_corners
 from .checks import LARGEST, as_array, as_given, check_choice, check_color, check_type
 from .look import SHADINGS, Material
+from .wording import counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +65,11 @@ class Mesh:
         object.__setattr__(self, "color", check_color(self.color, "mesh color"))
         check_type(self.material, Material, "mesh material")
         check_choice("shading", self.shading, SHADINGS)
+
+    def __repr__(self) -> str:
+        """`Mesh(24 positions, 12 triangles, texture 512x512)`."""
+        texture = "" if self.texture is None else f", texture {self.texture.shape[1]}x{self.texture.shape[0]}"
+        return f"Mesh({counted(len(self.positions), 'position')}, {counted(len(self.faces), 'triangle')}{texture})"
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

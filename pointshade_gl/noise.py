@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .checks import ABOVE_0, as_array, check_float, shown
+from .suggestions import did_you_mean
 from .wording import option
 
 # Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
@@ -87,8 +88,8 @@ def _metres(length: float) -> str:
 def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
-        known = ", ".join(SENSORS)
-        raise ValueError(f"unknown sensor {shown(name)} for {option('noise')}: known are {known}; or pass metres")
+        known, near = ", ".join(SENSORS), did_you_mean(name, SENSORS)
+        raise ValueError(f"unknown sensor {shown(name)} for {option('noise')}{near}: known are {known}; or pass metres")
     return name
 
 

@@ -68,6 +68,31 @@ class Pipeline:
             self._light_pixels(target, shot, lamps)
         return target
 
+    def read_depth(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
+        """(h, w), z of the surfaces that a camera at a pose (4, 4) sees, world units; 0 where there is none."""
+        shot = compose(scene, (), camera, pose)
+        things = self._prepare(shot)
+        lamps = self._draw_shadows(shot, things)
+        target = self._fit_target(camera)
+        self._draw_surfaces(target, tuple(things[p] for p in shot.shown), shot, lamps)
+        return target.surfaces.read_depth()
+
+    def read_points(
+        self, scene: Scene, lights: Sequence[Light], pose: Matrix
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+        """The points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
+
+        Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light over 65535. Both are
+        read-only; depth 0 where there is no point.
+        """
+        shot = compose(scene, lights, scene.things[0].content.frame.camera, pose)
+        things = self._prepare(shot)
+        lamps = self._draw_shadows(shot, things)
+        (thing,) = shown = tuple(things[p] for p in shot.shown)
+        self._light_points(shown, shot, lamps)
+        assert isinstance(thing, ShownPoints)
+        return thing.textures.surface.read(), thing.textures.lit.read()
+
     def read(self) -> NDArray[np.uint8]:
         """The last picture as (h, w, 4), top row first."""
         assert self._target is not None, "nothing was drawn"

@@ -9,28 +9,38 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial, wraps
+from os import PathLike
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import Camera, check_pose
+from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
+from .files.content import FilePath
+from .files.frames import load_frame
+from .files.pictures import encode_png
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.steps import Steps
 from .level_of_detail import MERGE, check_merge
 from .light import Light, check_lights
-from .look import Look, Material
+from .look import SHADINGS, Look, Material
 from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
+from .point_cloud import PointCloud, cloud_of
+from .preview import draw_previews_by
 from .scene import Node, PointObject, Scene
+from .sources import load_any
+from .view import viewing_pose
 
+PREVIEW = 640  # pixels of the longer side of what notebooks show
 RASTERIZERS = ("auto", "points", "compute")
+UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
 
 
 class Renderer:
@@ -76,7 +86,7 @@ class Renderer:
 
     def render(
         self,
-        frame: Frame | Scene,
+        frame: Frame | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -89,11 +99,15 @@ class Renderer:
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
         upsample: str = "vote",
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
         The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
-        (which replaces its own), camera and pose may be passed, because its objects have a look of their own.
+        (which replaces its own) and who looks may be passed, because its objects have a look of their own. A path or a
+        built-in name is read each time, as on the command line: load once what is drawn often.
 
         light    one Light or several; None is the default Light
         camera   who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its
@@ -105,19 +119,23 @@ class Renderer:
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
         max_depth_step, noise  as for `estimate_normals`
         upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
+        yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
 
-        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn.
+        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
+        that cannot be read.
         """
+        frame = _loaded(frame)
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample,
+                yaw=yaw, pitch=pitch, dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
     def draw(
         self,
-        frame: Frame | Scene,
+        frame: Frame | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -130,25 +148,88 @@ class Renderer:
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
         upsample: str = "vote",
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call.
         """
         material = Material() if material is None else material
-        options = material, normals, shading, size, splat, max_depth_step, noise, upsample
-        if isinstance(frame, Frame):
-            scene = self._scene_of(frame, Look(*options))
-        elif isinstance(frame, Scene):
-            _check_plain(options)
-            scene = frame.framed()
-        else:
-            raise TypeError(f"frame must be a Frame or a Scene, got {shown(frame)}: load_frame reads one")
+        frame = _loaded(frame)
+        scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise, upsample))
         lights = check_lights(light if light is not None else scene.lights or None)
-        camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-        pose = np.asarray(scene.pose) if pose is None else check_pose(pose)
+        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
-            return self._pipeline.draw(scene, lights, camera, pose).color
+            return self._pipeline.draw(scene, lights, *seen).color
+
+    def render_depth(
+        self,
+        frame: Frame | Scene | FilePath,
+        camera: Camera | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        size: float | ArrayLike | None = None,
+        *,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
+        splat: str = "footprint",
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
+        upsample: str = "vote",
+    ) -> NDArray[np.float32]:
+        """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
+
+        Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
+        `frame.depth`, to a share of 1e-5, unless larger colours make the picture larger. Arguments and errors are those
+        of `render`.
+        """
+        frame = _loaded(frame)
+        scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise, upsample))
+        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        with self._in_use():
+            return self._pipeline.read_depth(scene, *seen)
+
+    def render_points(
+        self,
+        frame: Frame | FilePath,
+        light: Light | Sequence[Light] | None = None,
+        material: Material | None = None,
+        pose: ArrayLike | None = None,
+        normals: str | ArrayLike = "auto",
+        shading: str = "flat",
+        *,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        dolly: float = 0.0,
+        max_depth_step: float | str | None = None,
+        noise: float | ArrayLike | str | None = None,
+    ) -> PointCloud:
+        """All points of a frame in the world, with the depth and the light that `render` draws them with.
+
+        pose     (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the
+                 frame's own pose
+        shading  "none" keeps the picture's own colours; any other lights each point once, as "flat" does
+        The other arguments, and the errors, are those of `render`.
+        """
+        frame = check_type(_loaded(frame), Frame, "frame")
+        check_choice("shading", shading, SHADINGS)
+        material = UNLIT if shading == "none" else Material() if material is None else material
+        scene = self._scene_of(frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise))
+        lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
+        with self._in_use():
+            return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
+
+    def _shown(self, frame: Frame | Scene, options: tuple[Any, ...]) -> Scene:
+        """What is drawn; options as in Look. Raises TypeError or ValueError."""
+        if isinstance(frame, Frame):
+            return self._scene_of(frame, Look(*options))
+        if isinstance(frame, Scene):
+            _check_plain(options)
+            return frame.framed()
+        raise TypeError(f"frame must be a Frame, a Scene or a path, got {shown(frame)}")
 
     def _scene_of(self, frame: Frame, look: Look) -> Scene:
         """The scene of one frame; the last one again if nothing has changed."""
@@ -160,13 +241,13 @@ class Renderer:
 
     def estimate_normals(
         self,
-        frame: Frame,
+        frame: Frame | FilePath,
         method: str = "auto",
         *,
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
     ) -> NDArray[np.float32]:
-        """Unit normals of a frame: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
+        """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
         method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
                         "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
@@ -179,12 +260,12 @@ class Renderer:
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
-        check_type(frame, Frame, "frame")
+        frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
             (textures,) = self._pipeline.frames.upload([frame])
             self._pipeline.frames.find_normals(textures, frame, look)
-            normals = textures.surface.read_normals()
+            normals = textures.surface.read()[..., :3].copy()
         normals[frame.depth == 0] = np.nan
         return normals
 
@@ -216,6 +297,25 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
+
+
+def _loaded(frame: Frame | Scene | FilePath) -> Frame | Scene:
+    """The frame or scene itself; of a path or a built-in name, what is there."""
+    return load_any(frame) if isinstance(frame, str | PathLike) else frame
+
+
+def _seen_by(
+    frame: Frame | Scene,
+    scene: Scene,
+    camera: Camera | None,
+    pose: ArrayLike | None,
+    yaw: float,
+    pitch: float,
+    dolly: float,
+) -> tuple[Camera, NDArray[np.float64]]:
+    """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
+    camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
+    return camera, viewing_pose(frame if isinstance(frame, Frame) else scene, pose, yaw, pitch, dolly)
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:
@@ -265,4 +365,17 @@ def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Call
 
 
 render = _by_shared_renderer(Renderer.render)
+render_depth = _by_shared_renderer(Renderer.render_depth)
+render_points = _by_shared_renderer(Renderer.render_points)
 estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
+
+
+def _preview(source: Frame | Scene) -> bytes:
+    """A small PNG for notebooks."""
+    camera = check_type((source.framed() if isinstance(source, Scene) else source).camera, Camera, "camera")
+    share = min(1.0, PREVIEW / max(camera.width, camera.height))
+    sides = (max(1, round(share * side)) for side in (camera.width, camera.height))
+    return encode_png(render(source, camera=camera.resized(*sides)))
+
+
+draw_previews_by(_preview)

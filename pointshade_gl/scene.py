@@ -21,7 +21,8 @@ from .frame import Frame
 from .light import Light
 from .look import Look, Material
 from .mesh import Mesh
-from .wording import shown
+from .preview import Preview
+from .wording import counted, shown
 
 Matrix = NDArray[np.float64]
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
@@ -52,6 +53,9 @@ class PointObject:
         check_type(look, Look, "look")
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "look", look.for_frame(frame.depth))
+
+    def __repr__(self) -> str:
+        return f"PointObject({self.frame})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +106,13 @@ class Node:
         object.__setattr__(self, "children", _check_nodes(self.children, f"{where}: its children"))
         for name in ("visible", "shadow"):
             object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
+
+    def __repr__(self) -> str:
+        """`Node('vase', PointObject(...), 2 children)`."""
+        content = "" if self.content is None else f", {self.content}"
+        count = len(self.children)
+        children = f", {count} child{'' if count == 1 else 'ren'}" if count else ""
+        return f"Node({shown(self.name)}{content}{children})"
 
     @property
     def title(self) -> str:
@@ -179,7 +190,7 @@ class Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(Preview):
     """Nodes, and who looks at them.
 
     camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
@@ -201,6 +212,18 @@ class Scene:
         if self.camera is not None:
             check_type(self.camera, Camera, "scene camera")
         self._placed  # noqa: B018 - names the node that lies below itself
+
+    def __repr__(self) -> str:
+        """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
+        meshes = [p.content for p in self._placed if isinstance(p.content, Mesh)]
+        frames = sum(isinstance(p.content, PointObject) for p in self._placed)
+        found = {
+            f"{counted(self.points_known, 'point')} in {counted(frames, 'frame')}": frames,
+            f"{counted(sum(len(m.faces) for m in meshes), 'triangle')} in {counted(len(meshes), 'mesh')}": len(meshes),
+            counted(len(self.lights), "light"): len(self.lights),
+        }
+        parts = ", ".join(text for text, count in found.items() if count)
+        return f"Scene({counted(sum(1 for _ in self.every_node()), 'node')}{parts and f': {parts}'})"
 
     def placed(self) -> Iterator[Placed]:
         """All visible content in the order of the nodes."""

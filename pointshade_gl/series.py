@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .checks import check_choice
-from .files.film import Film, is_numbered, numbered
+from .files.film import Film
+from .files.numbering import is_numbered, numbered
 from .files.pictures import save_image
 from .frame import Frame
 from .renderer import Renderer
@@ -26,6 +27,7 @@ from .wording import option
 # to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
 Job = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
+Made = TypeVar("Made")  # of a job: a picture, depth, normals or points
 
 
 def jobs_of(
@@ -80,39 +82,56 @@ def write_series(
     fps: float,
     done: Callable[[], None] = lambda: None,
 ) -> tuple[int, tuple[int, int]]:
-    """Draws and writes all jobs. Returns how many, and (width, height) of the first.
+    """Draws and writes the pictures of all jobs. Returns how many, and (width, height) of the first.
 
     path  a film, or a name in which each job's number replaces %04d
     done  called after each picture
     """
-    count, size = 0, (0, 0)
-    with _encoder(path, fps) as write, closing(jobs):
-        for number, frame, arguments in jobs:
-            image = renderer.render(frame, **arguments)
-            size = size if count else (image.shape[1], image.shape[0])
-            write(number, image)
-            count += 1
-            done()
-    if not count:
-        raise ValueError(f"nothing to write to {path}: no frame could be read")
-    return count, size
+
+    def draw(frame: Frame | Scene, arguments: dict[str, Any]) -> np.ndarray:
+        return renderer.render(frame, **arguments)
+
+    if is_numbered(path):
+        count, first = write_numbered(jobs, draw, save_image, path, done)
+    else:
+        with Film(path, fps) as film:
+            count, first = _write_all(jobs, draw, lambda _, image: film.add(image), 1, path, done)
+    return count, (first.shape[1], first.shape[0])
 
 
-@contextmanager
-def _encoder(path: Path, fps: float) -> Iterator[Callable[[int, np.ndarray], None]]:
-    """A function that gives pictures to threads for encoding: to one for a film, to many for files."""
-    is_film = not is_numbered(path)
-    workers = 1 if is_film else THREADS
+def write_numbered(
+    jobs: Generator[Job, None, None],
+    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    save: Callable[[Path, Made], None],
+    path: Path,
+    done: Callable[[], None],
+) -> tuple[int, Made]:
+    """Draws all jobs and saves each in a file: each job's number replaces %04d. Returns how many, and the first."""
+    return _write_all(jobs, draw, lambda number, made: save(numbered(path, number), made), THREADS, path, done)
+
+
+def _write_all(
+    jobs: Generator[Job, None, None],
+    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    write: Callable[[int, Made], None],
+    workers: int,
+    path: Path,
+    done: Callable[[], None],
+) -> tuple[int, Made]:
+    """Draws in this thread, and gives what is drawn to other threads for encoding: to one for a film."""
+    count, first = 0, None
     waiting: deque[Future[None]] = deque()
-    with Film(path, fps) if is_film else nullcontext() as film, ThreadPoolExecutor(workers) as pool:
-
-        def write(number: int, image: np.ndarray) -> None:
-            waiting.append(
-                pool.submit(film.add, image) if film else pool.submit(save_image, numbered(path, number), image)
-            )
+    with closing(jobs), ThreadPoolExecutor(workers) as pool:
+        for number, frame, arguments in jobs:
+            made = draw(frame, arguments)
+            first = made if first is None else first
+            waiting.append(pool.submit(write, number, made))
             while waiting and (len(waiting) > workers + 1 or waiting[0].done()):
                 waiting.popleft().result()
-
-        yield write
+            count += 1
+            done()
         for job in waiting:
             job.result()
+    if first is None:
+        raise ValueError(f"nothing to write to {path}: no frame could be read")
+    return count, first

@@ -7,26 +7,30 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from itertools import islice, repeat
-from typing import Any
+from os import PathLike
+from typing import Any, TypeGuard
 
 from .checks import shown
-from .files.builtin import builtin_folder
+from .files.assembly import ReadOptions
+from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
-from .files.folders import check_folder, find_pairs
 from .files.frames import load_frame
-from .files.limits import MAX_PIXELS
-from .files.names import Folder
-from .files.poses import find_poses
-from .files.sequences import FolderSequence, first_readable
+from .files.sequences import FrameSequence, first_readable, open_frames
 from .frame import Frame
+from .gltf import load_scene
 from .notes import once, print_note
+from .scene import Scene
+from .wording import option
+
+_SCENES = (".gltf", ".glb")
+_LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
-def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSequence:
-    """The frame or the sequence of frames of a folder, or of a built-in name.
+def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequence:
+    """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
 
-    A sequence lies in folders depth/ and color/, in the lists of the TUM benchmark or in numbered files (see
-    `find_pairs`). All frames have the same camera. The poses come from the folder (see `find_poses`).
+    Pictures, cameras and poses are found as files/known.py lists them; where several views overlap, their depths tell
+    how poses are to be understood (see files/agreement.py).
 
     load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
                   printed.
@@ -37,15 +41,31 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FolderSeq
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
-    folder = check_folder(builtin_folder(path))
-    note = options["notes"] = once(options.get("notes", print_note))
-    max_pixels = options.get("max_pixels", MAX_PIXELS)
-    pairs = find_pairs(Folder(folder, options.get("allow_outside", False)), note, max_pixels)
-    if not pairs:
-        return load_frame(folder, **options)
-    sequence = FolderSequence(folder, pairs, find_poses(folder, pairs, note, max_pixels), options)
-    first = first_readable(sequence)
-    return first if len(pairs) == 1 else sequence
+    note = once(options.pop("notes", print_note))
+    outside = options.pop("allow_outside", False)
+    sequence = open_frames(builtin_folder(path), outside, ReadOptions(**options), note)
+    _, first = first_readable(sequence)
+    return first.frame if len(sequence) == 1 else sequence
+
+
+def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
+    """What a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
+
+    load_options  as for `load_frame`; None is not said
+
+    Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
+    """
+    options = {name: value for name, value in load_options.items() if value is not None}
+    if not is_scene(source):
+        return load_frame(source, **options)
+    if given := [option(name) for name in options if name not in _LIMITS]:
+        raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
+    return load_scene(source, **options)
+
+
+def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the name of a built-in scene or a glTF file's."""
+    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(_SCENES))
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:

@@ -45,7 +45,7 @@ class View:
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
-        check_turns(self.yaw, self.pitch, self.dolly)
+        _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
         if isinstance(self.size, str):
             check_choice(option("size"), self.size, SIZES)
         elif self.size is not None:
@@ -55,9 +55,7 @@ class View:
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
-        pivot = frame.pivot if pivot is None else pivot
-        turns = self.yaw, self.pitch, self.dolly, upright_of(frame)
-        pose = orbit_pose(frame.pose, pivot, *turns) if self.pose is None else self.pose
+        pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
         camera = None if self.size is None else _sized_camera(frame, self.size)
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
@@ -79,6 +77,34 @@ def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
         raise ValueError(f"{option('size', size)} needs a colour picture, this frame has none")
     height, width = frame.color.shape[:2]
     return frame.camera.resized(width, height)
+
+
+def viewing_pose(
+    frame: Frame | Scene,
+    pose: ArrayLike | None = None,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    dolly: float = 0.0,
+    pivot: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """The pose, (4, 4); None is that of the frame or framed scene, moved round pivot, (3,) world, as in `orbit_pose`.
+
+    Raises ValueError or TypeError for impossible values, and for a pose that is to be moved.
+    """
+    turns = _check_one_way(pose, yaw, pitch, dolly)
+    if pose is not None:
+        return check_pose(pose)
+    if not any(turns):
+        return np.asarray(frame.pose)
+    return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, upright_of(frame))
+
+
+def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
+    turns = check_turns(yaw, pitch, dolly)
+    if pose is not None and any(turns):
+        given = " and ".join(option(name) for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True) if turn)
+        raise ValueError(f"pass {option('pose')} or {given}, not both: only a frame's own pose is moved")
+    return turns
 
 
 def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import select
+import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +15,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl import cli
+from pointshade_gl.wording import option
 
 from .compare import compare_images, difference_picture
 from .shader_function import evaluate
@@ -47,6 +51,24 @@ def gpu(renderer, tmp_path):
             return evaluate(renderer.context.gl, tmp_path, include, expression, **inputs)
 
     return call
+
+
+@pytest.fixture
+def typed(monkeypatch, capsys, tmp_path):
+    """typed("render vase -o out.png") in a folder of the test's own: exit code, stdout, stderr of `pointshade`."""
+    monkeypatch.chdir(tmp_path)
+    before = {ending: signal.getsignal(ending) for ending in cli._ENDINGS}
+
+    def run(line):
+        with monkeypatch.context() as shell, pytest.raises(SystemExit) as ended:
+            shell.setattr(sys, "argv", ["pointshade", *shlex.split(line)])
+            cli.main()
+        assert option("fov") == "fov"  # the library speaks Python again
+        return ended.value.code, *capsys.readouterr()
+
+    yield run
+    for ending, handler in before.items():
+        signal.signal(ending, handler)
 
 
 @pytest.fixture(scope="session")

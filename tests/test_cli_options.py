@@ -80,6 +80,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library():
     [
         ("render", ["Frame", "Light and surface", "View", "Film"]),
         ("normals", ["Frame"]),
+        ("depth", ["Frame", "View"]),
         ("view", ["Frame", "Light and surface", "View", "Film"]),
         ("info", []),
         ("bench", []),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.depth_kinds import KINDS, choose_scale, to_metres
+from pointshade_gl.files.depth_kinds import KINDS, to_metres
 
 CAMERA = ps.Camera(50, -60, 18.0, 11.5, 40, 30)
 Z = np.random.default_rng(4).uniform(1.5, 3, (30, 40))
@@ -31,9 +31,10 @@ RAW = {  # what a sensor of each kind stores for the depth z at pixel (u, v)
     "inverse": lambda z, u, v: 1 / z,
     "disparity": lambda z, u, v: CAMERA.fx * 0.12 / z,
 }
+SCALED = tuple(RAW)  # a Kinect's disparity has no unit to choose
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SCALED)
 @pytest.mark.parametrize("scale", [1.0, 256.0])
 def test_every_kind_gives_the_depth_it_was_made_from(kind, scale):
     raw = np.array([[RAW[kind](Z[v, u], u, v) for u in range(40)] for v in range(30)])
@@ -45,7 +46,7 @@ def test_every_kind_gives_the_depth_it_was_made_from(kind, scale):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("hole", [0.0, -1.0, np.nan, np.inf])
 def test_holes_stay_holes_in_every_kind(kind, hole):
-    raw = Z.copy()
+    raw = 300 * Z
     raw[3, 4] = hole
     metres = convert(raw, kind, 1.0, 0.1)
     assert metres[3, 4] == 0
@@ -72,6 +73,33 @@ def test_inverse_depth_without_a_scale_keeps_negative_values_and_drops_infinite_
 def test_inverse_depth_that_does_not_vary_is_refused():
     with pytest.raises(ValueError, match="inverse depth must vary, got 7 everywhere"):
         convert(np.full((30, 40), 7, np.uint8), "inverse", None)
+
+
+def test_depth_without_a_scale_is_laid_between_1_and_10_metres():
+    notes = []
+    raw = np.array([[0, 51, 102], [153, np.nan, 255]], np.float32)
+    metres = to_metres(raw, ps.Camera(9, 9, 1, 1, 3, 2), "z", None, None, notes.append)
+    np.testing.assert_allclose(metres, [[1, 2.8, 4.6], [6.4, 0, 10]])
+    assert notes == ["depth has no scale: its largest value is put at 10 m, its smallest at 1 m"]
+
+
+def test_disparity_is_counted_from_where_the_cameras_see_infinity():
+    raw = CAMERA.fx * 0.12 / Z - 31.5
+    metres = to_metres(raw, CAMERA, "disparity", 1.0, 0.12, refuse, doffs=31.5)
+    np.testing.assert_allclose(metres[raw > 0], Z[raw > 0], rtol=1e-12)
+    assert (raw > 0).sum() == np.count_nonzero(metres) < raw.size
+
+
+def test_raw_disparity_of_a_kinect_becomes_metres_and_2047_is_missing():
+    """Within 3 % of the two formulas in use: NYU's toolbox (Silberman 2012) and Burrus' (2010), which differ by 5 %."""
+    raw = np.array([[0, 500, 700, 900], [1000, 1050, 1086, 2047]], np.uint16)
+    metres = to_metres(raw, ps.Camera(9, 9, 1, 1, 4, 2), "kinect", 1.0, None, refuse)
+    known = metres > 0
+    np.testing.assert_array_equal(known, [[False, True, True, True], [True, True, False, False]])
+    seen, nyu = metres[known], 351.3 / (1092.5 - raw[known])
+    burrus = 1 / (3.3309495161 - 0.0030711016 * raw[known])
+    np.testing.assert_allclose(seen, nyu, rtol=0.03)
+    np.testing.assert_allclose(seen[:4], burrus[:4], rtol=0.06)
 
 
 def test_disparity_needs_a_baseline():
@@ -131,7 +159,7 @@ def test_a_plane_with_an_outlier_is_no_background():
     np.testing.assert_array_equal(convert(raw), raw)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", SCALED)
 def test_16_bits_are_looked_up_with_the_same_result_as_wider_numbers(kind):
     """Blocks of rows, too: this picture has several."""
     camera, notes = ps.Camera(900, 900, 700, 300, 1400, 600), []
@@ -153,52 +181,3 @@ def test_depth_beyond_float_is_not_an_accident():
     raw = Z.copy()
     raw[3, 4] = 1e-320
     assert convert(raw, "inverse", 1e300)[3, 4] == np.inf  # a warning would be an error here
-
-
-U8, U16, F32 = np.ones((2, 2), np.uint8), np.ones((2, 2), np.uint16), np.ones((2, 2), np.float32)
-
-
-@pytest.mark.parametrize(
-    ("raw", "kind", "given", "filed", "expected"),
-    [
-        (U16, "z", 5000, 1000, 5000),
-        (U16, "ray", None, 5000, 5000),
-        (U8, "z", 25.5, None, 25.5),
-        (F32, "plane", None, None, 1),
-        (F32, "z", None, 1, 1),
-        (U8, "inverse", None, None, None),
-        (F32, "inverse", 3, None, 3),
-        (U8, "disparity", 4, None, 4),
-    ],
-)
-def test_scales_that_need_no_note(raw, kind, given, filed, expected):
-    assert choose_scale(raw, kind, given, filed, refuse) == expected
-
-
-@pytest.mark.parametrize(
-    ("raw", "kind", "filed", "expected", "sentence"),
-    [
-        (U16, "z", None, 1000, "taken as millimetres"),
-        (U16, "disparity", None, 1, "taken as pixels"),
-        (F32, "z", 1000, 1000, "divided by 1000, as the intrinsics file says"),
-    ],
-)
-def test_guessed_scales_are_told(raw, kind, filed, expected, sentence):
-    notes = []
-    assert choose_scale(raw, kind, None, filed, notes.append) == expected
-    assert len(notes) == 1 and sentence in notes[0]
-
-
-@pytest.mark.parametrize("filed", [None, 1000])
-def test_8_bit_depth_is_refused_with_a_way_out(filed):
-    with pytest.raises(ValueError, match=r"256 levels are too few .*: pass depth_kind='inverse' .* or depth_scale"):
-        choose_scale(U8, "z", None, filed, refuse)
-
-
-@pytest.mark.parametrize(
-    ("scale", "error"),
-    [(0, ValueError), (-1, ValueError), (np.nan, ValueError), (np.inf, ValueError), ("1000", TypeError)],
-)
-def test_depth_scale_is_a_number_above_0(scale, error):
-    with pytest.raises(error, match=f"depth_scale must be a finite number above 0, got {scale!r}"):
-        choose_scale(U16, "z", scale, None, refuse)

@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.frames import builtin_folder, read_color
-from pointshade_gl.files.poses import load_pose
+from pointshade_gl.files.assembly import read_color
+from pointshade_gl.files.builtin import builtin_folder
+from pointshade_gl.files.pose_files import load_pose
 
 V, U = np.mgrid[0:30, 0:40]
 DEEP = (900 + 3 * U + 5 * V).astype(np.uint16)
@@ -61,7 +62,7 @@ def test_a_folder_without_colour_is_told(folder):
     notes = []
     (folder / "color.png").unlink()
     assert ps.load_frame(folder, notes=notes.append).color is None
-    assert len(notes) == 1 and "has no color.* or rgb.* picture: the surface is light grey" in notes[0]
+    assert len(notes) == 1 and "has no colour picture (color.*, rgb.*, image.*): the surface is light grey" in notes[0]
 
 
 def test_of_a_sequence_the_first_depth_and_its_own_colour_are_taken(tmp_path):
@@ -120,7 +121,7 @@ def test_a_scale_in_units_per_metre_is_not_applied_to_inverse_depth(folder):
 
 
 def test_guesses_go_to_stderr_unless_a_function_takes_them(capsys):
-    ps.load_frame(depth=DEEP, intrinsics="50,50,19.5,14.5")
+    ps.load_frame(depth=DEEP, color=np.repeat(COLOR, 2, 0).repeat(2, 1), intrinsics="50,50,19.5,14.5")
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2 and all(line.startswith("note: ") for line in lines)
     assert "taken as for the depth picture of 40x30" in lines[0] and "taken as millimetres" in lines[1]
@@ -187,12 +188,16 @@ def test_floating_point_colours_are_refused(tmp_path):
         ({}, ValueError, "a frame needs depth: pass a folder"),
         ({"depth": DEEP / 1000}, ValueError, r"pass intrinsics \(fx,fy,cx,cy or a file\) or fov"),
         ({"depth": DEEP / 1000, "fov": 60, "intrinsics": CAMERA}, ValueError, "pass intrinsics or fov, not both"),
-        ({"depth": DEEP / 1000, "fov": 60, "depth_kind": "Z"}, ValueError, "unknown depth_kind 'Z': known are z, ray"),
+        (
+            {"depth": DEEP / 1000, "fov": 60, "depth_kind": "Z"},
+            ValueError,
+            r"unknown depth_kind 'Z' \(did you mean z\?\)",
+        ),
         ({"depth": DEEP * np.nan, "fov": 60}, ValueError, "depth must be known somewhere"),
         ({"depth": DEEP / 1000, "fov": 60, "color": COLOR[..., 0]}, ValueError, r"color must have shape .*\(30, 40\)"),
         ({"depth": "nowhere.png", "fov": 60}, FileNotFoundError, r"nowhere\.png does not exist"),
         ({"folder": "nowhere"}, FileNotFoundError, "there is no folder nowhere"),
-        ({"folder": __file__}, NotADirectoryError, "is a file, expected a folder: pass single files as depth="),
+        ({"folder": __file__}, ValueError, "is not a picture"),
     ],
 )
 def test_what_is_missing_is_told(options, error, sentence):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.intrinsics import place_camera, read_intrinsics
+from pointshade_gl.files.camera_files import read_intrinsics
+from pointshade_gl.files.intrinsics import place_camera
 
 K = [[500, 0, 320.5], [0, 510, 240.25], [0, 0, 1]]
 NUMBERS = (500, 510, 320.5, 240.25)
@@ -82,10 +83,10 @@ def test_an_ignored_lens_distortion_is_told(tmp_path):
     ("content", "sentence"),
     [
         ('{"fx": 5,', "is not valid JSON"),
-        ({"fx": 500, "cx": 3}, "has no fy, cy: expected fx, fy, cx, cy, or Open3D's"),
-        ({"fx": "a", "fy": 1, "cx": 1, "cy": 1}, "fx must be a number, got 'a'"),
+        ({"fx": 500, "cx": 3}, "holds no camera: expected fx, fy, cx, cy, or a 3x3 matrix .* it has fx, cx"),
+        ({"fx": "a", "fy": 1, "cx": 1, "cy": 1}, "holds no camera: .* it has fy, cx, cy"),
         ({"fx": 1, "fy": 1, "cx": 1, "cy": 1, "width": 6.5, "height": 4}, "width and height must be whole numbers"),
-        ({"intrinsic_matrix": [1, 2, 3]}, "intrinsic_matrix must be a list of 9 numbers"),
+        ({"intrinsic_matrix": [1, 2, 3]}, "holds no camera: .* it has intrinsic_matrix"),
         ("focal length: large", "must hold numbers only"),
         ("1 2 3", r"intrinsics\.json must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got 3 numbers"),
         ("1 2 3 4 5 6 7 8 9", r"must be a matrix \[\[fx, 0, cx\]"),
@@ -134,11 +135,18 @@ def test_a_camera_of_the_colour_picture_is_scaled_to_the_depth():
     assert len(notes) == 1 and "for the color of 640x480, scaled to the depth's 160x120" in notes[0]
 
 
-@pytest.mark.parametrize(("color", "seen"), [((320, 240), "color is 320x240"), (None, "there is no color")])
+@pytest.mark.parametrize(("color", "seen"), [((320, 200), "color is 320x200"), (None, "there is no color")])
 def test_a_camera_of_neither_picture_is_refused(color, seen):
     intrinsics = read_intrinsics(ps.Camera(*NUMBERS, 640, 480), refuse)
-    with pytest.raises(ValueError, match=f"for 640x480 pixels, but depth is 160x120 and {seen}"):
-        place_camera(intrinsics, (160, 120), color, refuse)
+    with pytest.raises(ValueError, match=f"for 640x480 pixels, but depth is 160x100 and {seen}"):
+        place_camera(intrinsics, (160, 100), color, refuse)
+
+
+def test_a_camera_of_the_same_view_at_another_size_is_scaled_and_it_is_told():
+    notes = []
+    camera = ps.Camera(*NUMBERS, 640, 480)
+    assert place_camera(read_intrinsics(camera, refuse), (160, 120), None, notes.append) == camera.resized(160, 120)
+    assert len(notes) == 1 and "for 640x480 pixels, scaled to the depth's 160x120" in notes[0]
 
 
 def test_numbers_without_a_size_belong_to_the_depth_picture_and_it_is_told():

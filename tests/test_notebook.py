@@ -1,4 +1,4 @@
-"""A notebook shows rendered arrays as pictures; otherwise they are ordinary arrays."""
+"""A notebook shows rendered arrays, frames and scenes as pictures; arrays are ordinary arrays otherwise."""
 
 import io
 import pickle
@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
+from pointshade_gl import preview
 from pointshade_gl.notebook import Picture
 
 from . import frames
@@ -82,3 +83,61 @@ def test_it_is_an_array_in_everything_else(tmp_path):
         np.testing.assert_array_equal(np.asarray(opened), image)
     assert type(np.load(tmp_path / "out.npy")) is np.ndarray
     assert Image.fromarray(image).getpixel((0, 0)) == (7, 7, 7, 7)
+
+
+def wide_frame():
+    depth = np.full((40, 1600), 2.0, np.float32)
+    depth[:, :800] = 0
+    return ps.Frame(None, depth, ps.Camera(900, 900, 799.5, 19.5, 1600, 40))
+
+
+def test_a_frame_shows_itself_lit_in_its_own_size(renderer):
+    np.testing.assert_array_equal(shown(frames.sphere()), renderer.render(frames.sphere()))
+
+
+def test_what_is_large_is_shown_small(renderer):
+    image = shown(wide_frame())
+    assert image.shape == (16, 640, 4)
+    assert not image[:, :310].any() and image[2:-2, 330:-2, 3].all()
+
+
+def test_a_scene_shows_itself_with_its_own_camera_or_one_that_sees_everything(renderer):
+    scene = ps.Scene((ps.Node(ps.PointObject(frames.sphere())),))
+    np.testing.assert_array_equal(shown(scene), renderer.render(scene))
+    camera = ps.Camera(100, 100, 49.5, 24.5, 100, 50)
+    assert shown(ps.Scene(scene.nodes, camera)).shape == (50, 100, 4)
+
+
+def test_without_gl_a_frame_is_a_text(monkeypatch):
+    def draw(_):
+        raise ps.ContextError("no OpenGL")
+
+    monkeypatch.setattr(preview, "_draw", draw)
+    assert frames.sphere()._repr_png_() is None
+
+
+TRIANGLE = ps.Mesh([(0, 0, 1), (1, 0, 1), (0, 1, 1)], [(0, 1, 2)])
+WIDE = "Frame(1600x40, 32 000 points, 2 to 2 m, no color)"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (wide_frame(), WIDE),
+        (
+            ps.Frame(np.zeros((2, 4, 3), np.uint8), [[0.0, 1.25]], ps.Camera(1, 1, 0, 0, 2, 1)),
+            "Frame(2x1, 1 point, 1.25 to 1.25 m, color 4x2)",
+        ),
+        (ps.Frame(None, [[0.0]], ps.Camera(1, 1, 0, 0, 1, 1)), "Frame(1x1, 0 points, no color)"),
+        (TRIANGLE, "Mesh(3 positions, 1 triangle)"),
+        (ps.PointObject(wide_frame()), f"PointObject({WIDE})"),
+        (ps.Node(TRIANGLE, "wall", children=[ps.Node()]), "Node('wall', Mesh(3 positions, 1 triangle), 1 child)"),
+        (ps.Scene(), "Scene(0 nodes)"),
+        (
+            ps.Scene([ps.Node([ps.PointObject(wide_frame()), TRIANGLE, TRIANGLE]), ps.Node(ps.Light())]),
+            "Scene(2 nodes: 32 000 points in 1 frame, 2 triangles in 2 meshes, 1 light)",
+        ),
+    ],
+)
+def test_values_describe_themselves_in_one_short_line(value, text):
+    assert repr(value) == str(value) == text

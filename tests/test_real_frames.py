@@ -54,7 +54,8 @@ def test_a_sequence_gives_its_first_view(shared_data):
     folder = shared_data / "icl_livingroom_23views"
     frame, depths, notes = load(folder)
     assert np.median(depths) == pytest.approx(1.845, abs=0.001)
-    assert len(notes) == 1 and "is a sequence of 23 frames: 000.png is taken" in notes[0]
+    assert notes[0] == "poses are read from poses_tum.txt, not from trajectory.log, transforms.json"
+    assert len(notes) == 2 and "is a sequence of 23 frames: 000.png is taken" in notes[1]
     assert frame.camera.cx == 319.5
 
 
@@ -76,28 +77,36 @@ def test_the_raw_background_of_a_renderer_is_recognised(shared_data):
 def test_odd_pgm_wrong_endian_kinect2_is_read_byte_swapped(shared_data):
     _, depths, notes = load(shared_data / "odd_pgm_wrong_endian_kinect2")
     assert (np.median(depths), depths.max()) == pytest.approx((1.071, 7.993), abs=0.001)
-    assert len(notes) == 2 and "no color" in notes[0] and "wrong byte order" in notes[1]
+    assert len(notes) == 2 and "no colour" in notes[0] and "wrong byte order" in notes[1]
 
 
-def test_odd_colorised_depth_png_is_refused_and_the_true_one_read(shared_data):
+def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data):
     folder = shared_data / "odd_colorised_depth_png"
-    with pytest.raises(ValueError, match=r"depth\.png is a colour-mapped picture of depth"):
-        ps.load_frame(folder)
-    _, depths, notes = load(folder, depth=folder / "depth_true.png")
-    assert notes == [] and depths.size == 640 * 480 - 1513
+    frame, _, notes = load(folder, depth=folder / "depth.png")
+    assert len(notes) == 1 and "colour-mapped picture of depth (jet)" in notes[0] and "red is far" in notes[0]
+    true, depths, notes = load(folder)
+    assert (
+        len(notes) == 1
+        and "depth_true.png is taken as the depth, not depth.png" in notes[0]
+        and depths.size == 640 * 480 - 1513
+    )
     assert (depths.min(), depths.max()) == pytest.approx((0.971, 7.854))
+    np.testing.assert_array_equal(frame.depth > 0, true.depth > 0)
+    ratio = frame.depth[true.depth > 0] / depths
+    assert np.quantile(ratio / np.median(ratio), (0.05, 0.95)) == pytest.approx((1, 1), abs=0.06)
 
 
-def test_odd_android_depth16_preview_and_raw_file_are_refused_and_the_picture_read(shared_data):
+def test_odd_android_depth16_is_read_and_its_preview_refused(shared_data):
     folder = shared_data / "odd_android_depth16"
-    with pytest.raises(FileNotFoundError, match="has no depth picture"):
-        ps.load_frame(folder)
-    with pytest.raises(ValueError, match="colour-mapped picture of depth"):
+    with pytest.raises(ValueError, match=r"its colours are of none of .*: pass the raw depth"):
         ps.load_frame(folder, depth=folder / "depth_rgba_preview.png")
-    with pytest.raises(ValueError, match="is not a picture"):
-        ps.load_frame(folder, depth=folder / "depth16.bin")
+    _, raw, notes = load(folder, depth=folder / "depth16.bin")
+    assert any("Android's DEPTH16: millimetres in the low 13 bits" in note for note in notes)
     _, depths, _ = load(folder, depth=folder / "depth16_from_author.png", depth_scale=5000)
     assert np.median(depths) == pytest.approx(2.342, abs=0.001)
+    assert np.median(raw) == pytest.approx(2.342, abs=0.01)
+    _, _, notes = load(folder)
+    assert any("are spaced like TUM's: pass depth_scale=5000" in note for note in notes)
 
 
 def test_odd_color_16bit_rgba_becomes_8_bits(shared_data):

@@ -8,7 +8,8 @@ import pytest
 from PIL import Image, ImageSequence
 
 import pointshade_gl as ps
-from pointshade_gl.files.film import check_series, is_series, numbered
+from pointshade_gl.files.film import check_series, is_series
+from pointshade_gl.files.numbering import numbered
 from pointshade_gl.series import jobs_of, sequence_jobs, write_series
 from pointshade_gl.view import View
 

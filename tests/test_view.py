@@ -44,7 +44,7 @@ def test_the_view_is_that_of_orbit_pose_and_the_size_fits_the_whole_picture():
 
 
 def test_one_pose_serves_all_frames():
-    assert (View(pose=POSE, yaw=20).of(wall())["pose"] == POSE).all()
+    assert (View(pose=POSE).of(wall())["pose"] == POSE).all()
 
 
 @pytest.mark.parametrize("pose", [None, POSE])

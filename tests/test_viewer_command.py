@@ -206,7 +206,7 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--splat", "star"], "known are footprint"),
         (["--max-depth-step", "wide"], "--max-depth-step must be metres"),
         (["--size", "big"], "--size takes WIDTHxHEIGHT"),
-        (["--light", "1,2"], "--light takes three numbers"),
+        (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
         (["--record", "no/film.gif"], "create it first"),
     ],
 )

@@ -2,8 +2,6 @@
 
 import contextlib
 import json
-import signal
-import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -11,9 +9,9 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl import cli
 from pointshade_gl.bench.command import select
-from pointshade_gl.files.depth_kinds import choose_scale, to_metres
+from pointshade_gl.files.depth_coding import decode
+from pointshade_gl.files.depth_kinds import Said, to_metres
 from pointshade_gl.files.film import Film
 from pointshade_gl.series import jobs_of
 from pointshade_gl.view import View
@@ -78,12 +76,12 @@ class TestOption:
     ("call", "sentence"),
     [
         (lambda: ps.load_frame(), "a frame needs depth: pass a folder with depth.*, or depth=FILE"),
-        (lambda: ps.load_frame(__file__), "pass single files as depth=FILE and color=FILE"),
+        (lambda: ps.load_frame(__file__), "pass depth in one of them as depth=FILE"),
         (lambda: ps.load_frame(depth=FRAME.depth), "pass intrinsics (fx,fy,cx,cy or a file) or fov (vertical degrees)"),
         (lambda: ps.load_frame(depth=U16, fov=50, intrinsics="1,1,1,1"), "pass intrinsics or fov, not both"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_kind="sonar"), "unknown depth_kind 'sonar'"),
         (lambda: ps.load_frame(depth=U16, fov=50, depth_scale=0), "depth_scale must be a finite number above 0"),
-        (lambda: ps.load_frame(depth=U8, fov=50), "pass depth_kind='inverse' for a network's output, or depth_scale"),
+        (lambda: ps.load_frame(depth=U8, fov=50), "pass another file, or depth_kind='inverse' or 'z'"),
         (lambda: ps.load_frame(depth=FRAME.depth, fov=50, depth_kind="disparity"), "pass baseline in metres"),
         (lambda: ps.load_frame(depth=FRAME.depth, intrinsics="1,2,3"), "intrinsics must hold fx, fy, cx, cy"),
         (lambda: ps.load_frame(depth=FRAME.depth, intrinsics="0,9,3,2"), "intrinsics: camera fx must be above 0"),
@@ -113,16 +111,16 @@ def test_errors_in_python(call, sentence):
 
 def test_notes_in_python():
     notes = []
-    choose_scale(U16, "z", None, None, notes.append)
-    choose_scale(U16, "disparity", None, None, notes.append)
-    choose_scale(FRAME.depth, "z", None, 1000, notes.append)
+    decode(U16, "depth", Said(), notes.append)
+    decode(U16, "depth", Said("disparity"), notes.append)
+    decode(1000 * FRAME.depth, "depth", Said(filed_scale=1000), notes.append)
     assert notes[0].startswith("depth is of integers, without depth_scale: taken as millimetres")
     assert notes[1].startswith("disparity is of integers, without depth_scale: taken as pixels")
     assert notes[2].endswith("pass depth_scale=1 if it is in metres")
 
 
 @pytest.fixture
-def pointshade(monkeypatch, capsys, tmp_path):
+def pointshade(typed, tmp_path):
     """pointshade("arguments") in a folder with pictures: exit code, stdout, stderr."""
     for name, array in (("depth8", U8), ("depth16", U16), ("color", np.full((6, 8, 3), 99, np.uint8))):
         Image.fromarray(array).save(tmp_path / f"{name}.png")
@@ -132,19 +130,7 @@ def pointshade(monkeypatch, capsys, tmp_path):
     np.save(frame / "depth.npy", FRAME.depth)
     numbers = {"fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5, "width": 8, "height": 6}
     (frame / "intrinsics.json").write_text(json.dumps(numbers | {"depth_scale": 1000}))
-    monkeypatch.chdir(tmp_path)
-    before = {ending: signal.getsignal(ending) for ending in cli._ENDINGS}
-
-    def run(line):
-        with monkeypatch.context() as typed, pytest.raises(SystemExit) as ended:
-            typed.setattr(sys, "argv", ["pointshade", *line.split()])
-            cli.main()
-        assert option("fov") == "fov"  # the library speaks Python again
-        return ended.value.code, *capsys.readouterr()
-
-    yield run
-    for ending, handler in before.items():
-        signal.signal(ending, handler)
+    return typed
 
 
 RENDER = "render --depth metres.npy --fov 50 -o out.png"
@@ -155,7 +141,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
     [
         ("render --color color.png -o out.png", "a frame needs depth: pass a folder with depth.*, or --depth FILE"),
         ("render empty -o out.png", "or pass --depth FILE"),
-        ("render color.png -o out.png", "pass single files as --depth FILE and --color FILE"),
+        ("render listed/depth.txt -o out.png", "pass depth in one of them as --depth FILE"),
         (
             "render --depth depth16.png -o out.png",
             "pass --intrinsics (fx,fy,cx,cy or a file) or --fov (vertical degrees)",
@@ -165,7 +151,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --depth-scale 0", "--depth-scale must be a finite number above 0"),
         (
             "render --depth depth8.png --fov 50 -o out.png",
-            "pass --depth-kind inverse for a network's output, or --depth-sc",
+            "pass another file, or --depth-kind inverse or z",
         ),
         (f"{RENDER} --depth-kind disparity", "pass --baseline in metres"),
         (f"{RENDER} --depth-kind disparity --baseline -1", "--baseline must be a finite number above 0"),
@@ -182,7 +168,7 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --splat star", "unknown --splat 'star'"),
         (f"{RENDER} --specular -1", ": --specular must be a number from 0"),
         (f"{RENDER} --shininess 0", ": --shininess must be a number from 0.001"),
-        (f"{RENDER} --light nan,0,0", "--light takes three numbers X,Y,Z in metres, got 'nan,0,0'"),
+        (f"{RENDER} --light nan,0,0", "--light 'nan,0,0': 'nan,0,0' is unknown: it takes X,Y,Z in metres, or words"),
         (
             f"{RENDER} --size 4x4.5",
             "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, or depth, color, half, got '4x4.5'",
@@ -220,12 +206,11 @@ def test_errors_on_the_command_line(pointshade, tmp_path, line, sentence):
     ("line", "sentence"),
     [
         ("render --depth depth16.png --fov 50", "depth is of integers, without --depth-scale: taken as millimetres"),
-        ("render frame", "as the intrinsics file says; pass --depth-scale 1 if it is in metres"),
+        ("render frame", "taken as 1 a metre; pass --depth-scale if that is wrong"),
         (
             "render --depth depth16.png --fov 50 --depth-kind disparity --baseline 1",
             "disparity is of integers, without --depth-scale: taken as pixels",
         ),
-        ("render --depth depth16.png --intrinsics 10,10,3.5,2.5", "note: --intrinsics: no picture size is given"),
     ],
 )
 @pytest.mark.usefixtures("renderer")
@@ -274,7 +259,7 @@ def test_what_a_file_says_is_named_as_the_file_has_it(pointshade, tmp_path, valu
     ("values", "sentence"),
     [
         ({"frame": "frame", "shading": "toon"}, "unknown shading 'toon'"),
-        ({"depth": "depth8.png", "fov": 50}, "pass depth_kind='inverse' for a network's output, or depth_scale"),
+        ({"depth": "depth8.png", "fov": 50}, "pass another file, or depth_kind='inverse' or 'z'"),
         ({"frame": "frame", "material": {"specular": -1}}, "material specular must be"),
         ({"frame": "../frame"}, "'../frame' leaves the scene's folder: pass --allow-outside to allow it"),
     ],

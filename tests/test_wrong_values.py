@@ -223,7 +223,7 @@ VALUES = {
 }  # fmt: skip
 
 DRAWN = {
-    "frame": (lambda r: r.render(None), TypeError, "frame must be a Frame or a Scene, got None"),
+    "frame": (lambda r: r.render(None), TypeError, "frame must be a Frame, a Scene or a path, got None"),
     "camera": (lambda r: r.render(FRAME, camera=(5, 5)), TypeError, r"camera must be a Camera, got \(5, 5\)"),
     "camera 0": (lambda r: r.render(FRAME, camera=0), TypeError, "camera must be a Camera, got 0"),
     "pose": (lambda r: r.render(FRAME, pose="above"), TypeError, "pose must be numbers of shape"),
@@ -238,7 +238,7 @@ DRAWN = {
     "normals 1e300": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), 1e300)), ValueError, "normals must be"),
     "method": (lambda r: r.estimate_normals(FRAME, 5), ValueError, "unknown normals method 5"),
     "array": (lambda r: r.estimate_normals(FRAME, np.zeros(3)), ValueError, "unknown normals method"),
-    "no frame": (lambda r: r.estimate_normals("vase"), TypeError, "frame must be a Frame, got 'vase'"),
+    "no frame": (lambda r: r.estimate_normals(7), TypeError, "frame must be a Frame, got 7"),
     "noise": (lambda r: r.estimate_normals(FRAME, noise=[[1]]), ValueError, "noise must be one number or have"),
     "noises": (lambda r: r.estimate_normals(FRAME, noise=RAGGED), ValueError, "noise must be one number or have"),
     "scene's camera": (lambda r: r.render(ps.Scene(), camera="front"), TypeError, "camera must be a Camera"),

@@ -14,6 +14,7 @@ from ..estimators import METHODS
 from ..files.whole import written_whole
 from ..notes import print_note
 from ..renderer import Renderer
+from ..suggestions import did_you_mean
 from ..wording import option
 from .charts import check_matplotlib, error_chart, stability_chart
 from .lit_pictures import count_pictures, measure_pictures
@@ -84,7 +85,8 @@ def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
     for name in only:
         if not any(name in names for names in known.values()):
             lists = "; ".join(f"{kind} {', '.join(names)}" for kind, names in known.items())
-            raise ValueError(f"unknown name {name!r} for {option('only')}: known are {lists}")
+            near = did_you_mean(name, [name for names in known.values() for name in names])
+            raise ValueError(f"unknown name {name!r} for {option('only')}{near}: known are {lists}")
     methods, conditions, stresses = ([name for name in names if name in only] for names in known.values())
     if not (conditions or stresses):
         conditions, stresses = list(CONDITIONS), list(STRESSES)

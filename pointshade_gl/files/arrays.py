@@ -88,23 +88,32 @@ def parse_numbers(text: str) -> NDArray[np.float64]:
 
 def _read(stream: BufferedIOBase, name: str, max_pixels: float, share: float | None) -> NDArray[Any]:
     try:
-        shape, is_fortran, dtype = _read_header(stream)
+        shape, is_fortran, dtype = read_header(stream)
     except Exception as error:  # and so does NumPy
         raise ValueError(f"{name} {_BROKEN}: {cut(error)}") from None
     pixels = math.prod(shape[:-1] if len(shape) > 2 and shape[-1] in (3, 4) else shape)
     check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
-    array = np.empty(math.prod(shape) * dtype.itemsize, np.uint8)
-    data, done = array.data, 0
-    while done < len(data):
-        got = stream.readinto(data[done : done + _BLOCK])
-        if not got:
-            raise ValueError(f"{name} {_BROKEN}: it has {done} of {len(data)} bytes")
-        done += got
+    try:
+        array = read_exactly(stream, math.prod(shape) * dtype.itemsize)
+    except ValueError as error:
+        raise ValueError(f"{name} {_BROKEN}: {error}") from None
     return array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
 
 
-def _read_header(stream: BufferedIOBase) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether columns come first, and type. Raises ValueError for types that are not plain numbers."""
+def read_exactly(stream: BufferedIOBase, size: int) -> NDArray[np.uint8]:
+    """The next bytes of a stream. Raises ValueError if it has fewer."""
+    array = np.empty(size, np.uint8)
+    data, done = array.data, 0
+    while done < size:
+        got = stream.readinto(data[done : done + _BLOCK])
+        if not got:
+            raise ValueError(f"it has {done} of {size} bytes")
+        done += got
+    return array
+
+
+def read_header(stream: BufferedIOBase) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether columns come first, and type of an .npy file. Raises ValueError for anything but plain numbers."""
     version = npy.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"its version is {version[0]}.{version[1]}, known are 1.0 and 2.0")

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..checks import check_path
+from ..suggestions import near_path
 from ..wording import shown
 from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
 
@@ -24,7 +25,7 @@ def open_regular(path: FilePath) -> BufferedReader:
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
-        raise FileNotFoundError(f"{path} does not exist") from None
+        raise FileNotFoundError(f"{path} does not exist{near_path(path)}") from None
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(f"{path} is a folder, expected a file")
     if not stat.S_ISREG(mode):

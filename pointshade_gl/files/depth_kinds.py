@@ -1,8 +1,9 @@
-"""From raw depth values to metres along the optical axis: units, and the five kinds of depth."""
+"""From raw depth values to metres along the optical axis: the six kinds of depth."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,41 +14,58 @@ from ..notes import Note
 from ..wording import option
 from .depth_values import blocks, known_values
 
-KINDS = ("z", "ray", "plane", "inverse", "disparity")
-NEAREST, FARTHEST = 1.0, 10.0  # metres between which inverse depth without a scale is laid
-_MILLIMETRES = 1000.0
+METRIC = ("z", "ray", "plane")
+KINDS = (*METRIC, "inverse", "disparity", "kinect")
+NEAREST, FARTHEST = 1.0, 10.0  # metres between which depth without a scale is laid
+
+# Konolige & Mihelich, "Technical description of Kinect calibration", 2010: eighths of a pixel, less than at infinity
+_KINECT_INFINITY = 1091.5
+_KINECT_METRES = 8 * 0.075 * 580  # times the distance of the eyes, times the focal length in pixels
+_KINECT_LAST = 1084  # beyond it, at 46 m, one step is 7 m
 
 
-def choose_scale(raw: NDArray[Any], kind: str, given: float | None, filed: float | None, note: Note) -> float | None:
-    """The number by which raw values are divided; None for inverse depth without a scale.
+@dataclass(frozen=True)
+class Said:
+    """What is said about a depth picture, by the caller and by the camera's file; None = nothing."""
 
-    given  the caller's; filed  that of the intrinsics file
+    kind: str | None = None
+    scale: float | None = None
+    filed_kind: str | None = None
+    filed_scale: float | None = None
+    has_baseline: bool = False
 
-    Raises ValueError for 8-bit depth without a scale from the caller.
+    @property
+    def any_kind(self) -> str | None:
+        return self.kind or self.filed_kind
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the values themselves must tell the kind."""
+        return self.any_kind is None and self.scale is None
+
+
+@dataclass(frozen=True)
+class Coding:
+    """What the raw values of a depth picture mean.
+
+    scale    values per metre (see `to_metres`); None for z or inverse depth without any
+    why      how kind and scale were found, in a few words
+    repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
+    said     what was known before
     """
-    if given is not None:
-        return check_positive(given, option("depth_scale"))
-    metric = kind not in ("inverse", "disparity")
-    if metric and raw.dtype.itemsize == 1:
-        raise ValueError(
-            f"depth has 8 bits, and 256 levels are too few for distances: pass {option('depth_kind', 'inverse')} for a "
-            f"network's output, or {option('depth_scale')} (levels per metre) to use it as it is"
-        )
-    if filed is not None:
-        if raw.dtype.kind == "f" and filed != 1:
-            note(
-                f"floating point depth is divided by {filed:g}, as the intrinsics file says; "
-                f"pass {option('depth_scale', 1)} if it is in metres"
-            )
-        return filed
-    if kind == "inverse":
-        return None
-    if metric and raw.dtype.kind != "f":
-        note(f"depth is of integers, without {option('depth_scale')}: taken as millimetres (1000 per metre)")
-        return _MILLIMETRES
-    if raw.dtype.kind != "f":
-        note(f"disparity is of integers, without {option('depth_scale')}: taken as pixels")
-    return 1.0
+
+    kind: str
+    scale: float | None
+    why: str
+    repairs: tuple[str, ...] = ()
+    said: Said | None = None
+
+
+class Decoded(NamedTuple):
+    """Plain numbers (h, w), of which `to_metres` makes metres, and what they mean."""
+
+    values: NDArray[Any]
+    coding: Coding
 
 
 @np.errstate(all="ignore")  # what overflows is infinite, and missing in the frame
@@ -59,19 +77,22 @@ def to_metres(
     baseline: float | None,
     note: Note,
     dtype: type[np.floating] = np.float64,
+    doffs: float = 0.0,
 ) -> NDArray[Any]:
     """(h, w) z in metres of the type, 0 where missing, from raw values of one of KINDS.
 
-    z          raw / scale is z along the optical axis
+    z          raw / scale is z along the optical axis; without a scale z up to scale and offset, laid from 1 to 10 m
     ray        raw / scale is the distance along the pixel's ray
     plane      the same, from the image plane at unit focal length: P = ray * (|ray| + v) / |ray|
     inverse    z = scale / raw; without a scale 1/z up to scale and offset, laid between 1 and 10 m
-    disparity  z = fx * baseline / (raw / scale), baseline in metres
+    disparity  z = fx * baseline / (raw / scale + doffs), baseline in metres; doffs, in pixels, is how far apart the two
+               cameras' principal points are (Middlebury's)
+    kinect     raw is the disparity of a first Kinect, 11 bits
 
-    Raises ValueError if a disparity has no baseline, or if inverse depth does not vary.
+    Raises ValueError if a disparity has no baseline, or if depth without a scale does not vary.
     """
-    if kind == "inverse" and scale is None:
-        return _spread(raw, note, dtype)
+    if kind in ("z", "inverse") and scale is None:
+        return _spread(raw, kind, note, dtype)
     if kind == "disparity":
         if baseline is None:
             raise ValueError(f"disparity needs the distance of the two cameras: pass {option('baseline')} in metres")
@@ -79,12 +100,12 @@ def to_metres(
     values = known_values(raw, kind, note)
     result = np.empty(raw.shape, dtype)
     for rows in blocks(raw):
-        result[rows] = _convert(values(rows), rows, camera, kind, scale or 1.0, baseline or 0.0)
+        result[rows] = _convert(values(rows), rows, camera, kind, scale or 1.0, baseline or 0.0, doffs)
     return result
 
 
 def _convert(
-    values: NDArray[np.float64], rows: slice, camera: Camera, kind: str, scale: float, baseline: float
+    values: NDArray[np.float64], rows: slice, camera: Camera, kind: str, scale: float, baseline: float, doffs: float
 ) -> NDArray[np.float64]:
     """Metres for values above 0, of these rows of the picture; 0 stays 0."""
     if kind == "z":
@@ -96,8 +117,11 @@ def _convert(
         metres = (ray + values / scale) / ray
     elif kind == "inverse":
         metres = scale / values
+    elif kind == "kinect":
+        metres = _KINECT_METRES / (_KINECT_INFINITY - values)
+        values = np.where(values <= _KINECT_LAST, values, 0)
     else:
-        metres = camera.fx * baseline * scale / values
+        metres = camera.fx * baseline / (values / scale + doffs)
     return np.where(values > 0, metres, 0)
 
 
@@ -108,22 +132,29 @@ def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
     return np.sqrt(x * x + (y * y)[:, None] + 1)
 
 
-def _spread(raw: NDArray[Any], note: Note, dtype: type[np.floating]) -> NDArray[Any]:
-    """Inverse depth of unknown scale and offset, as networks give it: 0 is the farthest, not missing."""
-    result = np.zeros(raw.shape, dtype)
+def _spread(raw: NDArray[Any], kind: str, note: Note, dtype: type[np.floating]) -> NDArray[Any]:
+    """Depth or inverse depth of unknown scale and offset, as networks give it. 0 is an end, not missing."""
     low, high = np.inf, -np.inf
     for rows in blocks(raw):
-        values = raw[rows].astype(np.float64)
-        known = np.isfinite(values)
+        values, known = _finite(raw[rows])
         low, high = min(low, values.min(where=known, initial=low)), max(high, values.max(where=known, initial=high))
+    result = np.zeros(raw.shape, dtype)
     if low > high:
         return result
+    is_inverse = kind == "inverse"
+    title, least, most = ("inverse depth", FARTHEST, NEAREST) if is_inverse else ("depth", NEAREST, FARTHEST)
     if low == high:
-        raise ValueError(f"inverse depth must vary, got {low:g} everywhere")
-    note(f"inverse depth has no scale: its largest value is put at {NEAREST:g} m, its smallest at {FARTHEST:g} m")
+        raise ValueError(f"{title} must vary, got {low:g} everywhere")
+    note(f"{title} has no scale: its largest value is put at {most:g} m, its smallest at {least:g} m")
+    first, last = (1 / least, 1 / most) if is_inverse else (least, most)
     for rows in blocks(raw):
-        values = raw[rows].astype(np.float64)
-        known = np.isfinite(values)
-        share = (np.where(known, values, low) - low) / (high - low)
-        result[rows] = np.where(known, 1 / (1 / FARTHEST + share * (1 / NEAREST - 1 / FARTHEST)), 0)
+        values, known = _finite(raw[rows])
+        laid = first + (np.where(known, values, low) - low) / (high - low) * (last - first)
+        result[rows] = np.where(known, 1 / laid if is_inverse else laid, 0)
     return result
+
+
+def _finite(raw: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The values, and which of them are finite."""
+    values = raw.astype(np.float64)
+    return values, np.isfinite(values)

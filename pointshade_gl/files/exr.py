@@ -1,8 +1,9 @@
-"""OpenEXR pictures, read by the library of that name; only their header is read here, to see how large they are."""
+"""OpenEXR pictures, by the library of that name; only their header is read here, to see how large they are."""
 
 from __future__ import annotations
 
 import struct
+from importlib.util import find_spec
 from io import BufferedReader
 from typing import Any
 
@@ -35,6 +36,25 @@ def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
         if str(error).startswith(f"{path} "):
             raise
         raise ValueError(f"{path} is a broken or truncated EXR picture: {cut(error)}") from None
+
+
+def check_exr(path: FilePath) -> None:
+    """Raises ValueError without the extra that writes EXR pictures."""
+    if find_spec("OpenEXR") is None:
+        raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[exr]' for .exr; .npy works without")
+
+
+def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:
+    """Writes arrays by the names of their channels: (h, w), or (h, w, 4) for RGBA. Raises OSError if it cannot."""
+    import OpenEXR  # only here: an optional extra
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    arrays = {name: np.ascontiguousarray(values, np.float32) for name, values in channels.items()}
+    try:
+        with OpenEXR.File(header, arrays) as file:
+            file.write(str(path))
+    except RuntimeError as error:
+        raise OSError(f"cannot write {path}: {cut(error)}") from None
 
 
 def _check_header(path: FilePath, max_pixels: float) -> None:

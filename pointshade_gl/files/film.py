@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from ..checks import check_fps, check_path
 from ..wording import option
 from .content import FilePath
 from .names import followed
+from .numbering import first_of, is_numbered
 from .pictures import check_picture, check_writable
 from .whole import check_place, hidden_beside
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they are dark grey
 FILM_SUFFIXES = (".mp4", ".gif")
-_NUMBER = re.compile(r"%(0?\d*)d")
 
 
 def check_film(path: FilePath) -> Path:
@@ -52,19 +51,9 @@ def check_series(path: Path) -> None:
             f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
         )
     if is_numbered(path):
-        check_writable(numbered(path, 0))
+        check_writable(first_of(path))
     else:
         check_film(path)
-
-
-def is_numbered(path: Path) -> bool:
-    """True for a name with a number in it, such as %04d.png."""
-    return bool(_NUMBER.search(path.name))
-
-
-def numbered(path: Path, number: int) -> Path:
-    """out/0007.png for out/%04d.png and 7."""
-    return path.with_name(_NUMBER.sub(lambda found: format(number, f"{found[1]}d"), path.name))
 
 
 class Film:

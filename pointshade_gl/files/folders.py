@@ -1,43 +1,65 @@
-"""What a folder holds: the pictures of one frame, or the paired pictures of a sequence."""
+"""Which pictures of a folder belong together: the files of one frame, or of many."""
 
 from __future__ import annotations
 
-import math
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ..notes import Note
+from ..suggestions import near_path
 from ..wording import option
+from .builtin import FRAMES, SCENES
+from .colormaps import read_levels
 from .content import FilePath, read_text
+from .known import (
+    COLOR_LISTS,
+    COLOR_SUFFIXES,
+    CONFIDENCE,
+    CONTAINERS,
+    DEPTH,
+    DEPTH_LISTS,
+    DEPTH_SUFFIXES,
+    ONLY_DEPTH,
+    PAIR_LISTS,
+    RAW_SUFFIXES,
+    RIGHT_VIEWS,
+    TRANSFORMS,
+    VALID,
+    VIDEO_SUFFIXES,
+)
 from .limits import MAX_PIXELS, PARTS, check_limit
+from .listing import LEVELS, Item, key_of, list_files, matches
 from .names import Folder
+from .pictures import read_image
+from .transforms import read_transforms
 
-# If a folder holds several, the earlier ones win: for depth those that keep the most, for colour the lossless ones.
-COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg")
-DEPTH_SUFFIXES = (".exr", ".npy", ".npz", ".pfm", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg", ".jpeg")
-COLOR_NAMES, DEPTH_NAMES = ("color", "rgb"), ("depth",)
-
-_WORD = r"(?:^|[\W_])(?:{})(?=[\W_]|\d*$)"  # in a file's name: depth_0001, depth0001, 0001.depth; not depth16_raw
-_WORDS = re.compile(_WORD.format("|".join(COLOR_NAMES + DEPTH_NAMES)))
+_PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
+_DEEP_GREY = b"\x10\x00"  # of a PNG: 16 bits, one channel
 
 
-class PictureFile(NamedTuple):
-    """One picture of a sequence: its file, its name without the word depth or color, its time stamp if it has one."""
+class FrameFiles(NamedTuple):
+    """The files of one frame.
 
-    path: Path
-    key: str
-    time: float | None
-
-
-class Pair(NamedTuple):
-    """The files of one frame; the time stamp is the depth's. Without a colour picture the surface is light grey."""
+    color   None: there is none, and the surface is light grey
+    valid   a mask or the confidence of the depth, where there is one
+    time    the depth's time stamp, if it has one
+    number  counted from 0 among the frames: which picture of a video is the colour, which frame of a container
+    """
 
     depth: Path
-    color: Path | None
-    time: float | None
+    color: Path | None = None
+    valid: Path | None = None
+    time: float | None = None
+    number: int = 0
+
+    @property
+    def key(self) -> str:
+        """What the names of its files have in common."""
+        return key_of(self.depth.stem.lower())
 
 
 def check_folder(folder: FilePath) -> Path:
@@ -49,59 +71,254 @@ def check_folder(folder: FilePath) -> Path:
             f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
         )
     if not place.is_dir():
-        raise FileNotFoundError(f"there is no folder {place}")
+        raise FileNotFoundError(f"there is no folder {place}{near_path(place, (*FRAMES, *SCENES))}")
     return place
 
 
-def find_picture(
-    folder: Path, names: tuple[str, ...], suffixes: tuple[str, ...], stem: str | None, note: Note
-) -> Path | None:
-    """The picture with one of the names. In a folder with such a name: the picture with the stem, else the first."""
-    for name in names:
-        found = sorted(
-            (path for path in _pictures(folder, suffixes) if path.stem.lower() == name),
-            key=lambda path: suffixes.index(path.suffix.lower()),
-        )
-        if len(found) > 1:
-            note(f"{folder} has {', '.join(path.name for path in found)}: {found[0].name} is taken")
-        if not found and (folder / name).is_dir():
-            found = sorted(_pictures(folder / name, suffixes), key=lambda path: (path.stem != stem, _natural(path)))
-            if found:
-                note(f"{folder / name} is a sequence of {len(found)}: {found[0].name} is taken")
-        if found:
-            return found[0]
-    return None
+def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> list[FrameFiles]:
+    """The frames of a folder in their order; none if it has no depth.
 
+    Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
+    whose names say what they are (see known.py), in the folder itself before those in folders of it. Depth and colour
+    belong together by name, else by number, else by the nearest time stamp, else by order.
 
-def find_pairs(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> list[Pair]:
-    """The frames of a sequence in their order; none for a folder with one frame or without any.
-
-    Pictures are those that depth.txt and rgb.txt list (TUM), those of the folders depth/ and color/ (or rgb/), or files
-    such as depth_0001.png and color_0001.png or 0001.depth.png. Depth and colour belong together by name, else by the
-    nearest time stamp, else by order. Raises ValueError if none of these fits, or if a list names files elsewhere.
+    Raises ValueError if none of these fits, or if a list names files elsewhere.
     """
     folder = place.path
-    if any(path.stem.lower() in DEPTH_NAMES for path in _pictures(folder, DEPTH_SUFFIXES)):
+    for levels in range(1, LEVELS + 1):
+        items = list_files(folder, levels)
+        pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
+        if place.root is not None:
+            pictures = [item for item in pictures if place.check(item.path)]
+        listed_colors, listed_depths = _listed(place, items, max_pixels)
+        depths = listed_depths or _depths_of(folder, pictures, note)
+        if depths:
+            break
+    else:
         return []
-    depths = _list_pictures(place, DEPTH_NAMES, DEPTH_SUFFIXES, max_pixels)
-    colors = _list_pictures(place, COLOR_NAMES, COLOR_SUFFIXES, max_pixels)
-    if not depths or not colors:
-        return [Pair(item.path, None, item.time) for item in depths]
-    partners = _partners(folder, depths, colors, note)
-    alone = partners.count(None)
+    colors = listed_colors or _colors_of(folder, pictures, depths, note)
+    masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
+    valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
+    if not colors:
+        note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
+    partners = _partners(folder, depths, colors, note) if colors else [None] * len(depths)
+    alone = partners.count(None) if colors else 0
     if alone:
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
-    return [Pair(item.path, mate.path, item.time) for item, mate in zip(depths, partners, strict=True) if mate]
+    kept = [one for one in zip(depths, partners, valid, strict=True) if one[1] or not colors]
+    return [
+        FrameFiles(item.path, mate.path if mate else None, mask, item.time, number)
+        for number, (item, mate, mask) in enumerate(kept)
+    ]
 
 
-def _partners(
-    folder: Path, depths: list[PictureFile], colors: list[PictureFile], note: Note
-) -> list[PictureFile | None]:
+def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
+    """The colour picture of a folder that belongs to a depth picture, which the caller has named."""
+    items = [item for item in list_files(folder, 1) if item.suffix in COLOR_SUFFIXES]
+    named = next((item for item in items if item.path == depth), Item(depth, depth.name.lower()))
+    colors = _colors_of(folder, items, [named], lambda _: None)
+    same = next((item.path for item in colors if item.key == named.key), None)
+    if same or not colors:
+        if not same:
+            note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
+        return same
+    if len(colors) > 1:
+        note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
+    return colors[0].path
+
+
+def _listed(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:
+    """The colour and the depth pictures that lists of the folder name; none without such a list."""
+    top = {item.name: item.path for item in items if not item.level}
+    for name, path in top.items():
+        if TRANSFORMS.fullmatch(name):
+            files = [(entry.color, entry.depth) for entry in read_transforms(path, max_pixels) if entry.depth]
+            pairs = [[_item(place, text) for text in pair if text] for pair in files]
+            pairs = [pair for pair in pairs if len(pair) == 2 and all(item.path.is_file() for item in pair)]
+        elif PAIR_LISTS.fullmatch(name):
+            pairs = [row for row in _read_list(place, path, max_pixels) if len(row) == 2]
+        else:
+            continue
+        if pairs:
+            is_swapped = pairs[0][0].role == "depth"
+            return [pair[is_swapped] for pair in pairs], [pair[not is_swapped] for pair in pairs]
+    colors, depths = (
+        next((rows for name in names if name in top and (rows := _read_list(place, top[name], max_pixels))), [])
+        for names in (COLOR_LISTS, DEPTH_LISTS)
+    )
+    return [row[0] for row in colors], [row[0] for row in depths]
+
+
+def _item(place: Folder, text: str, time: str = "") -> Item:
+    """A picture that a list names, with the list's time stamp."""
+    item = Item(place.named(text), text.lower().replace("\\", "/").removeprefix("./"))
+    if time:
+        item.__dict__["time"] = float(time)
+    return item
+
+
+def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]:
+    """For each line of a text file the pictures that it names after time stamps; none if it holds anything else."""
+    lines = read_text(place.check(path), max_pixels).splitlines()
+    check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
+    found = []
+    for line in lines:
+        words = line.split("#")[0].split()
+        if len(words) not in (2, 4) or not _is_number(words[0]):
+            continue
+        if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
+            continue
+        try:
+            found.append([_item(place, words[k + 1], words[k]) for k in range(0, len(words), 2)])
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+    return found
+
+
+def _is_number(text: str) -> bool:
+    return re.fullmatch(r"\d{1,18}(\.\d{0,18})?", text) is not None
+
+
+def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
+    """The depth pictures: those that are called so, else those that cannot be anything else."""
+    allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
+    for wanted in ("depth", "", "shown depth"):
+        found = [item for item in allowed if item.role == wanted]
+        if wanted == "":
+            found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
+        if found:
+            return _best_group(
+                folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
+            )
+    return []
+
+
+def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Note) -> list[Item]:
+    """The colour pictures: those that are called so, else the pictures that are left over."""
+    taken = {item.path for item in depths}
+    allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
+    for wanted in ("color", ""):
+        found = [item for item in allowed if item.role == wanted and item.suffix in COLOR_SUFFIXES]
+        depth_too = {item.path for item in _deep_grey(found)}
+        found = [item for item in found if item.path not in depth_too]
+        if found:
+            return _best_group(folder, found, "colour", note, depths)
+    videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]
+    return videos[:1]
+
+
+def _is_right(item: Item, pictures: list[Item]) -> bool:
+    """Whether it is the second camera's picture, and the first one's lies beside it."""
+    left = RIGHT_VIEWS.get(item.stem)
+    return left is not None and any(other.stem == left for other in pictures)
+
+
+def _shallowness(item: Item) -> int:
+    """How little of the depth a picture keeps, by its header: 0 for 16 bits or floats, 1 for 8 bits, 2 for colours."""
+    if item.suffix in (".jpg", ".jpeg", ".webp", ".bmp"):
+        return 2
+    if item.suffix != ".png":
+        return 0
+    with item.path.open("rb") as file:
+        bits, kind = file.read(26)[24:26].ljust(2, b"\0")
+    return 2 if kind else int(bits < 16)
+
+
+def _deep_grey(items: list[Item]) -> list[Item]:
+    """Pictures of one channel of 16 bits, which are depth and nothing else. Those named alike are of one kind."""
+    firsts: dict[str, bool] = {}
+    for item in items:
+        if _template(item) not in firsts:
+            with item.path.open("rb") as file:
+                firsts[_template(item)] = item.suffix == ".png" and file.read(26)[24:26] == _DEEP_GREY
+    return [item for item in items if firsts[_template(item)]]
+
+
+def _template(item: Item) -> str:
+    """What the names of a series have in common."""
+    return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.stem)}"
+
+
+def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
+    """Files that lie together and are named alike: of several such groups the one that fits its partners best.
+
+    Of two files with the same key that differ in their suffix, the one that keeps the most is taken.
+    """
+    suffixes = DEPTH_SUFFIXES if what == "depth" else COLOR_SUFFIXES
+    groups: dict[str, list[Item]] = {}
+    for item in items:
+        groups.setdefault(_template(item), []).append(item)
+    keys, numbers = {item.key for item in partners}, {item.numbers for item in partners if item.numbers}
+    places = {item.path.parent for item in partners}
+
+    def rank(group: list[Item]) -> tuple[float, ...]:
+        matched = sum(item.key in keys or item.numbers in numbers for item in group)
+        together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
+        return (
+            -min(matched, len(partners)),
+            what == "depth" and _shallowness(group[0]),
+            group[0].level,
+            -(group[0].path.parent in places),
+            -together,
+            group[0].stem not in (what, "color", "rgb"),
+            len(group[0].words),
+        )
+
+    ranked = sorted(groups.values(), key=rank)
+    best = ranked[0]
+    if not partners and len(ranked) > 1:
+        _tell_others(folder, best, ranked[1:], what, note)
+    if what == "colour" and partners and len(best) < len(partners):
+        same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
+        best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
+    by_stem: dict[str, list[Item]] = {}
+    for item in best:
+        by_stem.setdefault(item.stem, []).append(item)
+    kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
+    if len(kept) == 1 < len(best):
+        note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
+    return kept
+
+
+def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
+    """Of files that differ in their suffix the one that keeps the most. A depth in the colours of a map is no photo."""
+    forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
+    if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
+        forms = [item for item in forms if not _is_mapped(item.path)] or forms
+    return forms[0]
+
+
+def _is_mapped(path: Path) -> bool:
+    image = read_image(path)
+    return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
+
+
+def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], what: str, note: Note) -> None:
+    rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
+    if rivals:
+        listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
+        note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
+
+
+def _is_mask_of(item: Item, depth: Item) -> bool:
+    """Whether a mask or a confidence is about the depth: it is called so, or it lies beside a network's depth."""
+    if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
+        return True
+    return item.stem == "mask" and item.path.parent == depth.path.parent
+
+
+def _partners(folder: Path, depths: list[Item], colors: list[Item], note: Note) -> list[Item | None]:
     """For each depth picture its colour picture, None where there is none."""
-    named = {item.key: item for item in colors}
-    partners = [named.get(item.key) for item in depths]
-    if 2 * (len(depths) - partners.count(None)) > min(len(depths), len(colors)):
-        return partners
+    if colors[0].suffix in VIDEO_SUFFIXES:
+        return [colors[0]] * len(depths)
+    if len(depths) == len(colors) == 1:
+        return [colors[0]]
+    enough = min(len(depths), len(colors)) / 2
+    for same in (lambda item: item.key, lambda item: item.numbers, lambda item: item.numbers[-1:]):
+        named = {same(item): item for item in colors if same(item)}
+        partners = [named.get(same(item)) for item in depths]
+        if len(depths) - partners.count(None) > enough and len(named) == len(colors):
+            return partners
     times, color_times = ([item.time for item in items if item.time is not None] for items in (depths, colors))
     if len(times) == len(depths) and len(color_times) == len(colors):
         near = nearest(np.array(times), np.array(color_times))
@@ -111,6 +328,8 @@ def _partners(
             widest = apart[close].max()
             note(f"{folder}: depth and colour are paired by the nearest time stamp, up to {widest:.3g} apart")
             return [colors[i] if good else None for i, good in zip(near, close, strict=True)]
+    if len(depths) == 1:
+        return [colors[0]]
     if len(depths) != len(colors):
         raise ValueError(
             f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not show which belong "
@@ -129,61 +348,6 @@ def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     return order[np.where(is_left, left, right)]
 
 
-def _list_pictures(
-    place: Folder, names: tuple[str, ...], suffixes: tuple[str, ...], max_pixels: float
-) -> list[PictureFile]:
-    folder = place.path
-    for name in names:
-        if (folder / f"{name}.txt").is_file():
-            listed = _read_list(place, folder / f"{name}.txt", suffixes, max_pixels)
-            if listed:
-                return listed
-        if (folder / name).is_dir():
-            found = _pictures(folder / name, suffixes)
-        else:
-            word = re.compile(_WORD.format(name))
-            found = [path for path in _pictures(folder, suffixes) if word.search(path.stem.lower())]
-            found = [path for path in found if re.search(r"\d", _key(path))]
-        if found:
-            best = {_key(path): path for path in sorted(found, key=lambda path: -suffixes.index(path.suffix.lower()))}
-            return [PictureFile(path, _key(path), _number(_key(path))) for path in sorted(best.values(), key=_natural)]
-    return []
-
-
-def _read_list(place: Folder, path: Path, suffixes: tuple[str, ...], max_pixels: float) -> list[PictureFile]:
-    """The pictures of a text file with a time stamp and a file name a line; none if it holds anything else."""
-    lines = read_text(place.check(path), max_pixels).splitlines()
-    check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
-    found = []
-    for line in lines:
-        words = line.split("#")[0].split(maxsplit=1)
-        time = _number(words[0]) if len(words) == 2 else None
-        if time is None or not words[1].rstrip().lower().endswith(suffixes):
-            continue
-        try:
-            file = place.named(words[1].rstrip())
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
-        found.append(PictureFile(file, _key(file), time))
-    return found
-
-
-def _key(path: Path) -> str:
-    """What the pictures of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
-    return _WORDS.sub("", path.stem.lower()).strip("._- ")
-
-
-def _number(text: str) -> float | None:
-    number = float(text) if re.fullmatch(r"\d+(\.\d*)?", text) else math.inf
-    return number if number < math.inf else None  # 400 digits are infinite, too
-
-
-def _natural(path: Path) -> list[tuple[int, str]]:
-    """Sorts 2.png before 10.png."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", path.name)]
-
-
-def _pictures(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    # macOS leaves hidden twins such as ._color.png on foreign disks
-    files = (path for path in folder.iterdir() if path.suffix.lower() in suffixes and path.name[0] != ".")
-    return [path for path in files if path.is_file()]
+def is_container(path: Path) -> bool:
+    """Whether a file may hold depth together with colour and camera."""
+    return path.suffix.lower() in CONTAINERS

@@ -1,30 +1,25 @@
-"""Files become frames: finds the pictures, reads them, and prints every guess."""
+"""Files become frames: finds the pictures, the camera and the pose, reads them, and prints every guess."""
 
 from __future__ import annotations
 
-import dataclasses
-from os import PathLike
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..camera import Camera
-from ..checks import as_given, check_choice, check_positive
+from ..checks import check_path
 from ..frame import Frame
 from ..notes import Note, print_note
 from ..wording import option
+from .assembly import Assembled, Parts, ReadOptions, assemble, is_path
 from .builtin import builtin_folder
 from .content import FilePath
-from .depth import one_channel, read_depth
-from .depth_kinds import KINDS, choose_scale, to_metres
-from .folders import COLOR_NAMES, COLOR_SUFFIXES, DEPTH_NAMES, DEPTH_SUFFIXES, check_folder, find_pairs, find_picture
-from .intrinsics import Intrinsics, place_camera, read_intrinsics
+from .folders import FrameFiles, check_folder, find_color
 from .limits import MAX_PIXELS
 from .names import Folder
-from .pictures import read_image
-from .poses import load_pose
+from .registration import check_registration
+from .sequences import find_filed, first_readable, open_folder, open_frames
 
 
 def load_frame(
@@ -42,17 +37,18 @@ def load_frame(
     max_pixels: float = MAX_PIXELS,
     notes: Note | None = None,
 ) -> Frame:
-    """A frame from a folder with color.* (or rgb.*), depth.* and intrinsics.json, or from single files and arrays.
+    """A frame from a folder, from a depth file, or from single files and arrays.
 
-    folder       of a frame, or of a sequence with folders color/ and depth/, of which the first pictures are taken;
-                 or the name of a built-in frame: "vase"
+    folder       of a frame, or of a sequence, of which the first frame is taken, in any layout that files/known.py
+                 lists; a depth file, whose colour and camera may lie beside it; or a built-in frame: "vase"
     color        a picture or (h, w, 3|4) uint8, instead of the folder's; there may be none
     depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
-    intrinsics   a file (ours, Open3D's, nerfstudio's, a text matrix), 'fx,fy,cx,cy', four numbers or a Camera
+    intrinsics   a file (see files/camera_files.py), 'fx,fy,cx,cy', four numbers or a Camera
     fov          vertical field of view in degrees, instead of intrinsics
-    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the intrinsics file,
-                 else 1000 for integers and 1 for floating point
-    depth_kind   z, ray, plane, inverse or disparity; the default is that of the intrinsics file, else z
+    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the camera's file, else
+                 what the values show, else 1000 for integers and 1 for floating point
+    depth_kind   z, ray, plane, inverse, disparity or kinect; the default is that of the camera's file, else what the
+                 values show, else z
     baseline     metres between the cameras of a disparity
     pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
     allow_outside  let depth.txt and rgb.txt name files outside the folder
@@ -61,158 +57,56 @@ def load_frame(
 
     Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.
     """
-    note = notes or print_note
-    check_positive(max_pixels, option("max_pixels", beside_file=True))
-    place = _open_folder(folder, allow_outside)
-    depth, color = _find_pictures(place, depth, color, note, max_pixels)
-    raw = read_depth(depth, note, max_pixels) if _is_path(depth) else _check_depth(depth)
-    picture = read_color(color, max_pixels) if _is_path(color) else _check_color(color)
-    source = _find_intrinsics(place, intrinsics, fov, note, max_pixels)
-    camera = _make_camera(source, fov, raw, picture, note)
-    kind = depth_kind if depth_kind is not None else (source and source.depth_kind) or "z"
-    if depth_kind is not None or source is None:
-        check_choice(option("depth_kind"), kind, KINDS)
-    else:
-        check_choice("depth_kind", kind, KINDS, f" in {source.name}")
-    filed = _filed_scale(source, kind, raw, _is_path(depth))
-    scale = choose_scale(raw, kind, depth_scale, filed, note)
-    baseline = _filed_baseline(source, kind) if baseline is None else baseline
-    metres = to_metres(raw, camera, kind, scale, baseline, note, np.float32)
-    del raw
-    matrix: Any = load_pose(pose) if _is_path(pose) else pose
-    frame = Frame(picture, metres, camera, matrix)
-    if not frame.points_known:
-        raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
-    return frame
+    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels)
+    return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
-def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path, max_pixels), str(path))
-
-
-def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of a picture's values. Raises ValueError, with the name, for floating point."""
-    if image.dtype.kind == "f":
-        raise ValueError(f"{name} is a floating point picture, expected colours of 8 or 16 bits")
-    if image.dtype != np.uint8:
-        image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
-    return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
-
-
-def _open_folder(folder: FilePath | Folder | None, allow_outside: bool) -> Folder | None:
-    if folder is None or isinstance(folder, Folder):
-        return folder
-    return Folder(check_folder(builtin_folder(folder)), allow_outside)
-
-
-def _is_path(value: Any) -> TypeGuard[FilePath]:
-    return isinstance(value, str | PathLike)
-
-
-def _check_depth(depth: Any) -> NDArray[Any]:
-    return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
-
-
-def _check_color(color: Any) -> NDArray[Any] | None:
-    if color is None:
-        return None
-    expected = "color must have shape (h, w, 3) or (h, w, 4)"
-    array = as_given(color, expected)
-    if array.ndim != 3 or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
-    return array
-
-
-def _find_pictures(place: Folder | None, depth: Any, color: Any, note: Note, max_pixels: float) -> tuple[Any, Any]:
-    """Depth and colour: those that were passed, else the folder's."""
-    if place is None:
+def read_frame(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> Assembled:
+    """As `load_frame`, with how the files were understood."""
+    if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
-        return depth, color
-    folder = place.path
-    if depth is None and color is None:
-        pairs = find_pairs(place, note, max_pixels)
-        if pairs:
-            depth, color, _ = pairs[0]
-        if len(pairs) > 1:
-            note(f"{folder} is a sequence of {len(pairs)} frames: {pairs[0].depth.name} is taken")
+        read = assemble(_parts(depth, color), options, note)
+        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
+            check_registration(read.frame, note)
+        return read
+    path = source.path if isinstance(source, Folder) else builtin_folder(source)
+    if depth is not None or color is not None:
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        return _from_parts(place, depth, color, options, note)
+    opened = open_folder(source, options, note) if isinstance(source, Folder) else None
+    sequence = opened or open_frames(path, allow_outside, options, note)
+    index, read = first_readable(sequence)
+    if len(sequence) > 1:
+        taken = Path(sequence.parts[index].name).name
+        note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken")
+    return read
+
+
+def _parts(depth: Any, color: Any) -> Parts:
+    """Of files or arrays that the caller gives."""
+    depth, color = (check_path(value) if is_path(value) else value for value in (depth, color))
+    return Parts(depth, color, path=Path(depth) if is_path(depth) else None)
+
+
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
+    """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
+    if place.path.is_file():
+        if depth is not None:
+            raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+    check_folder(place.path)
     if depth is None:
-        depth = find_picture(folder, DEPTH_NAMES, DEPTH_SUFFIXES, None, note)
-        if depth is None:
-            raise FileNotFoundError(
-                f"{folder} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-                f"or a folder depth/ in it, or pass {option('depth', 'FILE')}"
-            )
-    if color is None:
-        stem = Path(depth).stem if _is_path(depth) else None
-        color = find_picture(folder, COLOR_NAMES, COLOR_SUFFIXES, stem, note)
-        if color is None:
-            note(f"{folder} has no color.* or rgb.* picture: the surface is light grey")
+        depth = open_folder(place, options, note).parts[0].path
+    if color is None and is_path(depth):
+        color = find_color(place.path, Path(depth), note)
     for path in (depth, color):
-        if _is_path(path):
+        if is_path(path):
             place.check(Path(path))
-    return depth, color
-
-
-def _find_intrinsics(
-    place: Folder | None, intrinsics: Any, fov: float | None, note: Note, max_pixels: float
-) -> Intrinsics | None:
-    """The caller's intrinsics; what they do not say about the depth comes from the folder's file."""
-    if intrinsics is not None and fov is not None:
-        raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
-    # nerfstudio's file may hold poses only: it is read if nothing else says what the camera is
-    names = ("intrinsics.json", "transforms.json") if intrinsics is None and fov is None else ("intrinsics.json",)
-    paths = [place.path / name for name in names] if place else []
-    filed = None
-    for path in paths:
-        if place and filed is None and path.is_file():
-            filed = read_intrinsics(place.check(path), note, max_pixels)
-    if intrinsics is None:
-        return filed
-    given = read_intrinsics(intrinsics, note, max_pixels)
-    if filed is None:
-        return given
-    unsaid = {
-        key: getattr(filed, key) for key in ("depth_scale", "depth_kind", "baseline") if getattr(given, key) is None
-    }
-    return dataclasses.replace(given, **unsaid)
-
-
-def _make_camera(
-    source: Intrinsics | None, fov: float | None, raw: NDArray[Any], picture: NDArray[Any] | None, note: Note
-) -> Camera:
-    depth = (raw.shape[1], raw.shape[0])
-    color = None if picture is None else (picture.shape[1], picture.shape[0])
-    if color and abs(color[0] / color[1] * depth[1] / depth[0] - 1) > 0.02:
-        note(
-            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
-            "they do not look registered"
-        )
-    if fov is not None:
-        return Camera.from_fov(fov, *depth)
-    if source is None:
-        raise ValueError(
-            f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
-            f"or {option('fov')} (vertical degrees)"
-        )
-    return place_camera(source, depth, color, note)
-
-
-def _filed_scale(source: Intrinsics | None, kind: str, raw: NDArray[Any], from_file: bool) -> float | None:
-    """The depth_scale of the intrinsics file, if it is about this depth. Raises ValueError for an impossible one."""
-    if source is None or (kind in ("inverse", "disparity") and source.depth_kind != kind):
-        return None  # it says raw values per metre, and these are none
-    if raw.dtype.kind == "f" and not from_file:
-        return None  # the caller's own array of floats is in metres
-    if source.depth_scale is not None:
-        check_positive(source.depth_scale, f"{source.name}: depth_scale")
-    return source.depth_scale
-
-
-def _filed_baseline(source: Intrinsics | None, kind: str) -> float | None:
-    """The baseline of the intrinsics file, if the depth is a disparity. Raises ValueError for an impossible one."""
-    if source is None or source.baseline is None or kind != "disparity":
-        return None
-    check_positive(source.baseline, f"{source.name}: baseline")
-    return source.baseline
+    cameras = find_filed(place, [FrameFiles(Path(depth))] if is_path(depth) else [], options, note)
+    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
+    read = assemble(parts, options, note)
+    check_registration(read.frame, note)
+    return read

@@ -6,7 +6,8 @@ import struct
 import warnings
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -36,7 +37,14 @@ _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
 _TURNED = 0x0112  # the EXIF tag of how a camera was held
 _TILE = (322, 323)  # the TIFF tags of a tile's width and height
+# Signs of a normal's x, y and z (camera axes: right, down, forward) in other axes, by the names that normal maps have.
+# The surface that faces the viewer is blue in OpenGL's and in DirectX's; their green points up and down.
+AXES = {"opencv": (1, 1, 1), "opengl": (1, -1, -1), "directx": (1, 1, -1)}
 _pillow = Lock()  # its limit and Python's filters for warnings belong to the whole process: one thread at a time
+
+
+class NotAPictureError(ValueError):
+    """The bytes are those of no known format."""
 
 
 def check_writable(path: FilePath) -> Path:
@@ -53,11 +61,11 @@ def check_writable(path: FilePath) -> Path:
 def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
     """Writes a picture in the format of the path's suffix, completely or not at all.
 
-    image   (h, w, 3|4) or (h, w) uint8; for .npy any array of numbers. JPEG has no alpha: it gets the picture over
-            black.
-    small   spend ten times as long on a PNG that is a little smaller
+    image   (h, w, 3|4) or (h, w) uint8, for .png also uint16; for .npy any array of numbers. JPEG has no alpha: it
+            gets the picture over black.
+    small   spend ten times as long on a PNG of 8 bits that is a little smaller
 
-    Raises ValueError for an unknown suffix or shape, TypeError for values that are not uint8,
+    Raises ValueError for an unknown suffix or shape, TypeError for values of another type,
     FileNotFoundError when the folder does not exist.
     """
     path = check_writable(path)
@@ -71,13 +79,13 @@ def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
         _encode(file, array, path.suffix.lower(), small)
 
 
-def check_picture(image: ArrayLike, kind: str) -> NDArray[np.uint8]:
-    """The picture as an array. Raises ValueError or TypeError unless it has 8 bits and the format can hold it."""
+def check_picture(image: ArrayLike, kind: str) -> NDArray[Any]:
+    """The picture as an array. Raises ValueError or TypeError unless the format can hold it: 8 bits, a PNG also 16."""
     expected = "image must have shape (h, w), (h, w, 3) or (h, w, 4)"
     array = as_given(image, expected)
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
         raise ValueError(f"{expected}, got {array.shape}")
-    if array.dtype != np.uint8:
+    if array.dtype != np.uint8 and not (array.dtype == np.uint16 and kind == "PNG"):
         raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
     if max(array.shape) > _LONGEST.get(kind, np.inf):
         raise ValueError(f"image may have up to {_LONGEST[kind]} pixels a side in {kind}, got {array.shape}")
@@ -89,7 +97,7 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
         np.save(file, array, allow_pickle=False)
         return
     kind = _FORMATS[suffix]
-    if kind == "PNG" and not small:
+    if kind == "PNG" and (array.dtype == np.uint16 or not small):
         file.write(encode_png(array))
         return
     from PIL import Image
@@ -99,20 +107,23 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
     Image.fromarray(np.ascontiguousarray(array)).save(file, kind, **_OPTIONS.get(kind, {}))
 
 
-def encode_png(array: NDArray[np.uint8]) -> bytes:
-    """A PNG of (h, w), (h, w, 3) or (h, w, 4): each row less the one above, packed by run lengths and Huffman codes.
+def encode_png(array: NDArray[Any]) -> bytes:
+    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16.
+
+    Each row is written less the one above, and packed by run lengths and Huffman codes.
 
     Encoding was the largest stage of a rendering. Pillow tries five filters a row: this takes 0.4 of the time of its
     quickest level, for files of the same size.
     """
     height, width = array.shape[:2]
-    plain = np.ascontiguousarray(array).reshape(height, -1)
+    plain = np.ascontiguousarray(array.astype(array.dtype.newbyteorder(">"), copy=False))
+    plain = plain.reshape(height, -1).view(np.uint8)
     rows = np.full((height, plain.shape[1] + 1), 2, np.uint8)  # each begins with its filter's number: 2 is "up"
     rows[0, 1:] = plain[0]
     np.subtract(plain[1:], plain[:-1], out=rows[1:, 1:])
     packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
     kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
-    header = struct.pack(">2I5B", width, height, 8, kind, 0, 0, 0)
+    header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
     parts = [(b"IHDR", header), (b"IDAT", packer.compress(rows.tobytes()) + packer.flush()), (b"IEND", b"")]
     chunks = [
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in parts
@@ -157,7 +168,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
         raise ValueError(f"{name} is PostScript, a program that would have to run: convert it to PNG")
     _check_webp(head, name, max_pixels)
     try:
-        with _opened(file, head) as image:
+        with opened_picture(file, head) as image:
             check_pixels(*image.size, name, max_pixels)
             tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
             check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
@@ -167,7 +178,12 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
                 is_turned = image.getexif().get(_TURNED, 1) != 1
         return ImageOps.exif_transpose(image) if is_turned else image
     except UnidentifiedImageError:
-        raise ValueError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
+        if head[4:8] == b"ftyp":
+            message = (
+                f"{name} is an HEIC or AVIF picture: pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            )
+            raise ValueError(message) from None
+        raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
         raise
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
@@ -177,12 +193,14 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
 
 
 @contextmanager
-def _opened(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
     """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
     from PIL import Image
 
     formats: tuple[str, ...] = _READ
     if head[4:8] == b"ftyp":
+        with suppress(ImportError):
+            import_module("pillow_heif.HeifImagePlugin")  # the extra heic
         Image.init()
         formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
     with _pillow, warnings.catch_warnings():
@@ -211,20 +229,27 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
     check_pixels(*sides, name, max_pixels)
 
 
-def normals_to_rgb(normals: ArrayLike) -> NDArray[np.uint8]:
-    """Normals in the usual colours: red = right, green = up, blue = towards the viewer.
+def normals_to_rgb(normals: ArrayLike, axes: str = "opengl", bits: int = 8) -> NDArray[Any]:
+    """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
 
     normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
-    Returns (h, w, 4) uint8 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
+    axes     which way red, green and blue point, see AXES
+    Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
     """
+    shown, known = turned_normals(normals, axes)
+    most = 2**bits - 1
+    image = np.zeros((*known.shape, 4), np.uint8 if bits == 8 else np.uint16)
+    image[..., :3] = np.clip(np.rint(shown * (most / 2) + most / 2), 0, most) * known[..., None]
+    image[..., 3] = known * image.dtype.type(most)
+    return image
+
+
+def turned_normals(normals: ArrayLike, axes: str) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Normals of the camera's axes in others, (h, w, 3) float and 0 where missing, and (h, w) where they are known."""
     array = np.asarray(normals)
     if array.ndim != 3 or array.shape[2] != 3:
         raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}")
     if array.dtype.kind != "f":
         raise TypeError(f"normals must be floating point, got {array.dtype}")
     known = np.all(np.isfinite(array), axis=2)
-    shown = np.where(known[..., None], array, 0) * np.array((1, -1, -1), np.float32)
-    image = np.zeros((*known.shape, 4), np.uint8)
-    image[..., :3] = np.clip(np.rint(shown * 127.5 + 127.5), 0, 255) * known[..., None]
-    image[..., 3] = known * np.uint8(255)
-    return image
+    return np.where(known[..., None], array, 0) * np.array(AXES[axes], np.float32), known

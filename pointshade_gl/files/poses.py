@@ -1,122 +1,130 @@
-"""The poses of a sequence, from the files that TUM, Open3D and nerfstudio write."""
+"""The poses of a folder's frames: found by name, read by content, matched by name, time, number or order."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import check_pose
 from ..notes import Note
-from ..wording import shown
-from .arrays import read_numbers
-from .content import FilePath, parse_object, read_text
-from .folders import Pair, nearest
+from .folders import FrameFiles, nearest
+from .known import FRAME_POSES, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
+from .listing import Item, list_files, matches, numbers_in
+from .pose_files import PoseList, read_frame_pose, read_poses
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
-OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back
 Poses = list[NDArray[np.float64] | None]
 
 
-def load_pose(path: FilePath) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
+class FoundPoses(NamedTuple):
+    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one.
 
-    Raises OSError if the path is not a file, ValueError if it does not hold a pose.
+    source  the file that has them
+    metric  their unit is the metre; COLMAP's and those that follow from them have any unit
     """
-    numbers = read_numbers(path)
-    if numbers.size != 16:
-        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
-    return check_pose(numbers.reshape(4, 4), str(path))
+
+    poses: Poses
+    source: str = ""
+    metric: bool = True
 
 
-def find_poses(folder: Path, pairs: Sequence[Pair], note: Note, max_pixels: float = MAX_PIXELS) -> Poses:
-    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked; None where the folder says nothing.
+def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
+    """The poses of a folder's frames.
 
-    Reads groundtruth.txt or poses_tum.txt (t x y z qx qy qz qw), trajectory.log (Open3D) or transforms.json
-    (nerfstudio). Raises ValueError for a file with another content.
+    Raises ValueError for a file that is called like one of poses and holds none.
     """
-    readers = {
-        "groundtruth.txt": _from_tum,
-        "poses_tum.txt": _from_tum,
-        "trajectory.log": _from_log,
-        "transforms.json": _from_transforms,
-    }
-    found = [folder / name for name in readers if (folder / name).is_file()]
-    if not found:
-        return [None] * len(pairs)
-    if len(found) > 1:
-        note(f"{folder} has poses in {', '.join(path.name for path in found)}: {found[0].name} is taken")
-    return readers[found[0].name](found[0], pairs, note, max_pixels)
+    items = list_files(folder, 2)
+    items = [item for item in items if item.suffix in POSE_SUFFIXES]
+    single = _one_each(items, frames, max_pixels)
+    if single:
+        first = _named(folder, next(path for path in single if path))
+        note(f"poses are read from files such as {first}")
+        return FoundPoses([read_frame_pose(path, max_pixels) if path else None for path in single], first)
+    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+    found = [item for item in _by_rank(items) if item.path not in taken]
+    for item in found:
+        listed = read_poses(item.path, max_pixels)
+        poses = _matched(item.path, listed, frames, note)
+        if poses:
+            also = [_named(folder, other.path) for other in found if other is not item][:3]
+            note(f"poses are read from {_named(folder, item.path)}" + (f", not from {', '.join(also)}" if also else ""))
+            return FoundPoses(poses, _named(folder, item.path), listed.metric)
+    return FoundPoses([None] * len(frames))
 
 
-def _from_tum(path: Path, pairs: Sequence[Pair], note: Note, max_pixels: float) -> Poses:
-    rows = _rows(path, 8, "t x y z qx qy qz qw", max_pixels)
-    times = np.array([pair.time for pair in pairs if pair.time is not None])
-    if len(times) < len(pairs) or times.max() < rows[:, 0].min() or times.min() > rows[:, 0].max():
-        return [_from_quaternion(row[1:]) for row in rows] if _fit(path, rows, pairs, note) else [None] * len(pairs)
-    near = nearest(times, rows[:, 0])
-    far = int(np.count_nonzero(np.abs(rows[near, 0] - times) > CLOSE))
-    if far:
-        note(f"{path}: {far} of {len(pairs)} pictures have no pose within {CLOSE:g} s and get the nearest")
-    return [_from_quaternion(rows[i, 1:]) for i in near]
+def _named(folder: Path, path: Path) -> str:
+    return path.relative_to(folder).as_posix()
 
 
-def _from_log(path: Path, pairs: Sequence[Pair], note: Note, max_pixels: float) -> Poses:
-    rows = _rows(path, 19, "three numbers and a 4x4 matrix", max_pixels)
-    return list(rows[:, 3:].reshape(-1, 4, 4)) if _fit(path, rows, pairs, note) else [None] * len(pairs)
-
-
-def _from_transforms(path: Path, pairs: Sequence[Pair], note: Note, max_pixels: float) -> Poses:
-    frames = parse_object(read_text(path, max_pixels), path, max_pixels).get("frames", [])
-    if not isinstance(frames, list):
-        raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
-    poses: dict[str, NDArray[np.float64]] = {}
-    for entry in frames:
-        matrix = _matrix(entry, path) @ OPENGL
-        names = (entry.get(key) for key in ("file_path", "depth_file_path"))
-        poses |= {Path(name).stem: matrix for name in names if isinstance(name, str)}
-    result = [poses.get(pair.depth.stem, poses.get((pair.color or pair.depth).stem)) for pair in pairs]
-    unnamed = sum(pose is None for pose in result)
-    if unnamed:
-        note(f"{path} has no pose for {unnamed} of {len(pairs)} pictures: they stay at the origin")
-    return result
-
-
-def _fit(path: Path, rows: NDArray[np.float64], pairs: Sequence[Pair], note: Note) -> bool:
-    """Whether there is one pose for each frame."""
-    if len(rows) == len(pairs):
-        return True
-    note(f"{path} has {len(rows)} poses for {len(pairs)} frames: it is not used")
-    return False
-
-
-def _rows(path: Path, columns: int, what: str, max_pixels: float) -> NDArray[np.float64]:
-    numbers = read_numbers(path, max_pixels)
-    if not numbers.size or numbers.size % columns:
-        raise ValueError(f"{path} must hold {what} for each pose, got {numbers.size} numbers")
-    return numbers.reshape(-1, columns)
-
-
-def _matrix(entry: Any, path: Path) -> NDArray[np.float64]:
+def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
+    """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
+    own = [item for item in items if (item.words | item.folder_words) & FRAME_POSES and item.suffix != ".log"]
+    if len(own) < 2:
+        return []
+    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+    found = matches([one.key for one in frames], [item for item in own if item.path not in taken])
+    first = next((path for path in found if path), None)
+    if first is None or len(set(found)) < 2:
+        return []
     try:
-        return np.asarray(entry["transform_matrix"], np.float64).reshape(4, 4)
-    except (KeyError, TypeError, ValueError, OverflowError):
-        raise ValueError(f"{path}: every frame must have a transform_matrix of 4x4 numbers") from None
+        read_frame_pose(first, max_pixels)
+    except ValueError:
+        return []  # of another kind, such as a camera
+    return found
 
 
-@np.errstate(invalid="ignore", over="ignore")  # (0, 0, 0, 0) becomes NaN, which the check of poses refuses
-def _from_quaternion(row: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(4, 4) from x y z qx qy qz qw."""
-    x, y, z, w = row[3:] / np.linalg.norm(row[3:])
-    pose = np.eye(4)
-    pose[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    pose[:3, 3] = row[:3]
-    return pose
+def _by_rank(items: Sequence[Item]) -> list[Item]:
+    """Files that may hold the poses of all frames, the best known names first."""
+    ranked = [(next((k for k, name in enumerate(POSES) if name.fullmatch(item.name)), None), item) for item in items]
+    return [item for _, item in sorted(((k, item) for k, item in ranked if k is not None), key=lambda pair: pair[0])]
+
+
+def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
+    """A pose for each frame; None if it cannot be told which belongs to which."""
+    if found.names is not None and (poses := _by_name(path, found, frames, note)):
+        return poses
+    times = np.array([one.time for one in frames if one.time is not None])
+    given = found.times
+    if given is not None and len(times) == len(frames) and given.min() <= times.max() and times.min() <= given.max():
+        near = nearest(times, given)
+        far = int(np.count_nonzero(np.abs(given[near] - times) > CLOSE))
+        if far:
+            note(f"{path}: {far} of {len(frames)} pictures have no pose within {CLOSE:g} s and get the nearest")
+        return list(found.poses[near])
+    if len(found.poses) == len(frames):
+        return list(found.poses)
+    numbers = [numbers_in(one.key)[-1:] for one in frames]
+    if all(number and 0 <= number[0] < len(found.poses) for number in numbers):
+        return [found.poses[number[0]] for number in numbers]
+    note(f"{path} has {len(found.poses)} poses for {len(frames)} frames: it is not used")
+    return None
+
+
+def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
+    for same in (_stem, _numbers, _last):
+        named: dict[object, NDArray[np.float64]] = {}
+        for name, pose in zip(found.names or [], found.poses, strict=True):
+            named[same(name)] = pose
+        result = [named.get(same(one.depth.name), named.get(same((one.color or one.depth).name))) for one in frames]
+        unnamed = sum(pose is None for pose in result)
+        if unnamed < len(frames):
+            if unnamed:
+                note(f"{path} has no pose for {unnamed} of {len(frames)} pictures: they stay at the origin")
+            return result
+    return None
+
+
+def _stem(name: str) -> str:
+    return Path(name.replace("\\", "/")).stem.lower()
+
+
+def _numbers(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))
+
+
+def _last(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))[-1:]

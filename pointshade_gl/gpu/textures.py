@@ -133,12 +133,9 @@ class PointSurface(Images):
         self.texture.write(np.concatenate([normals, known[..., None]], -1))
         self.raise_version()
 
-    def read_normals(self) -> np.ndarray:
-        """(h, w, 3) float32"""
-        width, height = self.size
-        surface = np.frombuffer(self.texture.read(), np.float32).reshape(height, width, 4)
-        check_memory(self._context)
-        return surface[..., :3].copy()
+    def read(self) -> np.ndarray:
+        """(h, w, 4) float32, read-only"""
+        return _read(self._context, self.texture, np.float32)
 
 
 class PointLight(Images):
@@ -151,6 +148,10 @@ class PointLight(Images):
     @cached_property
     def target(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) uint16, read-only"""
+        return _read(self._context, self.texture, np.uint16)
 
 
 class SplatImage(Images):
@@ -203,6 +204,10 @@ class SurfaceImage(Images):
         depth = self._allocate(self._context.depth_renderbuffer, self.size)
         return self._framebuffer(self.surface, self.albedo, depth=depth)
 
+    def read_depth(self) -> np.ndarray:
+        """(h, w) float32, z in target axes; 0 is nothing"""
+        return _read(self._context, self.surface, np.float32)[..., 3].copy()
+
 
 class Target(Images):
     """The images of one view: the picture, and what it is made from."""
@@ -250,6 +255,13 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
         raise ValueError(
             f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
         )
+
+
+def _read(context: moderngl.Context, texture: moderngl.Texture, dtype: type) -> np.ndarray:
+    """A texture of four components as (h, w, 4), top row first."""
+    values = np.frombuffer(texture.read(), dtype).reshape(texture.height, texture.width, 4)
+    check_memory(context)  # some drivers take it only when they draw
+    return values
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

@@ -1,0 +1,75 @@
+"""`--light`: X,Y,Z, or the fields of a Light as words, such as "position=-.5,-.7,.2 color=#ffcc99 shadow"."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import Field, fields
+from typing import Any
+
+from .light import Light
+from .suggestions import did_you_mean
+from .wording import option, shown
+
+FIELDS: dict[str, Field[Any]] = {field.name: field for field in fields(Light)}
+_SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
+
+
+def light_from(text: str, **unless_said: Any) -> Light:
+    """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the fields of Light.
+
+    unless_said  values of fields that the text does not name
+
+    Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
+    may stand without a value. Raises ValueError for anything else, and as Light.
+    """
+    said: dict[str, Any] = {}
+    for word in re.sub(r"\s*([,=])\s*", r"\1", text).split():
+        name, _, value = word.partition("=")
+        if "=" not in word and word[0] in "+-.0123456789":
+            name, value = "position", word
+        if name not in FIELDS:
+            raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
+        if name in said:
+            raise _refusal(text, f"{name} is there twice")
+        said[name] = _value(name, value, text)
+    if not said:
+        raise _refusal(text, "it is empty")
+    try:
+        return Light(**{**unless_said, **said})
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"{option('light', shown(text))}: {error}") from None
+
+
+def _value(name: str, value: str, text: str) -> Any:
+    """A number, several, or a switch, as the field has it."""
+    if isinstance(FIELDS[name].default, bool):
+        if value.lower() not in ("", *_SWITCHED):
+            raise _refusal(text, f"{name} must be yes or no, got {shown(value)}")
+        return _SWITCHED.get(value.lower(), True)
+    try:
+        numbers = [float(part) for part in value.split(",")]
+    except ValueError:
+        if name == "color" and value:
+            return _color(value, text)
+        raise _refusal(text, f"{name} must be numbers with commas between them, got {shown(value)}") from None
+    return numbers[0] if len(numbers) == 1 else tuple(numbers)
+
+
+def _color(name: str, text: str) -> tuple[float, ...]:
+    """Linear RGB of a colour as Pillow and CSS write it: #fc9, #ffcc99, tomato. It names sRGB (IEC 61966-2-1)."""
+    from PIL import ImageColor
+
+    try:
+        levels = ImageColor.getrgb(name)
+        if len(levels) > 3:
+            raise ValueError("a light has no alpha")
+    except ValueError:
+        near = did_you_mean(name, ImageColor.colormap)
+        known = "known are three numbers, #rrggbb and the names of CSS"
+        raise _refusal(text, f"color {shown(name)} is unknown{near}: {known}", names=False) from None
+    return tuple(e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in (n / 255 for n in levels))
+
+
+def _refusal(text: str, fact: str, names: bool = True) -> ValueError:
+    known = f": it takes X,Y,Z in metres, or words such as 'position=X,Y,Z shadow'; known are {', '.join(FIELDS)}"
+    return ValueError(f"{option('light', shown(text))}: {fact}{known if names else ''}")

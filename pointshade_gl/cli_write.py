@@ -1,0 +1,120 @@
+"""What `normals`, `depth` and `render -o points.ply` write: a file of a frame, or numbered files of a sequence."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .cli_output import open_renderer, progress, report, spinner, warn_skipped
+from .files.maps import save_depth, save_normals
+from .files.numbering import is_numbered
+from .files.points import save_points
+from .frame import Frame
+from .noise import describe
+from .notes import once, print_note
+from .renderer import Renderer
+from .scene import Scene
+from .series import jobs_of, write_numbered
+from .view import View
+
+Source = Frame | Scene | Sequence[Frame]
+Arguments = dict[str, Any]  # of Renderer.render, by name
+
+
+def write_normals(
+    source: Source, view: View, output: Path, axes: str | None, bits: int, explain: bool, device: int
+) -> None:
+    """Writes normals by the method and the options of a view's look, as `save_normals` does."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        options = _chosen(arguments, "max_depth_step", "noise")
+        normals = renderer.estimate_normals(frame, arguments["normals"], **options)
+        if explain and renderer.choice:
+            print(describe(renderer.choice))
+        return normals
+
+    def what(normals: Any) -> str:
+        return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
+
+    _write_files(source, view, output, draw, partial(save_normals, axes=axes, bits=bits), what, device)
+
+
+def write_depth(source: Source, view: View, output: Path, device: int) -> None:
+    """Writes the depth that a view shows, as `save_depth` does."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        names = "camera", "pose", "normals", "splat", "max_depth_step", "noise", "upsample"
+        depth = renderer.render_depth(frame, **_chosen(arguments, *names))
+        if not depth.any():
+            note("nothing is in view, the depth is empty")
+        return depth
+
+    def what(depth: Any) -> str:
+        known = depth[depth > 0]
+        return f"{depth.shape[1]}x{depth.shape[0]} pixels, {known.size} with depth"
+
+    note = once(print_note)
+    _write_files(source, view, output, draw, partial(save_depth, notes=note), what, device)
+
+
+def write_points(
+    source: Source, view: View, output: Path, turntable: str | None, frames: int | None, device: int
+) -> None:
+    """Writes the points of frames in the light of a view, as `save_points` does."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise"
+        return renderer.render_points(frame, **_chosen(arguments, *names))
+
+    def what(cloud: Any) -> str:
+        return f"{len(cloud)} points"
+
+    _write_files(source, view, output, draw, save_points, what, device, turntable, frames)
+
+
+def _write_files(
+    source: Any,
+    view: View,
+    output: Path,
+    draw: Callable[[Renderer, Any, Arguments], Any],
+    save: Callable[[Path, Any], None],
+    what: Callable[[Any], str],
+    device: int,
+    turntable: str | None = None,
+    frames: int | None = None,
+) -> None:
+    """Writes what `draw` makes of a source to a file, or of each of its frames to a file with the frame's number.
+
+    what  says what was drawn, for the line that is printed
+
+    Raises ValueError for a name without a number where there are many frames, and with one where there is one.
+    """
+    many = is_numbered(output)
+    if turntable is None and many and isinstance(source, Frame | Scene):
+        raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
+    if turntable is not None and not many:
+        raise ValueError(f"many files need a number in the name, such as %04d{output.suffix}, got {output}")
+    with open_renderer(device) as renderer:
+        start = time.perf_counter()
+        if many:
+            jobs, count = jobs_of(source, view, turntable, frames, warn_skipped)
+            with progress(count) as advance:
+                count, first = write_numbered(jobs, partial(draw, renderer), save, output, advance)
+            spent = time.perf_counter() - start
+            text = f"{count} files, the first of {what(first)}"
+        else:
+            with spinner("rendering"):
+                made = draw(renderer, source, view.of(source))
+                spent = time.perf_counter() - start
+                save(output, made)
+            text = what(made)
+        report(output, text, renderer, spent)
+
+
+def _chosen(arguments: Arguments, *names: str) -> Arguments:
+    return {name: arguments[name] for name in names if name in arguments}

@@ -1,0 +1,133 @@
+"""The camera of a folder's frames: found by name, read by content, or that of a data set that is known by its form."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..notes import Note
+from ..wording import cut
+from .camera_files import read_intrinsics
+from .content import read_text
+from .folders import FrameFiles
+from .intrinsics import Intrinsics
+from .known import CAMERA_SUFFIXES, CAMERAS, DATA_SETS, FRAME_CAMERAS, NOT_A_CAMERA, TRANSFORMS
+from .limits import MAX_PIXELS
+from .listing import Item, list_files, matches
+from .names import Folder
+from .transforms import read_transforms
+
+_PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
+
+
+class Cameras:
+    """What a folder says about the camera of each of its frames.
+
+    shared   the camera of all frames; None if it is unknown, or if each frame has one of its own
+    missing  why there is none: the files that were looked at, in a sentence that ends an error; else ""
+    """
+
+    def __init__(self, shared: Intrinsics | None, own: Sequence[Intrinsics | None] = (), missing: str = ""):
+        self.shared, self._own, self.missing = shared, own, missing
+
+    def of(self, number: int) -> Intrinsics | None:
+        """The camera of a frame, counted from 0."""
+        own = self._own[number] if number < len(self._own) else None
+        return own or self.shared
+
+
+def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
+    """The cameras of a folder's frames. A file with another name than intrinsics.json is told.
+
+    Raises ValueError for an intrinsics.json that holds none.
+    """
+    items = [item for item in list_files(place.path, 2) if item.suffix in CAMERA_SUFFIXES]
+    own = _one_each(items, frames, note, max_pixels)
+    if own:
+        return Cameras(None, own)
+    failed: list[str] = []
+    for item in [*_by_rank(items), *_in_parents(place.path)]:
+        try:
+            found = read_intrinsics(place.check(item.path), note, max_pixels)
+        except (ValueError, OSError) as error:
+            if item.name == "intrinsics.json":
+                raise
+            failed.append(f"{item.path.name} ({cut(str(error).removeprefix(str(item.path)).strip(': '), 120)})")
+            continue
+        if item.name != "intrinsics.json":
+            note(f"the camera is read from {item.path}")
+        return Cameras(found, _in_transforms(item, frames, max_pixels))
+    known = _of_data_set(place.path, items, frames, note, max_pixels)
+    return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
+
+
+def _by_rank(items: Sequence[Item]) -> list[Item]:
+    """Files that may hold a camera: the best known names first, those nearest to the folder first among them."""
+    found = []
+    for item in items:
+        if not NOT_A_CAMERA.search(item.name):
+            rank = next((k for k, name in enumerate(CAMERAS) if name.fullmatch(item.name)), None)
+            if rank is not None:
+                found.append((rank, item.level, bool(re.search(r"colou?r|rgb", item.name)), item))
+    found.sort(key=lambda one: (one[2] and one[0] > 0, one[0], one[1]))
+    return [one[-1] for one in found]
+
+
+def _in_parents(folder: Path) -> list[Item]:
+    """The same in the folders above, nearest first."""
+    found: list[Item] = []
+    here = folder.resolve()
+    for above in list(here.parents)[:_PARENTS]:
+        if above != above.parent:
+            items = [item for item in list_files(above, 0) if item.suffix in CAMERA_SUFFIXES]
+            found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
+    return found
+
+
+def _one_each(
+    items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+) -> list[Intrinsics | None]:
+    """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
+    named = [item for item in items if (item.words | item.folder_words | {item.suffix[1:]}) & FRAME_CAMERAS]
+    named = [item for item in named if not NOT_A_CAMERA.search(item.name)]
+    files = matches([one.key for one in frames], named) if len(named) > 1 else []
+    if len(set(files)) < 2:
+        return []
+    found: list[Intrinsics | None] = []
+    for path in files:
+        try:
+            found.append(read_intrinsics(path, lambda _: None, max_pixels) if path else None)
+        except (ValueError, OSError):
+            return []  # of another kind, such as poses
+    note(f"each frame has its camera in a file such as {next(path for path in files if path)}")
+    return found
+
+
+def _in_transforms(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+    """The frames' own cameras in a transforms.json, where it has them."""
+    if not TRANSFORMS.fullmatch(item.path.name.lower()):
+        return []
+    entries = read_transforms(item.path, max_pixels)
+    named = {Path(name).stem: one.camera for one in entries for name in (one.color, one.depth) if name and one.camera}
+    return [named.get((one.color or one.depth).stem, named.get(one.depth.stem)) for one in frames] if named else []
+
+
+def _of_data_set(
+    folder: Path, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+) -> Intrinsics | None:
+    """The published camera of a data set that is recognised by the names of its folder and files."""
+    lists = [item for item in items if not item.level and re.fullmatch(r"(rgb|depth|assoc\w*)\.txt", item.name)]
+    heads = [read_text(item.path, max_pixels)[:400] for item in lists]
+    names = [item.path.name for item in list_files(folder, 1) if item.suffix in (".freiburg",)]
+    names += [item.path.name for item in lists] + [one.depth.name for one in frames[:1]]
+    seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
+    for known in DATA_SETS:
+        if known.known_by.search(seen):
+            numbers = ",".join(f"{number:g}" for number in known.numbers)
+            note(
+                f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
+                f"and {known.depth_scale:g} depth units per metre are taken"
+            )
+            return Intrinsics(known.title, known.numbers, known.size, known.depth_scale)
+    return None

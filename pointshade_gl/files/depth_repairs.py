@@ -1,0 +1,42 @@
+"""What is done to raw values before they are plain numbers, by name: what suits one frame is done to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .colormaps import read_levels
+from .depth_bits import as_codes, rotated_back, without_confidence
+
+SWAPPED, CONFIDENCE, ROTATED, HIGH_BYTE = "bytes swapped", "confidence dropped", "bits rotated back", "high byte taken"
+LEVELS, REVERSED = "colours read back", "order reversed"
+
+
+def repaired(raw: NDArray[Any], repairs: Sequence[str]) -> NDArray[Any]:
+    """The values after these repairs. Raises ValueError for a picture of another type than they are made for."""
+    for name in repairs:
+        raw = _repaired(raw, name)
+    if raw.ndim != 2:
+        raise ValueError(f"depth must have shape (h, w), as the first one has, got {raw.shape}")
+    return raw
+
+
+def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
+    if name == REVERSED:
+        return 255 - raw
+    if name == LEVELS:
+        levels = read_levels(raw) if raw.ndim == 3 else None
+        if levels is None:
+            raise ValueError("depth must be a colour-mapped picture, as the first one is")
+        return levels.values
+    codes = as_codes(raw)
+    if codes is None:
+        raise ValueError(f"depth must be of 16 bits, as the first one is, got {raw.dtype}")
+    if name == SWAPPED:
+        return codes.byteswap()
+    if name == CONFIDENCE:
+        return without_confidence(codes)
+    return rotated_back(codes) if name == ROTATED else (codes >> 8).astype(np.uint8)

@@ -1,0 +1,159 @@
+"""What others call their files: the one table of names. A new data set adds words to a row here.
+
+What is in a file is found out from its content (camera_files.py, pose_files.py, depth.py): names only say what a file
+is for, and which of several to try first.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+# If a folder holds several, the earlier ones win: for depth those that keep the most, for colour the lossless ones.
+RAW_SUFFIXES = (".bin", ".raw")  # numbers without a header, or COLMAP's; only where there is nothing else
+COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif")
+DEPTH_SUFFIXES = (
+    ".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg",
+    ".jpeg", *RAW_SUFFIXES,
+)  # fmt: skip
+CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip")  # may hold colour and camera too
+VIDEO_SUFFIXES = (".mp4", ".mov")
+
+
+ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat", ".bin", ".raw")  # never pictures for the eye
+
+
+# Words in the names of files and folders: depth_0001.png, frame-000001.color.jpg, images/7.png.
+def _words(*names: str) -> frozenset[str]:
+    return frozenset(names)
+
+
+DEPTH = _words("depth", "depths", "depthmap", "depthmaps", "disp", "disparity", "disparities")
+COLOR = _words(
+    "color", "colors", "colour", "rgb", "rgbs", "image", "images", "img", "imgs", "im", "photo", "photos", "picture",
+    "tonemap", "wide",
+)  # fmt: skip
+ANY_PICTURE = _words(
+    "image", "images", "img", "imgs", "im", "photo", "photos", "picture"
+)  # depth/IMG_0001.png is depth
+SHOWN_DEPTH = _words(
+    "vis", "visual", "preview", "colored", "coloured", "colorized", "colormap", "colormapped", "cmap", "jet"
+)
+NEITHER = _words(
+    "mask", "masks", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg", "segmentation",
+    "semantic", "semantics", "instance", "instances", "ir", "infra", "infrared", "flow", "albedo", "error", "weight",
+    "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
+)  # fmt: skip
+RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1"}  # Middlebury: the second camera's, and the first's
+CONFIDENCE = _words("conf", "confs", "confidence", "confidences")
+VALID = CONFIDENCE | _words("mask")
+
+# Lists of pictures, a line each: "time file" (TUM), or "time file time file".
+COLOR_LISTS, DEPTH_LISTS = ("color.txt", "rgb.txt"), ("depth.txt",)
+PAIR_LISTS = re.compile(r"assoc\w*\.txt")
+TRANSFORMS = re.compile(r"transforms(_\w+)?\.json")
+
+# Cameras, one for all frames or one for each. The first name that fits is tried first.
+# Names are relative to the folder, in lower case.
+CAMERAS = tuple(
+    map(
+        re.compile,
+        (
+            r"intrinsics\.json",
+            r"(.*/)?[\w-]*depth[\w-]*(intrinsics?|camera|calib)[\w-]*\.\w+",
+            r"(.*/)?[\w-]*(intrinsics?|camera|calib)[\w-]*depth[\w-]*\.\w+",
+            r"(.*/)?(camera[-_])?intrinsics?\.\w+",
+            r"transforms(_\w+)?\.json",
+            r"scene_camera\.json",
+            r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
+            r"(.*/)?cameras?\.(txt|json|ya?ml)",
+            r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
+            r"(.*/)?([\w-]*metadata|meta|info)(\.\w+)?",
+            r"(.*/)?[\w-]+[-_]meta\.mat",
+            r"scene\w+_\d\d\.txt",
+            r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
+            r"(scene/)?[\w-]*traj\w*\.json",
+        ),
+    )
+)
+CAMERA_SUFFIXES = (".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cfg", ".ini", "")
+NOT_A_CAMERA = re.compile(r"extrinsic|pose|traj(?!\w*\.json)|right|imu|distort|accel|(^|/)ir[_.-]|infra")
+FRAME_CAMERAS = _words("intrinsics", "intrinsic", "cameras", "camera", "calib", "meta", "pincam", "frame", "frames")
+
+# Poses: a file for each frame, or one for all.
+FRAME_POSES = _words("pose", "poses", "cameras", "extrinsics", "extrinsic", "meta", "frame", "frames")
+POSE_SUFFIXES = (".txt", ".csv", ".log", ".json", ".npy", ".npz", ".mat", ".freiburg", ".traj", ".pose", "")
+POSES = tuple(
+    map(
+        re.compile,
+        (
+            r"groundtruth\.txt",
+            r"poses_tum\.txt",
+            r"trajectory\.log",
+            r"(scene/)?trajectory\.(log|json)",
+            r"transforms(_\w+)?\.json",
+            r"traj\.txt",
+            r"odometry\.csv",
+            r"scene_camera\.json",
+            r"(.*/)?images\.txt",
+            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
+            r"[\w.-]*\.(freiburg|traj|pose)",
+        ),
+    )
+)
+
+
+class DataSet(NamedTuple):
+    """A data set whose folders hold no camera: how it is known, and what its web page says."""
+
+    title: str
+    known_by: re.Pattern[str]  # in the folder's path, or in the names and first lines of its lists
+    numbers: tuple[float, float, float, float]
+    size: tuple[int, int]
+    depth_scale: float
+
+
+_TUM_SIZE, _TUM_SCALE = (640, 480), 5000
+DATA_SETS = (
+    DataSet("TUM freiburg1", re.compile(r"freiburg1|\bfr1"), (517.3, 516.5, 318.6, 255.3), _TUM_SIZE, _TUM_SCALE),
+    DataSet("TUM freiburg2", re.compile(r"freiburg2|\bfr2"), (520.9, 521.0, 325.1, 249.7), _TUM_SIZE, _TUM_SCALE),
+    DataSet("TUM freiburg3", re.compile(r"freiburg3|\bfr3"), (535.4, 539.2, 320.1, 247.6), _TUM_SIZE, _TUM_SCALE),
+    DataSet("Bonn", re.compile(r"rgbd_bonn"), (542.822841, 542.57687, 315.59352, 237.756098), _TUM_SIZE, _TUM_SCALE),
+    DataSet(
+        "ICL-NUIM",
+        re.compile(r"icl[-_]?nuim|traj\d_frei|gt\.freiburg"),
+        (481.2, -480, 319.5, 239.5),
+        _TUM_SIZE,
+        _TUM_SCALE,
+    ),
+    DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
+    DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
+)
+
+
+class SetCoding(NamedTuple):
+    """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
+
+    title: str
+    known_by: re.Pattern[str]
+    depth_scale: float
+    depth_kind: str = "z"
+
+
+CODINGS = (
+    SetCoding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
+    SetCoding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
+    SetCoding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
+    SetCoding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
+    SetCoding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
+)
+
+# Cameras that are common among depth pictures of a size, to be proposed where none is known: fx,fy,cx,cy.
+COMMON_CAMERAS = {
+    (640, 480): ("a Kinect v1 or a PrimeSense", "525,525,319.5,239.5"),
+    (512, 424): ("a Kinect v2", "365.5,365.5,255.5,211.5"),
+    (640, 576): ("an Azure Kinect", "504,504,319.5,287.5"),
+    (848, 480): ("a RealSense D4xx", "425,425,423.5,239.5"),
+    (1280, 720): ("a RealSense D4xx", "640,640,639.5,359.5"),
+    (256, 192): ("an iPhone's LiDAR", "212,212,127.5,95.5"),
+}

@@ -1,0 +1,265 @@
+"""Poses out of a file, whatever its form: quaternions, matrices, JSON, COLMAP. The content decides.
+
+A new form is a reader in `_FORMS`. Each gives poses camera-to-world in OpenCV axes as the form defines them; what a
+file means in truth is checked against the depth (agreement.py).
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera import check_pose
+from .arrays import NUMPY, read_npy, read_numbers
+from .axes import OPENGL, Matrices, from_matrices, from_quaternions, inverted
+from .camera_forms import word
+from .containers.hdf5 import MATLAB_73
+from .containers.matlab import MATLAB_5, read_matrix_mat
+from .content import FilePath, parse_json, read_head, read_text
+from .limits import MAX_PIXELS
+from .named_numbers import Named, named_of
+from .transforms import read_transforms
+
+_COLUMNS = 64  # of a row, at most
+_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
+    "cameraposearframe": (True, True),
+    "camerapose": (True, False),
+    "pose": (True, False),
+    "cam2world": (True, False),
+    "c2w": (True, False),
+    "transformmatrix": (True, True),
+    "extrinsic": (False, False),
+    "extrinsics": (False, False),
+    "w2c": (False, False),
+    "rotationtranslationmatrix": (False, False),
+}
+
+
+class PoseList(NamedTuple):
+    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
+
+    metric  their unit is the metre; structure from motion has any unit
+    """
+
+    poses: Matrices
+    names: list[str] | None = None
+    times: NDArray[np.float64] | None = None
+    metric: bool = True
+
+
+def load_pose(path: FilePath) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
+
+    Raises OSError if the path is not a file, ValueError if it does not hold a pose.
+    """
+    numbers = read_numbers(path)
+    if numbers.size != 16:
+        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
+    return check_pose(numbers.reshape(4, 4), str(path))
+
+
+def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.float64]:
+    """(4, 4) from a file that holds the pose of one frame. Raises ValueError for any other content."""
+    found = read_poses(path, max_pixels).poses
+    if len(found) != 1:
+        raise ValueError(f"{path} must hold the pose of one frame, got {len(found)}")
+    return found[0]
+
+
+def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
+    """All poses of a file. Raises ValueError, naming the file, if it holds none."""
+    head = read_head(path)
+    if head.startswith((MATLAB_5, MATLAB_73)):
+        arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
+        return _checked(_from_words(arrays), path, "arrays of other kinds")
+    if head.startswith(NUMPY):
+        array = read_npy(path, max_pixels)
+        found = _from_rows(
+            array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
+        )
+        return _checked(found, path, f"an array of shape {array.shape}")
+    text = read_text(path, max_pixels)
+    if text.lstrip()[:1] in ("{", "["):
+        try:
+            data = parse_json(text, max_pixels)
+        except ValueError as error:
+            raise ValueError(f"{path} {error}") from None
+        return _checked(_from_json(data, path, max_pixels), path, "JSON without poses")
+    if (found := _from_colmap(text)) is not None:
+        return found
+    header, rows = _read_rows(text)
+    found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
+    found = found or _from_blocks(text)
+    return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
+
+
+def _checked(found: PoseList | None, path: Path, got: str) -> PoseList:
+    if found is None or not len(found.poses):
+        raise ValueError(
+            f"{path} holds no poses: expected t x y z qx qy qz qw, or a matrix of 3x4 or 4x4, for each frame, got {got}"
+        )
+    return found
+
+
+def _read_rows(text: str) -> tuple[list[str], NDArray[np.float64] | None]:
+    """The names in the first line, if it has names, and (n, columns) the numbers; None if rows differ in length."""
+    lines = [line for line in (line.split("#")[0].replace(",", " ").split() for line in text.splitlines()) if line]
+    header = lines.pop(0) if lines and not _all_numbers(lines[0][:_COLUMNS]) else []
+    if not lines or len({len(line) for line in lines}) != 1 or len(lines[0]) > _COLUMNS:
+        return header, None
+    lines = [line for line in lines if _all_numbers(line)]
+    return header, np.array(lines, np.float64) if lines else None
+
+
+def _all_numbers(words: list[str]) -> bool:
+    try:
+        return bool([float(word) for word in words])
+    except ValueError:
+        return False
+
+
+def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | None:
+    """A table whose columns have names, such as StrayScanner's odometry.csv: timestamp, frame, x, ..., qw."""
+    columns = {re.sub(r"[^a-z0-9]", "", name.lower()): k for k, name in enumerate(header)}
+    place = [columns.get(f"t{axis}", columns.get(axis, columns.get(f"p{axis}"))) for axis in "xyz"]
+    turn = [columns.get(f"q{axis}") for axis in "xyzw"]
+    if None in place or None in turn or len(header) != rows.shape[1]:
+        return None
+    poses = from_quaternions(rows[:, place], rows[:, turn])  # type: ignore[index]
+    named = columns.get("frame", columns.get("index", columns.get("id")))
+    names = None if named is None else [f"{number:.0f}" for number in rows[:, named]]
+    time = columns.get("timestamp", columns.get("time"))
+    return PoseList(poses, names, None if time is None else rows[:, time])
+
+
+def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
+    """A row for each pose: its length says which form it has."""
+    columns = rows.shape[1]
+    if columns == 8:
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), None, rows[:, 0])
+    if columns == 7:
+        return _from_seven(rows)
+    if columns in (13, 17):
+        return PoseList(from_matrices(rows[:, 1:]), [f"{number:.0f}" for number in rows[:, 0]], rows[:, 0])
+    if columns in (12, 16):
+        return PoseList(from_matrices(rows))
+    if columns == 18:  # Virtual KITTI: frame, camera, world-to-camera
+        rows = rows[rows[:, 1] == rows[0, 1]]
+        return PoseList(inverted(from_matrices(rows[:, 2:])), [f"{number:.0f}" for number in rows[:, 0]])
+    if columns == 4:
+        is_square = len(rows) % 4 == 0 and (len(rows) % 3 or (rows[3::4, :3] == 0).all())
+        side = 16 if is_square else 12
+        return PoseList(from_matrices(rows.reshape(-1, side))) if rows.size % side == 0 else None
+    return None
+
+
+def _from_seven(rows: NDArray[np.float64]) -> PoseList:
+    """x y z qx qy qz qw; or qw qx qy qz x y z (Washington); or t, a turn about an axis, x y z (ARKit: world-to-camera).
+
+    The numbers of a turn have length 1, which tells the first two.
+    """
+    with np.errstate(all="ignore"):
+        last, first = (np.median(abs(np.linalg.norm(part, axis=1) - 1)) for part in (rows[:, 3:], rows[:, :4]))
+    if last < 0.01:
+        return PoseList(from_quaternions(rows[:, :3], rows[:, 3:]))
+    if first < 0.01:
+        return PoseList(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
+    angles = np.linalg.norm(rows[:, 1:4], axis=1, keepdims=True)
+    axes = rows[:, 1:4] / np.maximum(angles, 1e-12)
+    turns = np.hstack([axes * np.sin(angles / 2), np.cos(angles / 2)])
+    return PoseList(inverted(from_quaternions(rows[:, 4:], turns)), None, rows[:, 0])
+
+
+def _from_blocks(text: str) -> PoseList | None:
+    """Open3D's and 3DMatch's log: three numbers, then a 4x4 matrix, for each pose."""
+    numbers = re.sub(r"#[^\n]*", "", text).replace(",", " ").split()
+    if not numbers or len(numbers) % 19 or not _all_numbers(numbers):
+        return None
+    rows = np.array(numbers, np.float64).reshape(-1, 19)
+    return PoseList(rows[:, 3:].reshape(-1, 4, 4))
+
+
+def _from_colmap(text: str) -> PoseList | None:
+    """COLMAP's images.txt: `id qw qx qy qz tx ty tz camera name`, world-to-camera, and a line of points after each."""
+    lines = [line.split() for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    lines = [words for words in lines if len(words) == 10 and _all_numbers(words[:9]) and not _all_numbers(words[9:])]
+    if not lines:
+        return None
+    rows = np.array([words[1:8] for words in lines], np.float64)
+    poses = inverted(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
+    return PoseList(poses, [words[9] for words in lines], metric=False)
+
+
+def _from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
+    if isinstance(data, dict) and "frames" in data:
+        entries = read_transforms(path, max_pixels)
+        names = [entry.color or entry.depth or "" for entry in entries]
+        return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
+    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_words):
+        try:
+            found = read(named_of(data) if read is _from_words else data)
+        except (KeyError, TypeError, ValueError, OverflowError):
+            continue
+        if found is not None:
+            return found
+    return None
+
+
+def _from_parameters(data: Any) -> PoseList | None:
+    """Open3D's PinholeCameraTrajectory and PinholeCameraParameters, world-to-camera; its PoseGraph, camera-to-world.
+
+    Matrices are written by columns.
+    """
+    if "extrinsic" in data:
+        data = {"parameters": [data]}
+    if "parameters" in data:
+        rows = np.array([one["extrinsic"] for one in data["parameters"]], np.float64)
+        return PoseList(inverted(rows.reshape(-1, 4, 4).transpose(0, 2, 1)))
+    if "nodes" in data:
+        rows = np.array([one["pose"] for one in data["nodes"]], np.float64)
+        return PoseList(rows.reshape(-1, 4, 4).transpose(0, 2, 1))
+    return None
+
+
+def _from_cells(data: Any) -> PoseList | None:
+    """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
+    if "t_00" not in data:
+        return None
+    pose = np.eye(4)
+    pose[:3] = [[data[f"t_{row}{column}"] for column in range(4)] for row in range(3)]
+    return PoseList((pose @ OPENGL)[None])
+
+
+def _from_bop(data: Any) -> PoseList | None:
+    """BOP's scene_camera.json: world-to-camera, millimetres, by number."""
+    frames = {name: one for name, one in data.items() if isinstance(one, dict) and "cam_R_w2c" in one}
+    if not frames:
+        return None
+    turns = np.array([one["cam_R_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 3)
+    places = np.array([one["cam_t_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 1) / 1000
+    return PoseList(inverted(from_matrices(np.concatenate([turns, places], 2).reshape(-1, 12))), list(frames))
+
+
+def _from_named_matrices(data: Any) -> PoseList | None:
+    """A matrix by the name of each frame, or a list of matrices."""
+    values = list(data.values()) if isinstance(data, dict) else data
+    rows = np.array(values, np.float64).reshape(len(values), -1)
+    if rows.shape[1] not in (12, 16):
+        return None
+    return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
+
+
+def _from_words(named: Named) -> PoseList | None:
+    """One matrix among other things of a frame, by a name that says what it is."""
+    for name, numbers in named.items():
+        key = word(name)
+        if len(numbers) in (12, 16) and key in _POSE_WORDS:
+            pose = from_matrices(np.array([numbers], np.float64))
+            to_world, is_opengl = _POSE_WORDS[key]
+            pose = pose if to_world else inverted(pose)
+            return PoseList(pose @ OPENGL if is_opengl else pose)
+    return None

@@ -1,0 +1,55 @@
+"""transforms.json, as nerfstudio, instant-ngp and Polycam's converters write it: pictures, cameras and poses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..wording import shown
+from .axes import OPENGL
+from .camera_forms import from_named
+from .content import parse_object, read_text
+from .intrinsics import Intrinsics
+from .limits import MAX_PIXELS
+from .listing import natural
+from .named_numbers import named_of
+
+
+class Entry(NamedTuple):
+    """One frame: names of its files, (4, 4) camera-to-world in OpenCV axes, its own camera if the file has several."""
+
+    color: str | None
+    depth: str | None
+    pose: NDArray[np.float64]
+    camera: Intrinsics | None
+
+
+def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
+    """The frames of a transforms.json, in its order. Raises ValueError for a file with another content."""
+    data = parse_object(read_text(path, max_pixels), path, max_pixels)
+    frames, scale = data.get("frames", []), data.get("applied_scale")
+    if not isinstance(frames, list):
+        raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
+    per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
+    entries = [_entry(frame, per_metre, path) for frame in frames]
+    return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
+
+
+def _entry(frame: Any, per_metre: float, path: Path) -> Entry:
+    try:
+        pose = np.array(frame["transform_matrix"], np.float64).reshape(4, 4) @ OPENGL
+        pose[:3, 3] /= per_metre
+    except (KeyError, TypeError, ValueError, OverflowError):
+        raise ValueError(f"{path}: every frame must have a transform_matrix of 4x4 numbers") from None
+    color, depth = frame.get("file_path"), frame.get("depth_file_path", frame.get("depth_path"))
+    own = {key: value for key, value in frame.items() if key != "transform_matrix"}
+    cameras = from_named(named_of(own), str(path)) if "fl_x" in own else []
+    return Entry(
+        color if isinstance(color, str) else None,
+        depth if isinstance(depth, str) else None,
+        pose,
+        cameras[0] if cameras else None,
+    )

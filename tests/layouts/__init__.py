@@ -1,0 +1,10 @@
+"""Small folders laid out exactly as public RGB-D sets and programs lay out theirs, filled with a real room.
+
+Each maker is `maker(folder, room) -> Expected` and names the set or the program it follows. None was written with the
+reader in view that it checks.
+"""
+
+from . import capture_apps, networks, objects, open3d, radiance_fields, rendered, robots, scans, single, stereo, tum
+
+MODULES = (tum, open3d, scans, capture_apps, radiance_fields, robots, stereo, objects, rendered, networks, single)
+MAKERS = [maker for module in MODULES for maker in module.MAKERS]

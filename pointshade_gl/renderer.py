@@ -98,10 +98,10 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
-        upsample: str = "vote",
         yaw: float = 0.0,
         pitch: float = 0.0,
         dolly: float = 0.0,
+        upsample: str = "vote",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -118,8 +118,8 @@ class Renderer:
         size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
         max_depth_step, noise  as for `estimate_normals`
-        upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
+        upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -128,8 +128,8 @@ class Renderer:
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample,
-                yaw=yaw, pitch=pitch, dolly=dolly,
+                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, yaw=yaw, pitch=pitch,
+                dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -147,10 +147,10 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
-        upsample: str = "vote",
         yaw: float = 0.0,
         pitch: float = 0.0,
         dolly: float = 0.0,
+        upsample: str = "vote",
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
@@ -183,8 +183,7 @@ class Renderer:
         """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
 
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
-        `frame.depth`, to a share of 1e-5, unless larger colours make the picture larger. Arguments and errors are those
-        of `render`.
+        `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = _loaded(frame)
         scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise, upsample))
@@ -217,7 +216,9 @@ class Renderer:
         frame = check_type(_loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        scene = self._scene_of(frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise))
+        scene = self._scene_of(
+            frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise, upsample="none")
+        )
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))

@@ -61,24 +61,6 @@ class View:
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
 
 
-def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
-    """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
-    own = frame.picture_camera if isinstance(frame, Frame) else frame.camera
-    assert own is not None, "only scenes without a frame have none"
-    if not isinstance(size, str):
-        return own.fitted(*size)
-    if size == "half":
-        return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
-    if isinstance(frame, Scene):
-        raise ValueError(f"{option('size', size)} is the size of a frame's picture: for a scene pass width and height")
-    if size == "depth":
-        return frame.camera
-    if frame.color is None:
-        raise ValueError(f"{option('size', size)} needs a colour picture, this frame has none")
-    height, width = frame.color.shape[:2]
-    return frame.camera.resized(width, height)
-
-
 def viewing_pose(
     frame: Frame | Scene,
     pose: ArrayLike | None = None,
@@ -105,6 +87,24 @@ def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: floa
         given = " and ".join(option(name) for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True) if turn)
         raise ValueError(f"pass {option('pose')} or {given}, not both: only a frame's own pose is moved")
     return turns
+
+
+def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
+    """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
+    own = frame.picture_camera if isinstance(frame, Frame) else frame.camera
+    assert own is not None, "only scenes without a frame have none"
+    if not isinstance(size, str):
+        return own.fitted(*size)
+    if size == "half":
+        return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
+    if isinstance(frame, Scene):
+        raise ValueError(f"{option('size', size)} is the size of a frame's picture: for a scene pass width and height")
+    if size == "depth":
+        return frame.camera
+    if frame.color is None:
+        raise ValueError(f"{option('size', size)} needs a colour picture, this frame has none")
+    height, width = frame.color.shape[:2]
+    return frame.camera.resized(width, height)
 
 
 def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:

@@ -58,7 +58,10 @@ def things(tmp_path):
     [
         ("render --ligth 1,2,3", "there is no option --ligth (did you mean --light?); `pointshade render --help`"),
         ("render --zzz", "there is no option --zzz; `pointshade render --help` lists the options"),
-        ("rendr", "unknown command 'rendr' (did you mean render?): known are render, normals, view, info, bench"),
+        (
+            "rendr",
+            "unknown command 'rendr' (did you mean render?): known are render, normals, depth, view, info, bench",
+        ),
         ("my_frame", "my_frame is not a command: pass `pointshade render my_frame -o out.png` or `pointshade view"),
         ("vase", "vase is not a command: pass `pointshade render vase -o out.png` or `pointshade view vase`"),
         ("render my_fram -o out.png", "there is no folder my_fram (did you mean my_frame?)"),

@@ -245,5 +245,5 @@ def test_a_window_is_as_sharp_as_the_colours_and_a_drag_does_not_vote_again(open
 
 
 def test_an_upsampling_that_is_unknown_is_named(renderer):
-    with pytest.raises(ValueError, match="unknown upsample 'vot'.*known are vote, none"):
+    with pytest.raises(ValueError, match=r"unknown upsample 'vot' \(did you mean vote\?\): known are vote, none"):
         renderer.render(frames.sphere(), upsample="vot")

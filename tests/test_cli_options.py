@@ -82,7 +82,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library():
         ("normals", ["Frame"]),
         ("depth", ["Frame", "View"]),
         ("view", ["Frame", "Light and surface", "View", "Film"]),
-        ("info", []),
+        ("info", ["Frame"]),
         ("bench", []),
     ],
 )

@@ -58,7 +58,10 @@ def things(tmp_path):
     [
         ("render --ligth 1,2,3", "there is no option --ligth (did you mean --light?); `pointshade render --help`"),
         ("render --zzz", "there is no option --zzz; `pointshade render --help` lists the options"),
-        ("rendr", "unknown command 'rendr' (did you mean render?): known are render, normals, view, info, bench"),
+        (
+            "rendr",
+            "'rendr' (did you mean render?): known are render, normals, depth, view, info, bench; `pointshade --help`",
+        ),
         ("my_frame", "my_frame is not a command: pass `pointshade render my_frame -o out.png` or `pointshade view"),
         ("vase", "vase is not a command: pass `pointshade render vase -o out.png` or `pointshade view vase`"),
         ("render my_fram -o out.png", "there is no folder my_fram (did you mean my_frame?)"),
@@ -81,11 +84,14 @@ def things(tmp_path):
             "NumPy (.npy, .npz) and EXR: pass depth in one of them as --de",
         ),
         ("render --fov 0 -o out.png", "--fov must lie between 0 and 180 degrees (vertical: from top to bottom), got 0"),
-        ("render --fov wide -o out.png", "--fov: "),
-        ("render", "--output is missing (The file to write); `pointshade render --help` lists the options"),
-        ("render vase demo -o out.png", "extra argument"),
+        ("render --fov wide -o out.png", "--fov must be a number, got 'wide' (Vertical field of view"),
+        ("render", "-o is missing: the file to write, such as out.png; `pointshade render --help` lists"),
+        (
+            "render vase demo -o out.png",
+            "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",
+        ),
         ("render vase -o out.png --depth", "option '--depth' requires an argument"),
-        ("render --frames 0 -o out.png", "--frames: "),
+        ("render --frames 0 -o out.png", "--frames must be greater than or equal to 1, got '0'"),
         (
             "render --pose pose.txt --yaw 3 -o out.png",
             "pass --pose or --yaw, not both: only a frame's own pose is moved",

@@ -50,7 +50,7 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
         try:
             raw = read_image(path, max_pixels)
         except NotAPictureError as error:
-            way = f"pass depth in one of them as {option('depth', 'FILE')}"
+            way = f"pass depth in one of them as {option('depth', 'FILE')}, or the folder that holds it"
             raise ValueError(f"{error}, NumPy (.npy, .npz) and EXR: {way}") from None
     return one_channel(raw, name)
 

@@ -98,4 +98,6 @@ def _unit(kind: str, scale: float | None) -> str:
         return f"{kind} {unit}"
     if kind == "disparity" and scale != 1:
         return f"disparity with {scale:g} values per pixel"
-    return f"inverse depth, z = {scale:.4g} / value" if kind == "inverse" and scale else f"kind {kind}"
+    if kind == "inverse":
+        return "inverse depth" + (f", z = {scale:.4g} / value" if scale else " without a scale")
+    return f"kind {kind}"

@@ -126,7 +126,8 @@ def test_colours_of_no_map_are_refused():
     for image in (hue, ramp, noise, labels, noise[:2, :2]):
         assert read_levels(image) is None
     with pytest.raises(
-        ValueError, match=r"is a colour picture, not depth in the colours of Spectral_r, .* jet: pass depth \(16-bit"
+        ValueError,
+        match=r"is a colour picture, not depth, nor depth colour-mapped by Spectral_r, .* jet: pass depth \(16-bit",
     ):
         read(hue)
 

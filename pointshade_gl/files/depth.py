@@ -46,7 +46,9 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
         raw = _read_pgm(Path(path), max_pixels)
     else:
         if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
-            raise ValueError(f"{name} has several channels of 16 bits, expected a depth picture of one channel")
+            raise ValueError(
+                f"{name} has several channels of 16 bits, expected depth of one channel: pass another file"
+            )
         try:
             raw = read_image(path, max_pixels)
         except NotAPictureError as error:

@@ -32,8 +32,8 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
     levels = read_levels(image)
     if levels is None:
         raise ValueError(
-            f"{name} is a colour picture, not depth in the colours of {', '.join(MAPS)}: pass depth (16-bit PNG, .npy "
-            f"or EXR) as {option('depth', 'FILE')}, and this as {option('color', 'FILE')} if it is the photograph"
+            f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(MAPS)}: pass depth (16-bit "
+            f"PNG, .npy or EXR) as {option('depth', 'FILE')}, and the photograph as {option('color', 'FILE')}"
         )
     values, end = levels.values, MAPS[levels.name]
     read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"

@@ -17,11 +17,11 @@ import typer
 from .cli_completion import complete_input, one_of
 from .cli_light import FIELDS, light_from
 from .cli_mistakes import check_exist, check_input
-from .cli_parse import noise_from, size_from
+from .cli_parse import noise_from, picture_size_from
 from .estimators import METHODS
 from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
-from .look import SHADINGS, SPLATS
+from .look import SHADINGS, SPLATS, UPSAMPLINGS
 from .noise import SENSORS
 from .notes import silence
 
@@ -187,6 +187,15 @@ class LookOptions(NormalOptions):
             rich_help_panel=VIEW,
         ),
     ] = "footprint"
+    upsample: Annotated[
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help="Where color is larger than depth: vote (bring depth to its size) or none.",
+            autocompletion=one_of(UPSAMPLINGS),
+            rich_help_panel=VIEW,
+        ),
+    ] = "vote"
 
     def look(self) -> Look:
         """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
@@ -199,6 +208,7 @@ class LookOptions(NormalOptions):
             splat=self.splat,
             max_depth_step=self.max_depth_step,
             noise=self.noise_value(),
+            upsample=self.upsample,
         )
 
     def lights(self, shadow: bool = False) -> list[Light]:
@@ -231,7 +241,14 @@ class ViewOptions:
             rich_help_panel=VIEW,
         ),
     ] = None
-    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the picture.", rich_help_panel=VIEW)] = None
+    size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH|NAME",
+            help="Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
+            rich_help_panel=VIEW,
+        ),
+    ] = None
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
@@ -240,7 +257,7 @@ class ViewOptions:
 
         check_exist(pose=self.pose)
         pose = load_pose(self.pose) if self.pose else None
-        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, size_from(self.size), look.look())
+        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
 
 
 @dataclass(frozen=True)

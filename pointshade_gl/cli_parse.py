@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from .wording import option
 
 
-def size_from(text: str | None) -> tuple[int, int] | None:
-    """Width and height of WxH; None without a text."""
+def size_from(text: str | None, names: Sequence[str] = ()) -> tuple[int, int] | None:
+    """Width and height of WxH; None without a text. Errors also offer the names."""
     if text is None:
         return None
     expected = f"{option('size')} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
+    expected += f", or {', '.join(names)}" if names else ""
     width, height = _numbers(text, 2, "x", expected)
     if width < 1 or height < 1 or width % 1 or height % 1:
         raise ValueError(f"{expected}, got {text!r}")
     return int(width), int(height)
+
+
+def picture_size_from(text: str | None) -> tuple[int, int] | str | None:
+    """The same, or one of the sizes that a View knows by name."""
+    from .view import SIZES
+
+    return text if text in SIZES else size_from(text, SIZES)
 
 
 def noise_from(text: str | None) -> float | str | None:

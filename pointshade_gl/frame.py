@@ -24,7 +24,8 @@ class Frame(Preview):
     """A depth picture with its colours, checked once and never changed afterwards.
 
     color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
-            Where its alpha is 0 the depth counts as missing.
+            Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
+            large, see `Look.upsample`.
     depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN and infinite mean missing
             and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
     camera  Camera of the depth picture
@@ -54,6 +55,13 @@ class Frame(Preview):
         span = f", {near:.3g} to {far:.3g} m" if far else ""
         color = "no color" if self.color is None else f"color {self.color.shape[1]}x{self.color.shape[0]}"
         return f"Frame({w}x{h}, {counted(self.points_known, 'point')}{span}, {color})"
+
+    @cached_property
+    def picture_camera(self) -> Camera:
+        """Who looks unless another camera is given: the frame's own, at the colours' size if both sides are larger."""
+        height, width = self.depth.shape if self.color is None else self.color.shape[:2]
+        is_larger = width > self.camera.width and height > self.camera.height
+        return self.camera.resized(width, height) if is_larger else self.camera
 
     @cached_property
     def points_known(self) -> int:

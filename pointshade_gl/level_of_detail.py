@@ -1,4 +1,5 @@
-"""Level of detail: fewer points where a view shows them smaller than its pixels, splats merged where they lie alike."""
+"""Level of detail: fewer points where a view shows them smaller than its pixels, more where the colours have more;
+splats merged where they lie alike."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ import numpy as np
 from .camera import Camera, Eye
 from .checks import check_float
 from .frame import Frame
+from .look import Look
 from .scene import Placed
 
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
@@ -48,3 +50,18 @@ def coarser(frame: Frame, step: int) -> Frame:
     height, width = depth.shape
     camera = Camera(c.fx / step, c.fy / step, (c.cx - first) / step, (c.cy - first) / step, width, height)
     return Frame(frame.color, depth, camera, frame.pose)
+
+
+def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
+    """The frame's camera, at the size at which its points are drawn for a view by another camera.
+
+    That is as fine as the pixels of the view, but no finer than the colours; the depth's own size where these are not
+    larger, and where the look asks for the depth's own points. It does not depend on the pose: moving costs nothing.
+    """
+    small, large = frame.camera, frame.picture_camera
+    is_own = look.upsample == "none" or not (look.size is None or np.all(np.asarray(look.size) == 1))
+    if is_own or large == small:
+        return small
+    width = int(np.clip(round(small.width * camera.fx / small.fx), small.width, large.width))
+    height = int(np.clip(round(small.height * abs(camera.fy / small.fy)), small.height, large.height))
+    return small if (width, height) == (small.width, small.height) else small.resized(width, height)

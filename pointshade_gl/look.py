@@ -15,6 +15,7 @@ from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
+UPSAMPLINGS = ("vote", "none")
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,8 @@ class Look:
     size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
     splat     "footprint" carries the pixel's square into the view, "round" the circle round it
     max_depth_step, noise  as for `Renderer.estimate_normals`
+    upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
+              where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -61,11 +64,13 @@ class Look:
     splat: str = "footprint"
     max_depth_step: float | str | None = None
     noise: float | ArrayLike | str | None = None
+    upsample: str = "vote"
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
         check_choice(option("shading"), self.shading, SHADINGS)
         check_choice(option("splat"), self.splat, SPLATS)
+        check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

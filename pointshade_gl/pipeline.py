@@ -19,7 +19,7 @@ from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.textures import SplatImage, SurfaceImage, Target, empty
-from .level_of_detail import coarser, coarser_size, coarser_step
+from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
@@ -112,11 +112,12 @@ class Pipeline:
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
         for p, step, frame, textures in zip(objects, steps, frames, self.frames.upload(frames), strict=True):
             look = p.content.look
-            self.frames.find_normals(textures, frame, look)
+            camera = finer_camera(frame, look, shot.eye.camera) if step == 1 else frame.camera
+            surface, lit, source = self.frames.find_points(textures, frame, look, camera)
             sizes = check_sizes(look.size, frame.depth.shape)
             sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
-            points = Points(textures.surface, frame.camera, *p.rigid_axes, sizes, look.splat)
-            things[p] = ShownPoints(points, textures, textures.lit if look.shading in LIT_EARLY else None, look.shading)
+            points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
+            things[p] = ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
         return things
 
     def _coarser_step(self, p: Placed, shot: Shot) -> int:

@@ -101,6 +101,7 @@ class Renderer:
         yaw: float = 0.0,
         pitch: float = 0.0,
         dolly: float = 0.0,
+        upsample: str = "vote",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -109,7 +110,8 @@ class Renderer:
         built-in name is read each time, as on the command line: load once what is drawn often.
 
         light    one Light or several; None is the default Light
-        camera   who looks; None is the frame's own camera. Its size is the picture's.
+        camera   who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its
+                 size is the picture's.
         pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
         normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
         shading  "none", "flat", "gouraud" or "phong"
@@ -117,6 +119,7 @@ class Renderer:
         splat    "footprint" carries the pixel's square into the view, "round" the circle round it
         max_depth_step, noise  as for `estimate_normals`
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
+        upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -125,7 +128,8 @@ class Renderer:
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise, yaw=yaw, pitch=pitch, dolly=dolly,
+                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, yaw=yaw, pitch=pitch,
+                dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -146,6 +150,7 @@ class Renderer:
         yaw: float = 0.0,
         pitch: float = 0.0,
         dolly: float = 0.0,
+        upsample: str = "vote",
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
@@ -153,7 +158,7 @@ class Renderer:
         """
         material = Material() if material is None else material
         frame = _loaded(frame)
-        scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise))
+        scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise, upsample))
         lights = check_lights(light if light is not None else scene.lights or None)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -173,6 +178,7 @@ class Renderer:
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        upsample: str = "vote",
     ) -> NDArray[np.float32]:
         """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
 
@@ -180,7 +186,7 @@ class Renderer:
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = _loaded(frame)
-        scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise))
+        scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise, upsample))
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.read_depth(scene, *seen)
@@ -210,7 +216,9 @@ class Renderer:
         frame = check_type(_loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        scene = self._scene_of(frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise))
+        scene = self._scene_of(
+            frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise, upsample="none")
+        )
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
@@ -227,7 +235,7 @@ class Renderer:
     def _scene_of(self, frame: Frame, look: Look) -> Scene:
         """The scene of one frame; the last one again if nothing has changed."""
         if self._last is None or self._last[0] is not frame or not look.is_uniform or self._last[1] != look:
-            scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
+            scene = Scene((Node(PointObject(frame, look=look)),), frame.picture_camera, frame.pose)
             self._last = (frame, look, scene) if look.is_uniform else None
             return scene
         return self._last[2]

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .camera import check_pose, check_turns, orbit_pose
-from .checks import check_size, check_type
+from .camera import Camera, check_pose, check_turns, orbit_pose
+from .checks import check_choice, check_size, check_type
 from .frame import Frame
 from .light import Light, check_lights
 from .look import Look
 from .scene import Scene
 from .wording import option
+
+SIZES = ("depth", "color", "half")
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,8 @@ class View:
     lights  empty: the default light, or a scene's own
     pose    (4, 4) camera-to-world for all frames; None: each frame's own, moved by yaw, pitch and dolly as in
             `orbit_pose`
-    size    (width, height) of the picture in pixels; None: that of the depth
+    size    (width, height) of the picture in pixels; "depth" or "color": as large as that; None: as the larger of the
+            two; "half": half as wide and high as the larger one
     look    how frames are drawn; the objects of a scene have their own
 
     Raises TypeError or ValueError for anything else.
@@ -36,21 +39,24 @@ class View:
     yaw: float = 0.0
     pitch: float = 0.0
     dolly: float = 0.0
-    size: tuple[int, int] | None = None
+    size: tuple[int, int] | str | None = None
     look: Look = field(default_factory=Look)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
         _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
-        object.__setattr__(self, "size", None if self.size is None else check_size(self.size))
+        if isinstance(self.size, str):
+            check_choice(option("size"), self.size, SIZES)
+        elif self.size is not None:
+            object.__setattr__(self, "size", check_size(self.size))
         check_type(self.look, Look, "look")
 
     def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
         frame = frame.framed() if isinstance(frame, Scene) else frame
         pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
-        camera = frame.camera.fitted(*self.size) if self.size and frame.camera else None
+        camera = None if self.size is None else _sized_camera(frame, self.size)
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
 
@@ -81,6 +87,24 @@ def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: floa
         given = " and ".join(option(name) for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True) if turn)
         raise ValueError(f"pass {option('pose')} or {given}, not both: only a frame's own pose is moved")
     return turns
+
+
+def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
+    """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
+    own = frame.picture_camera if isinstance(frame, Frame) else frame.camera
+    assert own is not None, "only scenes without a frame have none"
+    if not isinstance(size, str):
+        return own.fitted(*size)
+    if size == "half":
+        return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
+    if isinstance(frame, Scene):
+        raise ValueError(f"{option('size', size)} is the size of a frame's picture: for a scene pass width and height")
+    if size == "depth":
+        return frame.camera
+    if frame.color is None:
+        raise ValueError(f"{option('size', size)} needs a colour picture, this frame has none")
+    height, width = frame.color.shape[:2]
+    return frame.camera.resized(width, height)
 
 
 def upright_of(frame: Frame | Scene) -> NDArray[np.float64] | None:

@@ -124,7 +124,7 @@ def test_guesses_go_to_stderr_unless_a_function_takes_them(capsys):
     ps.load_frame(depth=DEEP, color=np.repeat(COLOR, 2, 0).repeat(2, 1), intrinsics="50,50,19.5,14.5")
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 2 and all(line.startswith("note: ") for line in lines)
-    assert "taken as for the depth picture of 40x30" in lines[0] and "taken as millimetres" in lines[1]
+    assert "taken as millimetres" in lines[0] and "taken as for the depth picture of 40x30" in lines[1]
 
 
 def test_pictures_of_another_aspect_ratio_are_told():

@@ -25,6 +25,8 @@ def small(frame):
 
 SMOOTH, NOISY = small(frames.sphere_before_wall()), small(frames.noisy())
 
+SMALL_DEPTH = ps.Frame(frames.noisy().color, NOISY.depth, CAMERA)
+
 
 def scene(shading):
     corners = np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]])
@@ -39,6 +41,7 @@ CALLS = {
     "flat": lambda r: r.render(SMOOTH, shading="flat", pose=SIDE),
     "own sizes": lambda r: r.render(SMOOTH, size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
     "adaptive": lambda r: r.render(NOISY, normals="adaptive"),
+    "small depth": lambda r: r.render(SMALL_DEPTH, shading="flat"),
     "borrow": lambda r: r.estimate_normals(NOISY, "star-borrow"),
     "scene": lambda r: r.render(
         scene("phong"), [SUN, ps.Light(direction=(0, 0, 1), cone=(20, 40), position=(0, 0, 0), shadow=True)]

@@ -32,7 +32,7 @@ def test_unlit_from_the_own_camera_the_photograph_comes_back(renderer, shared_da
 def test_colours_larger_than_depth_are_sampled_at_the_depth_pixels(renderer, shared_data):
     """7.5 colour pixels a depth pixel: the two nearest in each direction, weighted by hand."""
     frame = ps.load_frame(shared_data / "iphone_lidar_promptda", notes=lambda _: None)
-    image = renderer.render(frame, shading="none")
+    image = renderer.render(frame, camera=frame.camera, shading="none")
     for v, u in ((0, 0), (17, 200), (100, 33), (191, 255)):
         x, y = (u + 0.5) * 7.5 - 0.5, (v + 0.5) * 7.5 - 0.5
         x0, y0 = int(x), int(y)
@@ -40,6 +40,13 @@ def test_colours_larger_than_depth_are_sampled_at_the_depth_pixels(renderer, sha
         across = square[:, 0] * (1 - x + x0) + square[:, 1] * (x - x0)
         expected = across[0] * (1 - y + y0) + across[1] * (y - y0)
         assert np.abs(image[v, u, :3] - expected).max() <= 1
+
+
+def test_by_default_small_depth_is_drawn_at_the_size_of_its_photograph(renderer, shared_data):
+    frame = ps.load_frame(shared_data / "iphone_lidar_promptda", notes=lambda _: None)
+    image = renderer.render(frame, shading="none")
+    assert image.shape == (1440, 1920, 4) and (image[..., 3] == 255).mean() > 0.9999
+    assert (image[..., :3] == frame.color).all(-1).mean() > 0.9999
 
 
 @pytest.mark.parametrize("name", [*FRAMES, "iphone_lidar_promptda"])

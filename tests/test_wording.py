@@ -169,7 +169,10 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --specular -1", ": --specular must be a number from 0"),
         (f"{RENDER} --shininess 0", ": --shininess must be a number from 0.001"),
         (f"{RENDER} --light nan,0,0", "--light 'nan,0,0': 'nan,0,0' is unknown: it takes X,Y,Z in metres, or words"),
-        (f"{RENDER} --size 4x4.5", "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, got '4x4.5'"),
+        (
+            f"{RENDER} --size 4x4.5",
+            "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, or depth, color, half, got '4x4.5'",
+        ),
         ("render frame -o out.gif", "pass --turntable light or camera, or write a single picture"),
         ("render frame -o out.gif --turntable table", "unknown --turntable 'table'"),
         ("render frame -o out.gif --turntable light --frames 2 --fps 0", "--fps must be pictures per second"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -34,6 +35,7 @@ from .pose_files import load_pose
 from .video import read_video_frame
 
 _OTHER_ASPECT = 0.02
+_USUAL_FOV = 60.0  # degrees
 _NAMES = 5  # folders of a path by which a data set is known
 
 
@@ -123,11 +125,13 @@ def assemble(
     source = _with_coding(_choose_camera(parts, options, note), parts.name, options, note)
     raw = _read_raw(parts.depth, source, note, limit)
     picture = _read_picture(parts, limit)
-    camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     baseline = _filed_baseline(source) if options.baseline is None else options.baseline
     said = _said(source, options, raw, bool(parts.name), baseline is not None)
     values, coding = decode(raw, parts.name or "depth", said, note, like)
+    if source is None and coding.scale is None and options.fov is None:
+        source = _assumed_camera(_size(raw), note)
+    camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     doffs = (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     del raw, values
@@ -249,6 +253,16 @@ def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, not
         f"{option('depth_kind', known.depth_kind)}, {option('depth_scale', known.depth_scale)}"
     )
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
+
+
+def _assumed_camera(size: Size, note: Note) -> Intrinsics:
+    """For depth of no unit, whose shape is a guess anyway: the usual lens of a phone."""
+    focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
+    note(
+        f"no camera is known, a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed: "
+        f"pass {option('fov')} (vertical degrees)"
+    )
+    return Intrinsics("the assumed camera", (focal, focal, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
 
 
 def _make_camera(

@@ -46,6 +46,7 @@ class FrameSequence(Sequence[Frame]):
         coding: Coding | None = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
+        self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
         self._place, self._options = place, options
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
 
@@ -83,11 +84,6 @@ class FrameSequence(Sequence[Frame]):
             raise OSError(f"frame {index}: {_naming(parts, error)}") from None
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
-
-    @property
-    def posed(self) -> int:
-        """How many frames have a pose."""
-        return sum(one.pose is not None for one in self.parts)
 
     def settle(self, may_scale: bool, metric_poses: bool) -> None:
         """Finds out how poses and camera are to be understood, from frames that see the same. Tells what it changes.

@@ -1,16 +1,28 @@
-"""Frames on the GPU: uploaded once, with the normals that were asked for."""
+"""Frames on the GPU: uploaded once, with the normals that were asked for, at the size that a view needs."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import moderngl
 
+from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, parse_noise
 from .steps import Steps
-from .surface import SurfacePass
-from .textures import FrameTextures
+from .surface import Estimator, SurfacePass
+from .textures import FrameTextures, LargePoints, PointLight, PointSurface
+from .upsample import UpsamplePass
+
+
+class DrawnPoints(NamedTuple):
+    """A frame's points as they are drawn, and the camera that saw them at their size."""
+
+    surface: PointSurface
+    lit: PointLight
+    camera: Camera
 
 
 class FrameStore:
@@ -22,6 +34,7 @@ class FrameStore:
     def __init__(self, context: moderngl.Context, steps: Steps):
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
+        self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -50,19 +63,45 @@ class FrameStore:
     def _free(self, unused: list[FrameTextures]) -> None:
         for textures in unused:
             self._kept.remove(textures)
+            self._steps.forget(of=textures.images)
             textures.release()
-            self._steps.forget(of=[textures, textures.surface, textures.lit])
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
-        if isinstance(look.normals, str):
-            options = look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth)
-            run = self._surface.run
-            self.choice = self._steps.run("surface", run, textures, frame.camera, *options, of=textures)
+        if estimator := _estimator(frame, look):
+            self.choice = self._steps.run("surface", self._surface.run, textures, frame.camera, *estimator, of=textures)
         else:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
             self.choice = Choice("the caller's")
 
+    def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
+        """The points with their normals, at the size of `camera`: the frame's own, resized."""
+        self.find_normals(textures, frame, look)
+        if camera == frame.camera:
+            return DrawnPoints(textures.surface, textures.lit, camera)
+        large = self._fit_large(textures, (camera.width, camera.height))
+        self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
+        inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
+        self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
+        return DrawnPoints(large.surface, large.lit, camera)
+
+    def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
+        if textures.large is None or textures.large.size != size:
+            if textures.large is not None:
+                self._steps.forget(of=textures.large.images)
+                textures.large.release()
+            textures.large = None  # stays so when the new one does not fit the GPU
+            textures.large = LargePoints(self._context, size)
+        return textures.large
+
     def release(self) -> None:
-        for item in (*self._kept, self._surface):
-            item.release()
+        for item in (*self._kept, self._upsample, self._surface):
+            if item is not None:
+                item.release()
+
+
+def _estimator(frame: Frame, look: Look) -> Estimator | None:
+    """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
+    if not isinstance(look.normals, str):
+        return None
+    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth)

@@ -11,7 +11,7 @@ from ..noise import Noise
 from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
-from .textures import FrameTextures
+from .textures import DepthTextures
 
 
 class NoisePass(Owner):
@@ -25,13 +25,13 @@ class NoisePass(Owner):
         self._average: dict[bool, FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
-    def measure(self, frame: FrameTextures, focal: float) -> Noise:
+    def measure(self, frame: DepthTextures, focal: float) -> Noise:
         """focal = mean focal length, pixels."""
         images = self._fit(frame)
         levels, counts = self._grid(frame, images, 1)
         return find_noise(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
 
-    def calm_depth(self, frame: FrameTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
+    def calm_depth(self, frame: DepthTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
         """RG32F: depth freed from most of its noise, and the noise that is left over depth.
 
         told (1, 1) or (h, w) float32 metres takes the place of the noise that was measured, not of the rounding.
@@ -56,7 +56,7 @@ class NoisePass(Owner):
             told_map.release()
         return images.calm
 
-    def _grid(self, frame: FrameTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
+    def _grid(self, frame: DepthTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
         self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
         patches, steps = images.patches
         self._blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
@@ -64,7 +64,7 @@ class NoisePass(Owner):
         levels, counts = (np.frombuffer(x.read(), np.float32).reshape(rows, columns, 4) for x in images.blocks)
         return levels, counts
 
-    def _fit(self, frame: FrameTextures) -> Images:
+    def _fit(self, frame: DepthTextures) -> Images:
         if self._images is None or self._images.size != frame.size:
             if self._images is not None:
                 self._images.release()

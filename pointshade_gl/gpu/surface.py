@@ -13,7 +13,9 @@ from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
 from .raw_gl import DEPTH_TEST
 from .state import enabled
-from .textures import FrameTextures, empty
+from .textures import DepthTextures, empty
+
+Estimator = tuple[str, Step, np.ndarray | None]  # method, gate and noise, as `SurfacePass.run` takes them
 
 
 class SurfacePass:
@@ -29,7 +31,7 @@ class SurfacePass:
         self._scratch: Scratch | None = None
 
     def run(
-        self, frame: FrameTextures, camera: Camera, method: str, max_step: Step, noise: np.ndarray | None = None
+        self, frame: DepthTextures, camera: Camera, method: str, max_step: Step, noise: np.ndarray | None = None
     ) -> Choice:
         """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres.
 
@@ -56,7 +58,7 @@ class SurfacePass:
             self._pass(name).draw(frame.surface.target, source, intrinsics=intrinsics)
         return Choice(method)
 
-    def _run_by_noise(self, frame: FrameTextures, camera: Camera, method: str, told: np.ndarray | None) -> Choice:
+    def _run_by_noise(self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None) -> Choice:
         if self._noise is None:
             self._noise = NoisePass(self._context)
         noise = self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
@@ -78,7 +80,7 @@ class SurfacePass:
             self._passes[key] = FullscreenPass(self._context, fragment, **constants)
         return self._passes[key]
 
-    def _fit(self, frame: FrameTextures) -> Scratch:
+    def _fit(self, frame: DepthTextures) -> Scratch:
         if self._scratch is None or self._scratch.size != frame.size:
             if self._scratch is not None:
                 self._scratch.release()

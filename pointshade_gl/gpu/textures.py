@@ -37,24 +37,32 @@ class Images(Versioned, Owner):
         return self._allocate(self._context.framebuffer, textures, depth)
 
 
-class FrameTextures(Images):
-    """Depth (R32F) and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
+class DepthTextures(Images):
+    """Depth (R32F), and `surface`: the normals and the depth of its points."""
 
-    surface  the points' normals and depth
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.depth = self._texture(1, "f4")
+            self.surface = self._keep(PointSurface(context, size))
+
+
+class FrameTextures(DepthTextures):
+    """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
+
     lit      the points' light, for flat and gouraud shading
     """
 
     def __init__(self, context: moderngl.Context, frame: Frame):
         super().__init__(context, _size(frame.depth))
         color = NEUTRAL if frame.color is None else frame.color
-        check_size(context, *_size(color))
         self._shape = frame.depth.shape, color.shape
         with self._all_or_nothing():
-            self.depth = self._texture(1, "f4")
+            check_size(context, *_size(color))
             self.color = self._texture(color.shape[2], size=_size(color))
-            self.surface = self._keep(PointSurface(context, self.size))
             self.lit = self._keep(PointLight(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
+        self.large: LargePoints | None = None  # made for the first view that shows them
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color
@@ -68,6 +76,30 @@ class FrameTextures(Images):
         self.color.write(NEUTRAL if frame.color is None else frame.color)
         self.frame = frame
         self.raise_version()
+
+    @property
+    def images(self) -> list[Images]:
+        """These textures, and the images made from them."""
+        return [self, self.surface, self.lit, *(self.large.images if self.large else ())]
+
+    def release(self) -> None:
+        if self.large:
+            self.large.release()
+        super().release()
+
+
+class LargePoints(Images):
+    """A frame's points at a larger size than its depth: `surface` and `lit`, as in FrameTextures."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.surface = self._keep(PointSurface(context, size))
+            self.lit = self._keep(PointLight(context, size))
+
+    @property
+    def images(self) -> list[Images]:
+        return [self.surface, self.lit]
 
 
 class PointSurface(Images):

@@ -185,8 +185,9 @@ class Viewer:
 
     @property
     def _own_camera(self) -> Camera:
-        assert self.frame.camera is not None  # `framed` gave scenes a camera
-        return self.frame.camera
+        camera = self.frame.picture_camera if isinstance(self.frame, Frame) else self.frame.camera
+        assert camera is not None  # `framed` gave scenes a camera
+        return camera
 
     @property
     def pose(self) -> NDArray[np.float64]:

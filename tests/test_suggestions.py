@@ -90,6 +90,10 @@ def things(tmp_path):
             "render vase demo -o out.png",
             "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",
         ),
+        ("bench demo", "extra argument"),
+        ("render --verbose", "there is no option --verbose; `pointshade render --help` lists the options"),
+        ("render --rgb a.png", "there is no option --rgb (did you mean --color?)"),
+        ("render --scale 5000", "there is no option --scale (did you mean --depth-scale?)"),
         ("render vase -o out.png --depth", "option '--depth' requires an argument"),
         ("render --frames 0 -o out.png", "--frames must be greater than or equal to 1, got '0'"),
         (

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from .cli_mistakes import Commands, UsageError, check_exist, sentence_of
+from .cli_mistakes import Commands, UsageError, sentence_of
 from .cli_options import (
     Axes,
     BenchOptions,
@@ -45,7 +45,12 @@ if TYPE_CHECKING:
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
-app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 
 
 def _print_version(wanted: bool) -> None:
@@ -83,7 +88,7 @@ def render(
     Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
     from .files.film import check_series, is_series
-    from .files.pictures import check_writable, save_image
+    from .files.pictures import save_image
     from .scene import Scene
 
     view = place.view(look)
@@ -91,7 +96,10 @@ def render(
         _write_points(output, frame, view, film, device)
         return
     many = film.turntable is not None or is_series(output)
-    (check_series if many else check_writable)(output)
+    if many:
+        check_series(output)
+    else:
+        _check_picture(output, film)
     source = _load(frame, sequence=many and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         _check_look(view.look)
@@ -206,17 +214,23 @@ def info(
     quiet: Quiet = False,
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
-    if frame.input or frame.depth:
+    if frame.input or frame.depth or frame.color:
         from .cli_info import show_input
 
         _check_frame(frame)
+        frame.check_exist()
         show_input(frame, output, as_json, device)
         return
+    if output:
+        raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
     from . import __version__
 
     with open_renderer(device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}
-        print(json.dumps(limits, indent=1) if as_json else "\n".join(f"{name:16s}{limits[name]}" for name in limits))
+        if as_json:
+            print(json.dumps({name.replace(" ", "_"): value for name, value in limits.items()}, indent=1))
+        else:
+            print("\n".join(f"{name:16s}{limits[name]}" for name in limits))
 
 
 @app.command()
@@ -271,12 +285,26 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
     source, options = frame.input, frame.load_options
     if not scene:
         _check_frame(frame)
-    check_exist(color=frame.color, depth=frame.depth, intrinsics=frame.intrinsics)
+    frame.check_exist()
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
     if is_scene(source):
         return load_any(source, **options)
     return (open_source if sequence else load_frame)(source, **options)
+
+
+def _check_picture(output: Path, film: FilmOptions) -> None:
+    """Raises ValueError or OSError unless a single picture can be written there."""
+    from .files.pictures import check_writable
+
+    try:
+        check_writable(output)
+    except ValueError as error:
+        raise ValueError(f"{error}; films are .mp4 or .gif, points .ply") from None
+    if film.frames is not None:
+        raise ValueError(
+            f"{option('frames')} is for many pictures and {output} is one: write an .mp4, a .gif or %04d{output.suffix}"
+        )
 
 
 def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:

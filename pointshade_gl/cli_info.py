@@ -10,6 +10,7 @@ from typing import Any
 from .cli_options import FrameOptions
 from .cli_output import open_renderer, report, spinner
 from .contact_sheet import contact_sheet
+from .files.depth_kinds import METRIC
 from .files.examine import examine, facts
 from .files.pictures import check_writable, save_image
 from .noise import Choice, describe
@@ -62,8 +63,8 @@ def _lines(found: dict[str, Any]) -> list[str]:
 def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
     depth, color, camera, poses, noise = (found[key] for key in ("depth", "color", "camera", "poses", "noise"))
     frames, (near, far) = found["frames"], depth["range"]
-    unit = f", {depth['units_per_metre']:g} units per metre" if depth["units_per_metre"] else ""
     size = f", {color['size'][0]}x{color['size'][1]}" if color["size"] else ""
+    estimator, _, found_noise = noise["found"].partition(": ")
     numbers = ", ".join(f"{key} {camera[key]:g}" for key in ("fx", "fy", "cx", "cy"))
     return [
         ("frames", [f"{frames['count']}" + (f"; number {frames['shown']} is shown" if frames["count"] > 1 else "")]),
@@ -71,16 +72,32 @@ def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
             "depth",
             [
                 f"{depth['file'] or 'an array'}, {depth['stored']}",
-                f"kind {depth['kind']}{unit} ({depth['why']})",
-                f"{near:g} to {far:g} m, median {depth['median']:g} m, {depth['missing']:.1%} missing",
+                f"{_unit(depth['kind'], depth['units_per_metre'])} ({depth['why']})",
+                f"{near:.4g} to {far:.4g} m, median {depth['median']:.4g} m, {depth['missing']:.1%} missing",
             ],
         ),
         ("color", [f"{color['file'] or ('in the same file' if size else 'none')}{size}"]),
         (
             "camera",
-            [f"{numbers}, sees {camera['fov'][0]:g} x {camera['fov'][1]:g} degrees", f"from {camera['from']}"],
+            [
+                f"{numbers}; it sees {camera['fov'][0]:g} degrees across, {camera['fov'][1]:g} from top to bottom",
+                f"from {camera['from']}",
+            ],
         ),
         ("poses", [f"{poses['count']} from {poses['from']}" if poses["count"] else "none"]),
-        ("noise", [noise["found"], *([f"like a {noise['sensor']}"] if noise.get("sensor") else [])]),
+        ("noise", found_noise.split(", ") + ([f"like a {noise['sensor']}"] if noise.get("sensor") else [])),
+        ("normals", [f"by {estimator}"]),
         ("notes", found["assumed"] or ["none"]),
     ]
+
+
+def _unit(kind: str, scale: float | None) -> str:
+    """What one raw value is."""
+    if kind in METRIC:
+        unit = "without a scale" if scale is None else "in metres" if scale == 1 else f"with {scale:g} values per metre"
+        return f"{kind} {unit}"
+    if kind == "disparity" and scale != 1:
+        return f"disparity with {scale:g} values per pixel"
+    if kind == "inverse":
+        return "inverse depth" + (f", z = {scale:.4g} / value" if scale else " without a scale")
+    return f"kind {kind}"

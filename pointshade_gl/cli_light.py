@@ -30,7 +30,8 @@ def light_from(text: str, **unless_said: Any) -> Light:
         if name not in FIELDS:
             raise _refusal(text, f"{shown(name)} is unknown{did_you_mean(name, FIELDS)}")
         if name in said:
-            raise _refusal(text, f"{name} is there twice")
+            commas = ", numbers need commas and no spaces between them" if name == "position" else ""
+            raise _refusal(text, f"{name} is there twice{commas}", names=False)
         said[name] = _value(name, value, text)
     if not said:
         raise _refusal(text, "it is empty")
@@ -44,14 +45,15 @@ def _value(name: str, value: str, text: str) -> Any:
     """A number, several, or a switch, as the field has it."""
     if isinstance(FIELDS[name].default, bool):
         if value.lower() not in ("", *_SWITCHED):
-            raise _refusal(text, f"{name} must be yes or no, got {shown(value)}")
+            raise _refusal(text, f"{name} must be yes or no, got {shown(value)}", names=False)
         return _SWITCHED.get(value.lower(), True)
     try:
         numbers = [float(part) for part in value.split(",")]
     except ValueError:
         if name == "color" and value:
             return _color(value, text)
-        raise _refusal(text, f"{name} must be numbers with commas between them, got {shown(value)}") from None
+        wanted = "a number" if isinstance(FIELDS[name].default, float) else "numbers with commas between them"
+        raise _refusal(text, f"{name} must be {wanted}, got {shown(value)}", names=False) from None
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
 
 

@@ -13,12 +13,13 @@ from .checks import check_path
 from .cli_light import FIELDS
 from .files.builtin import FRAMES, SCENES
 from .files.content import split_numbers
-from .suggestions import did_you_mean, listed_beside, near_path
-from .wording import option
+from .suggestions import did_you_mean, listed_beside, meant_option, near_path
+from .wording import option, shown
 
 # click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
 UsageError: Any = typer.BadParameter.__base__
 _LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
+_EXTRA = re.compile(r"extra argument\S* \((.*)\)")
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 
@@ -34,7 +35,8 @@ class Commands(TyperGroup):
                 f"{name} is not a command: pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
             )
         near = did_you_mean(name, self.commands)
-        raise ValueError(f"unknown command {name!r}{near}: known are {', '.join(self.commands)}")
+        known = f"known are {', '.join(self.commands)}; `pointshade --help` explains them"
+        raise ValueError(f"unknown command {name!r}{near}: {known}")
 
 
 def check_input(text: str | None) -> str | None:
@@ -44,30 +46,62 @@ def check_input(text: str | None) -> str | None:
     return text
 
 
-def check_exist(**given: str | Path | None) -> None:
-    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers in a text pass.
+def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
 
     The error says by which option it was given, and a near name or else what there is.
+
+    folder  in which the file may have been meant to lie
     """
     for name, value in given.items():
-        if value is None or split_numbers(str(value)) is not None:
+        if value is None or (name == "intrinsics" and split_numbers(str(value)) is not None):
             continue
         path = check_path(value)
         if not path.exists():
-            told = near_path(path) or listed_beside(path)
+            inside = Path(folder or "", path)
+            told = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
             raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
 
 
 def sentence_of(error: Any) -> str:
     """What a UsageError says, and which command explains more; empty if all the help was printed already."""
     message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
-    if parameter:
-        fact = f": {error.message}" if error.message else " is missing"
-        message = f"{parameter.opts[-1]}{fact.rstrip('.')} ({parameter.help.rstrip('.')})"
+    if parameter and error.message:
+        message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
+    elif parameter:
+        message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
     elif hasattr(error, "possibilities"):  # an option that does not exist
-        known = [name for parameter in error.ctx.command.params for name in parameter.opts]
-        message = f"there is no option {error.option_name}{did_you_mean(error.option_name, known)}"
-    elif "extra argument" in message and _LIGHT_WORD.search(message):
-        message += f": {_QUOTES}"
+        message = _no_option(error.option_name, error.ctx)
+    elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
+        message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
+
+
+def _fact(error: Any) -> str:
+    """What is wrong with the value of an option. Newer versions of Typer say it in words of Pydantic."""
+    message = error.message.rstrip(".").partition(", unable to parse")[0]
+    for theirs, ours in (("a valid integer", "a whole number"), ("a valid", "a"), ("Input should be", "must be")):
+        message = message.replace(theirs, ours)
+    details = getattr(error.__cause__, "errors", list)()
+    return message + (f", got {shown(details[0]['input'])}" if details else "")
+
+
+def _no_option(name: str, context: Any) -> str:
+    known = _options(context.command)
+    near = meant_option(name, known)
+    siblings = context.parent.command.commands.items() if context.parent else ()
+    others = [f"`pointshade {other}`" for other, command in siblings if not near and name in _options(command)]
+    return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
+
+
+def _options(command: Any) -> list[str]:
+    return [name for parameter in command.params for name in parameter.opts]
+
+
+def _way_out(extra: str) -> str:
+    if _LIGHT_WORD.search(extra):
+        return _QUOTES
+    if split_numbers(extra) is not None:
+        return "write numbers with commas and no spaces, as in --light 1,2,3"
+    return "pass files as --depth FILE, --color FILE and -o FILE"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 
-Output = Annotated[Path, typer.Option("-o", "--output", help="The file to write.")]
+Output = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write, such as out.png.")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
 Quiet = Annotated[
@@ -61,14 +61,14 @@ class FrameOptions:
         str | None,
         typer.Argument(
             metavar="INPUT",
-            help="A folder with color.*, depth.* and intrinsics.json, or with a sequence of frames; "
-            "'vase' (the default); for render, depth and view also a scene: .gltf, .glb or 'demo'.",
+            help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
+            "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'.",
             autocompletion=complete_input,
             callback=check_input,
         ),
     ] = None
-    color: Annotated[str | None, typer.Option(help="Colour picture.", rich_help_panel=FRAME)] = None
-    depth: Annotated[str | None, typer.Option(help="Depth picture.", rich_help_panel=FRAME)] = None
+    color: Annotated[str | None, typer.Option(metavar="FILE", help="Colour picture.", rich_help_panel=FRAME)] = None
+    depth: Annotated[str | None, typer.Option(metavar="FILE", help="Depth picture.", rich_help_panel=FRAME)] = None
     intrinsics: Annotated[
         str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
     ] = None
@@ -84,7 +84,7 @@ class FrameOptions:
         str | None,
         typer.Option(
             metavar="KIND",
-            help=f"What depth values are: {', '.join(KINDS)}.",
+            help=f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
             autocompletion=one_of(KINDS),
             rich_help_panel=FRAME,
         ),
@@ -105,6 +105,10 @@ class FrameOptions:
     def load_options(self) -> dict[str, Any]:
         """All but the input, by name, as arguments of `load_any`."""
         return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "input"}
+
+    def check_exist(self) -> None:
+        """Raises FileNotFoundError if one of the files does not exist."""
+        check_exist(self.input, color=self.color, depth=self.depth, intrinsics=self.intrinsics)
 
 
 @dataclass(frozen=True)
@@ -162,10 +166,18 @@ class LookOptions(NormalOptions):
             rich_help_panel=LIGHT,
         ),
     ] = None
-    ambient: Annotated[float, typer.Option(help="Strength of the ambient light.", rich_help_panel=LIGHT)] = 0.1
-    diffuse: Annotated[float, typer.Option(help="Strength of the diffuse reflection.", rich_help_panel=LIGHT)] = 0.9
-    specular: Annotated[float, typer.Option(help="Strength of the highlight.", rich_help_panel=LIGHT)] = 0.3
-    shininess: Annotated[float, typer.Option(help="Exponent of the highlight.", rich_help_panel=LIGHT)] = 32.0
+    ambient: Annotated[
+        float, typer.Option(metavar="N", help="Strength of the ambient light.", rich_help_panel=LIGHT)
+    ] = 0.1
+    diffuse: Annotated[
+        float, typer.Option(metavar="N", help="Strength of the diffuse reflection.", rich_help_panel=LIGHT)
+    ] = 0.9
+    specular: Annotated[float, typer.Option(metavar="N", help="Strength of the highlight.", rich_help_panel=LIGHT)] = (
+        0.3
+    )
+    shininess: Annotated[float, typer.Option(metavar="N", help="Exponent of the highlight.", rich_help_panel=LIGHT)] = (
+        32.0
+    )
     splat: Annotated[
         str,
         typer.Option(
@@ -211,15 +223,22 @@ class LookOptions(NormalOptions):
 class ViewOptions:
     """From where objects are seen, and how large the picture is."""
 
-    yaw: Annotated[float, typer.Option(help="Degrees to the right around the object.", rich_help_panel=VIEW)] = 0.0
-    pitch: Annotated[float, typer.Option(help="Degrees upwards around the object.", rich_help_panel=VIEW)] = 0.0
+    yaw: Annotated[
+        float, typer.Option(metavar="DEG", help="Degrees to the right around the object.", rich_help_panel=VIEW)
+    ] = 0.0
+    pitch: Annotated[
+        float, typer.Option(metavar="DEG", help="Degrees upwards around the object.", rich_help_panel=VIEW)
+    ] = 0.0
     dolly: Annotated[
-        float, typer.Option(help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW)
+        float,
+        typer.Option(metavar="N", help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW),
     ] = 0.0
     pose: Annotated[
         Path | None,
         typer.Option(
-            help="4x4 camera-to-world matrix in a file, instead of yaw, pitch and dolly.", rich_help_panel=VIEW
+            metavar="FILE",
+            help="4x4 camera-to-world matrix in a file, instead of yaw, pitch and dolly.",
+            rich_help_panel=VIEW,
         ),
     ] = None
     size: Annotated[
@@ -263,7 +282,7 @@ class FilmOptions:
             rich_help_panel=FILM,
         ),
     ] = None
-    fps: Annotated[float, typer.Option(help="Pictures per second.", rich_help_panel=FILM)] = 25.0
+    fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second.", rich_help_panel=FILM)] = 25.0
 
 
 @dataclass(frozen=True)
@@ -272,7 +291,9 @@ class WindowOptions:
 
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None
     panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
-    fps: Annotated[float, typer.Option(help="Frames of a sequence per second.", rich_help_panel=FILM)] = 30.0
+    fps: Annotated[float, typer.Option(metavar="N", help="Frames of a sequence per second.", rich_help_panel=FILM)] = (
+        30.0
+    )
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Record the window as a film: .mp4 or .gif.", rich_help_panel=FILM),

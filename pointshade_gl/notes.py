@@ -12,38 +12,40 @@ Note = Callable[[str], None]
 MOST = 5  # notes that a command prints
 
 
-class _Counter:
-    """How many notes the running command has printed, and how many it has not. Threads share it."""
+class _Told:
+    """The different notes of the running command, also those that were not printed. Threads share it."""
 
     def __init__(self, most: int):
-        self.most, self.count, self.lock = most, 0, threading.Lock()
+        self.most, self.lock = most, threading.Lock()
+        self.texts: set[str] = set()
 
-    def passes(self) -> bool:
-        """Counts one more note: may it be printed?"""
+    def passes(self, text: str) -> bool:
+        """Remembers a note: may it be printed? Each is printed once, and only the first ones."""
         with self.lock:
-            self.count += 1
-            return self.count <= self.most
+            is_new = text not in self.texts
+            self.texts.add(text)
+            return is_new and len(self.texts) <= self.most
 
 
-_counter: _Counter | None = None  # in Python all notes are printed
+_told: _Told | None = None  # in Python all notes are printed
 
 
 def print_note(text: str) -> None:
     """Prints a note to stderr, in a line that begins with `note:`. See `few_notes` for the command line."""
-    if _counter is None or _counter.passes():
+    if _told is None or _told.passes(text):
         sys.stderr.write(f"note: {text}\n")
 
 
 @contextmanager
 def few_notes() -> Iterator[None]:
-    """Inside, only the first notes are printed; a last one says how many more there were."""
-    global _counter
-    counter = _counter = _Counter(MOST)
+    """Inside, only the first notes are printed, each once; a last one says how many more there were."""
+    global _told
+    told = _told = _Told(MOST)
     try:
         yield
     finally:
-        _counter = None
-        more = counter.count - counter.most if counter.most else 0
+        _told = None
+        more = len(told.texts) - told.most if told.most else 0
         if more > 0:
             tail = "see all with pointshade info INPUT, none with --quiet"
             print_note(f"{more} more note{'s' if more > 1 else ''}: {tail}")
@@ -51,8 +53,8 @@ def few_notes() -> Iterator[None]:
 
 def silence() -> None:
     """Prints no notes any more, until `few_notes` ends."""
-    if _counter is not None:
-        _counter.most = 0
+    if _told is not None:
+        _told.most = 0
 
 
 def once(note: Note) -> Note:

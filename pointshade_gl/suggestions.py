@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from contextlib import suppress
 from difflib import get_close_matches
 from itertools import islice
@@ -12,12 +12,38 @@ from pathlib import Path
 _DIGIT = re.compile(r"\d")
 _MOST = 1000  # entries of a folder that are compared
 _LISTED = 6  # entries of a folder that a message lists
+_ALIKE = 0.65  # of 1: names that are spelt so much alike are near
+_ELSEWHERE = {  # what options are called in other programs
+    "camera": "--intrinsics",
+    "focal": "--intrinsics",
+    "fx": "--intrinsics",
+    "gpu": "--device",
+    "height": "--size",
+    "image": "--color",
+    "inverse": "--depth-kind inverse",
+    "method": "--normals",
+    "photo": "--color",
+    "rgb": "--color",
+    "shadow": '--light "X,Y,Z shadow"',
+    "units": "--depth-scale",
+    "width": "--size",
+}
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """The known name that is nearest to a word, in brackets. Capitals do not count."""
     near = _nearest(word, known) if isinstance(word, str) else None
     return f" (did you mean {near}?)" if near else ""
+
+
+def meant_option(typed: str, known: Collection[str]) -> str:
+    """The same for an option: one that other programs call so, that has the word in it, or that is spelt nearly so."""
+    word = typed.lstrip("-").lower()
+    elsewhere = _ELSEWHERE.get(word, "")
+    names = [name.removeprefix("--") for name in known if name.startswith("--")]
+    near = next((name for name in names if word in name.split("-")), None) or _nearest(word, names)
+    meant = elsewhere if elsewhere.partition(" ")[0] in known else f"--{near}" if near else ""
+    return f" (did you mean {meant}?)" if meant else ""
 
 
 def near_path(path: Path, names: Iterable[str] = ()) -> str:
@@ -46,7 +72,7 @@ def listed_beside(path: Path) -> str:
 
 def _nearest(word: str, known: Iterable[str]) -> str | None:
     names = {name.lower(): name for name in known}
-    near = get_close_matches(word.lower(), names, 1)
+    near = get_close_matches(word.lower(), names, 1, _ALIKE)
     return names[near[0]] if near else None
 
 

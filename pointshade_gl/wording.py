@@ -31,6 +31,11 @@ def option(name: str, *values: object, of: str = "", beside_file: bool = False) 
     return f"{name}={' or '.join(map(_literal, values))}" if values else name
 
 
+def all_of_them() -> str:
+    """How a user goes on who wants all frames of a sequence, not only one."""
+    return "; `pointshade render INPUT -o %04d.png` draws all" if _is_typed else "; open_source gives all"
+
+
 @contextmanager
 def as_command_line() -> Iterator[None]:
     """Inside, messages name options as the command line has them."""

@@ -185,7 +185,7 @@ def no_depth(folder):
         (no_picture, "is not a picture"),
         (pointer, "git-LFS pointer"),
         (depth8, "8 bits"),
-        (rainbow, "colour-mapped"),
+        (rainbow, "is a colour picture, not depth, nor depth colour-mapped by Spectral_r"),
         (wrong_size, "intrinsics are for 800x6"),
         (no_focal_length, "fx must be above 0"),
         (all_missing, "depth must be known somewhere"),

@@ -60,7 +60,8 @@ def test_a_new_field_of_a_light_becomes_a_word(monkeypatch):
     [
         ("0,0,0 colr=red", "'colr' is unknown (did you mean color?): it takes X,Y,Z in metres, or words"),
         ("red", "'red' is unknown"),
-        ("0,0,0 1,1,1", "position is there twice"),
+        ("0,0,0 1,1,1", "position is there twice, numbers need commas and no spaces between them"),
+        ("0 0 0", "position is there twice, numbers need commas and no spaces between them"),
         ("intensity=2 intensity=3", "intensity is there twice"),
         ("", "it is empty"),
         ("0,0", "light position must be three finite numbers"),
@@ -79,7 +80,7 @@ def test_a_wrong_light_is_one_sentence_with_the_text_and_the_known_words(typed, 
     code, _, errors = typed(f'render --light "{text}" -o out.png')
     (line,) = errors.splitlines()
     assert code == 2 and line.startswith(f"pointshade: --light {text!r}: {sentence}"), line
-    assert "known are" in line or "must be" in line or "numbers" in line
+    assert "known are" in line or "must be" in line or "there twice" in line
     if "it takes" in line:
         assert line.endswith("known are position, direction, color, intensity, attenuation, cone, shadow")
 

@@ -125,7 +125,10 @@ def test_colours_of_no_map_are_refused():
     labels = TABLES["turbo"][np.random.default_rng(1).integers(0, 256, (240, 320))]
     for image in (hue, ramp, noise, labels, noise[:2, :2]):
         assert read_levels(image) is None
-    with pytest.raises(ValueError, match=r"its colours are of none of Spectral_r, .* jet: pass the raw depth"):
+    with pytest.raises(
+        ValueError,
+        match=r"is a colour picture, not depth, nor depth colour-mapped by Spectral_r, .* jet: pass depth \(16-bit",
+    ):
         read(hue)
 
 

@@ -24,6 +24,13 @@ def test_the_sixth_and_later_notes_of_a_command_are_counted(capsys, count):
         assert [*told, last] == (list("01234")[:count] or [""])
 
 
+def test_the_same_note_is_printed_and_counted_once(capsys):
+    with few_notes():
+        for text in "aabbccddaabbee":
+            print_note(text)
+    assert notes(capsys) == list("abcde")
+
+
 def test_python_prints_all_also_after_a_command(capsys):
     with few_notes():
         silence()

@@ -98,7 +98,9 @@ def test_odd_colorised_depth_png_is_read_back_and_the_true_one_read(shared_data)
 
 def test_odd_android_depth16_is_read_and_its_preview_refused(shared_data):
     folder = shared_data / "odd_android_depth16"
-    with pytest.raises(ValueError, match=r"its colours are of none of .*: pass the raw depth"):
+    with pytest.raises(
+        ValueError, match=r"is a colour picture, not depth, nor depth colour-mapped by .*: pass depth \(16-bit"
+    ):
         ps.load_frame(folder, depth=folder / "depth_rgba_preview.png")
     _, raw, notes = load(folder, depth=folder / "depth16.bin")
     assert any("Android's DEPTH16: millimetres in the low 13 bits" in note for note in notes)

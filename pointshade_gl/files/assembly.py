@@ -144,7 +144,10 @@ def assemble(
         pose = reading.pose(parts.pose)
     frame = Frame(picture, metres, camera, pose)
     if not frame.points_known:
-        raise ValueError("depth must be known somewhere, got only missing values (0, negative, NaN or infinite)")
+        where = f"{parts.name}: " if parts.name else ""
+        raise ValueError(
+            f"{where}depth must be known somewhere, got only missing values (0, negative, NaN or infinite)"
+        )
     found = Found(parts.name or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
@@ -269,16 +272,16 @@ def _make_camera(
     if color and abs(color[0] / color[1] * depth[1] / depth[0] - 1) > _OTHER_ASPECT:
         note(
             f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
-            "they do not look registered"
+            f"they do not look registered; pass the right colour as {option('color', 'FILE')}"
         )
     if fov is not None:
         return Camera.from_fov(fov, *depth)
     if source is None:
         title, numbers = COMMON_CAMERAS.get(depth, ("", ""))
-        often = f"; a picture of this size is often {title}'s, {option('intrinsics', numbers)}" if title else ""
+        often = f"; for this size often {option('intrinsics', numbers)} ({title})" if title else ""
         raise ValueError(
             f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
-            f"or {option('fov')} (vertical degrees){often}{missing}"
+            f"or {option('fov')} (vertical degrees), such as 50{often}{missing}"
         )
     return place_camera(source, depth, color, note)
 

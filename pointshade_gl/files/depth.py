@@ -46,11 +46,13 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
         raw = _read_pgm(Path(path), max_pixels)
     else:
         if head.startswith(_PNG) and head[24:25] == b"\x10" and head[25:26] != b"\0":
-            raise ValueError(f"{name} has several channels of 16 bits, expected a depth picture of one channel")
+            raise ValueError(
+                f"{name} has several channels of 16 bits, expected depth of one channel: pass another file"
+            )
         try:
             raw = read_image(path, max_pixels)
         except NotAPictureError as error:
-            way = f"pass depth in one of them as {option('depth', 'FILE')}"
+            way = f"pass depth in one of them as {option('depth', 'FILE')}, or the folder that holds it"
             raise ValueError(f"{error}, NumPy (.npy, .npz) and EXR: {way}") from None
     return one_channel(raw, name)
 

@@ -71,6 +71,11 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
     elif packed:
         decoded = Decoded(codes, Coding(said.any_kind or "z", said.scale or 1000.0, f"millimetres, {packed}"))
     elif said.any_kind == "kinect":
+        if int(codes.max()) > bits.KINECT_MISSING:
+            note(
+                f"{name} is no raw disparity of a Kinect: its values go up to {codes.max()}, beyond "
+                f"{bits.KINECT_MISSING}; leave out {option('depth_kind', 'kinect')}"
+            )
         decoded = Decoded(codes, Coding("kinect", 1.0, "as said"))
     elif said.is_silent and bits.is_kinect(counts):
         note(
@@ -110,6 +115,7 @@ def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said:
     if kind != "inverse" or said.scale is not None:
         _tell_negative(raw, name, note)
     if said.scale is not None:
+        _check_passed(raw, name, kind, said.scale, note)
         return Decoded(raw, Coding(kind, said.scale, "as passed"))
     if kind == "inverse":
         return Decoded(raw, Coding(kind, said.filed_scale if said.filed_kind == kind else None, "as said"))
@@ -137,6 +143,18 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
         note(
             f"{share:.1%} of {name} is negative, and taken as missing; "
             f"pass {option('depth_kind', 'inverse')} if it is a network's output"
+        )
+
+
+def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
+    """Tells if distances cannot be of a passed scale, and which is meant if it is the other way round."""
+    median = units.middle(raw)
+    if kind in METRIC and median > 0 and not units.is_plausible(median / scale):
+        meant = units.scale_of_file(scale, median)
+        way_out = f"pass {option('depth_scale', round(meant))}" if meant else "is that right?"
+        note(
+            f"{option('depth_scale', scale)} (values per metre) puts the middle of {name} at "
+            f"{median / scale:.3g} m: {way_out}"
         )
 
 

@@ -32,8 +32,8 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
     levels = read_levels(image)
     if levels is None:
         raise ValueError(
-            f"{name} is a colour-mapped picture of depth (its red, green and blue differ), but its colours are of none "
-            f"of {', '.join(MAPS)}: pass the raw depth (16-bit PNG, .npy or EXR)"
+            f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(MAPS)}: pass depth (16-bit "
+            f"PNG, .npy or EXR) as {option('depth', 'FILE')}, and the photograph as {option('color', 'FILE')}"
         )
     values, end = levels.values, MAPS[levels.name]
     read = f"{name} is a colour-mapped picture of depth ({levels.name}), read back in 256 steps"
@@ -46,7 +46,7 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
         return Decoded(values, Coding("inverse", None, f"colours of {levels.name}", (LEVELS,)))
     where = "far" if direction > 0 else "near"
     note(
-        f"{read} as depth, {end} is {where}: planes in it bend like that; "
+        f"{read} as depth: {end} is {where}, as the planes in it show; "
         f"pass {option('depth_kind', 'inverse')} if it is inverse depth and {end} is near"
     )
     if direction > 0:
@@ -58,6 +58,7 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
     """A grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
     filed = said.filed_scale
     if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
+        _refuse_what_is_none(raw, name)
         return Decoded(raw, Coding(said.any_kind or "z", filed, "the camera's file"))
     if said.any_kind == "disparity" and said.scale is None:
         return Decoded(raw, Coding("disparity", disparity_scale(raw, said, note), "as said"))
@@ -65,15 +66,10 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
         return _read_levels(raw, said)
     if _DISPARITY.search(Path(name).stem.lower()):
         return _read_disparity(raw, name, said, note)
-    instead = what_instead(raw)
-    if instead:
-        raise ValueError(
-            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
-            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
-        )
+    _refuse_what_is_none(raw, name)
     if _direction(raw, raw > 0) > 0:
         note(
-            f"{name} has 8 bits: taken as depth without a scale, bright is far, as planes in it bend; "
+            f"{name} has 8 bits: taken as depth without a scale, bright is far, as the planes in it show; "
             f"pass {option('depth_kind', 'inverse')} if bright is near"
         )
         return _without_scale(raw, "8 bits, by its planes")
@@ -82,6 +78,16 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
         f"pass {option('depth_kind', 'z')} if bright is far"
     )
     return Decoded(raw, Coding("inverse", None, "8 bits"))
+
+
+def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
+    """Raises ValueError for a photograph, a mask and a map of labels."""
+    instead = what_instead(raw)
+    if instead:
+        raise ValueError(
+            f"{name} has 8 bits and looks like {instead}, expected depth: pass another file, "
+            f"or {option('depth_kind', 'inverse', 'z')} to use its 256 levels as they are"
+        )
 
 
 def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded | None:
@@ -98,7 +104,7 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Sai
         if said.has_baseline:
             return _read_disparity(raw, name, said, note)
         note(
-            f"{name} is taken as a network's inverse depth: planes in it are flat in the values themselves; "
+            f"{name} is taken as a network's inverse depth, as the planes in it show; "
             f"pass {option('depth_kind', 'z')} if it is distances"
         )
         return Decoded(raw, Coding("inverse", None, "planes bend as in inverse depth"))

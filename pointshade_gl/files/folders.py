@@ -71,7 +71,8 @@ def check_folder(folder: FilePath) -> Path:
             f"pass single files as {option('depth', 'FILE')} and {option('color', 'FILE')}"
         )
     if not place.is_dir():
-        raise FileNotFoundError(f"there is no folder {place}{near_path(place, (*FRAMES, *SCENES))}")
+        what = "file" if place.suffix else "folder"
+        raise FileNotFoundError(f"there is no {what} {place}{near_path(place, (*FRAMES, *SCENES))}")
     return place
 
 
@@ -120,7 +121,7 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     same = next((item.path for item in colors if item.key == named.key), None)
     if same or not colors:
         if not same:
-            note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
+            note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
         return same
     if len(colors) > 1:
         note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")

@@ -11,7 +11,7 @@ from ..camera import Camera
 from ..checks import check_path
 from ..frame import Frame
 from ..notes import Note, print_note
-from ..wording import option
+from ..wording import all_of_them, option
 from .assembly import Assembled, Parts, ReadOptions, assemble, is_path
 from .builtin import builtin_folder
 from .content import FilePath
@@ -81,7 +81,7 @@ def read_frame(
     index, read = first_readable(sequence)
     if len(sequence) > 1:
         taken = Path(sequence.parts[index].name).name
-        note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken")
+        note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from ..camera import Camera
 from ..notes import Note
+from ..wording import option
 
 Size = tuple[int, int]  # width, height
 Numbers = tuple[float, float, float, float]  # fx, fy, cx, cy
 
 NORMALIZED = (1, 1)  # the size of a picture whose sides have length 1: MoGe's, or a file that gives angles of view
+_WIDEST = 150  # degrees from top to bottom: a wider pinhole camera is a mistake
 _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the same, at different sizes
 
 
@@ -69,11 +72,17 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
         camera = Camera(fx, fy, cx, cy, *size)
     except ValueError as error:
         raise ValueError(f"{chosen.name}: {error}") from None
+    angle = math.degrees(2 * math.atan(camera.height / 2 / abs(camera.fy)))
+    if angle > _WIDEST:
+        note(
+            f"{chosen.name} has fy {camera.fy:g} px for {_text(size)}, which sees {angle:.0f} degrees: "
+            f"if that is wrong, pass {option('intrinsics', 'fx,fy,cx,cy')} or {option('fov', 'DEGREES')}"
+        )
     if size == depth:
         return camera
     if size != NORMALIZED:
         what = f"the color of {_text(size)}" if size == color else f"{_text(size)} pixels"
-        note(f"{chosen.name}: intrinsics are for {what}, scaled to the depth's {_text(depth)}")
+        note(f"{Path(chosen.name).name} is for {what}, scaled to the depth's {_text(depth)}")
     return camera.resized(*depth)
 
 

@@ -94,7 +94,12 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
     if bits == 16 and path.suffix.lower() != ".png":
         raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
-    return _check_map(path) if path.suffix.lower() == ".exr" else check_writable(path)
+    if path.suffix.lower() == ".exr":
+        return _check_map(path)
+    try:
+        return check_writable(path)
+    except ValueError as error:
+        raise ValueError(f"{error}, .exr") from None
 
 
 def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 
 from ..errors import ContextError
+from ..wording import option
 from .current import current_context, kept, loader_of
 from .state import CallersState
 
@@ -203,7 +204,7 @@ def _create(device: int) -> moderngl.Context:
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"
-        which = f" on device {device}" if device else ""
+        which = f" on device {device}: try {option('device', 0)}" if device else ""
         raise ContextError(f"no OpenGL 3.3 context{which} ({error}); {hint}") from error
     finally:
         if store is not None:

@@ -241,10 +241,10 @@ def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, not
     known = next((one for one in CODINGS if one.known_by.search(seen)), None)
     if known is None or source.depth_kind:
         return source
-    note(
-        f"{Path(name).name} looks like {known.title}: taken as "
-        f"{option('depth_kind', known.depth_kind)}, {option('depth_scale', known.depth_scale)}"
-    )
+    taken = option("depth_kind", known.depth_kind)
+    if known.depth_scale is not None:
+        taken += f", {option('depth_scale', known.depth_scale)}"
+    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 

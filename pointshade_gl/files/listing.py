@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, SHOWN_DEPTH
+from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
 
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_BITS = re.compile(r"\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
     DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
 )
@@ -76,6 +77,11 @@ class Item:
         return "depth" if first and first[0] == "depth" else "color"
 
     @cached_property
+    def is_registered(self) -> bool:
+        """Whether its name says that it is depth which was brought to the colour's camera."""
+        return REGISTERED.search(self.name) is not None
+
+    @cached_property
     def key(self) -> str:
         """What the files of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
         return key_of(self.stem)
@@ -93,7 +99,7 @@ class Item:
 
 def key_of(stem: str) -> str:
     """A name without its suffix, in lower case, without the words that say what the file is for."""
-    return _ROLE_WORD.sub("", stem).strip("._- ")
+    return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
 
 
 def numbers_in(key: str) -> tuple[int, ...]:
@@ -114,6 +120,17 @@ def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
         if 2 * (len(found) - found.count(None)) > len(found):
             return found
     return []
+
+
+def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
+    """Files that may belong to one frame each: called or laid so, or named like a frame and nothing else."""
+    frames = set(keys)
+    return [
+        item
+        for item in items
+        if (item.words | item.folder_words | {item.suffix[1:]}) & words
+        or (item.suffix in suffixes and item.stem in frames)
+    ]
 
 
 def _itself(key: str) -> str | None:

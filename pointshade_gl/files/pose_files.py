@@ -17,21 +17,26 @@ from ..camera import check_pose
 from .arrays import NUMPY, read_npy, read_numbers
 from .axes import OPENGL, Matrices, from_matrices, from_quaternions, inverted
 from .camera_forms import word
+from .colmap_binary import read_colmap_images
 from .containers.hdf5 import MATLAB_73
 from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import FilePath, parse_json, read_head, read_text
 from .limits import MAX_PIXELS
-from .named_numbers import Named, named_of
+from .named_numbers import Named, named_of, read_named
+from .sintel import SINTEL, read_cam
 from .transforms import read_transforms
 
 _COLUMNS = 64  # of a row, at most
 _POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
     "cameraposearframe": (True, True),
+    "alignedpose": (True, False),
     "camerapose": (True, False),
     "pose": (True, False),
     "cam2world": (True, False),
     "c2w": (True, False),
     "transformmatrix": (True, True),
+    "cameraviewtransform": (False, True),  # Omniverse
+    "camerartmatrix": (False, False),  # 2D-3D-S
     "extrinsic": (False, False),
     "extrinsics": (False, False),
     "w2c": (False, False),
@@ -82,6 +87,10 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
             array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
         )
         return _checked(found, path, f"an array of shape {array.shape}")
+    if head.startswith(SINTEL):
+        return PoseList(inverted(read_cam(path, max_pixels)[1][None]))
+    if path.suffix.lower() == ".bin":
+        return PoseList(*read_colmap_images(path, max_pixels), metric=False)
     text = read_text(path, max_pixels)
     if text.lstrip()[:1] in ("{", "["):
         try:
@@ -89,11 +98,11 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
         except ValueError as error:
             raise ValueError(f"{path} {error}") from None
         return _checked(_from_json(data, path, max_pixels), path, "JSON without poses")
-    if (found := _from_colmap(text)) is not None:
+    if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
         return found
     header, rows = _read_rows(text)
     found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
-    found = found or _from_blocks(text)
+    found = found or _from_blocks(text) or _from_text(text, path)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
 
 
@@ -139,8 +148,8 @@ def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | Non
 def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
     """A row for each pose: its length says which form it has."""
     columns = rows.shape[1]
-    if columns == 8:
-        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), None, rows[:, 0])
+    if columns == 8 or (columns == 9 and _are_turns(rows[:, 4:8])):  # RTAB-Map adds the number of a node
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:8]), None, rows[:, 0])
     if columns == 7:
         return _from_seven(rows)
     if columns in (13, 17):
@@ -155,6 +164,11 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
         side = 16 if is_square else 12
         return PoseList(from_matrices(rows.reshape(-1, side))) if rows.size % side == 0 else None
     return None
+
+
+def _are_turns(rows: NDArray[np.float64]) -> bool:
+    """Whether these are quaternions: their length is 1."""
+    return bool(np.median(abs(np.linalg.norm(rows, axis=1) - 1)) < 0.01)
 
 
 def _from_seven(rows: NDArray[np.float64]) -> PoseList:
@@ -194,14 +208,32 @@ def _from_colmap(text: str) -> PoseList | None:
     return PoseList(poses, [words[9] for words in lines], metric=False)
 
 
+def _from_named_rows(text: str) -> PoseList | None:
+    """Lines of one or more pictures' names and a matrix: Matterport3D's `scan depth.png color.jpg 1 0 0 ...`."""
+    names, rows = [], []
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) > 16 and re.fullmatch(r".*\.(png|jpe?g)", words[-17].lower()) and _all_numbers(words[-16:]):
+            names.append(words[-17])
+            rows.append([float(number) for number in words[-16:]])
+    return PoseList(from_matrices(np.array(rows)), names) if rows else None
+
+
+def _from_text(text: str, path: Path) -> PoseList | None:
+    """Numbers with names: MVSNet's `extrinsic` above its matrix, T-LESS' info.yml. MVSNet's have any unit."""
+    named = read_named(text, path)
+    found = _from_bop(named) or _from_words(named)
+    return found._replace(metric="extrinsic" not in named) if found else None
+
+
 def _from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
     if isinstance(data, dict) and "frames" in data:
         entries = read_transforms(path, max_pixels)
         names = [entry.color or entry.depth or "" for entry in entries]
         return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
-    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_words):
+    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_nerfies, _by_frame, _from_words):
         try:
-            found = read(named_of(data) if read is _from_words else data)
+            found = read(named_of(data) if read in (_from_words, _from_bop) else data)
         except (KeyError, TypeError, ValueError, OverflowError):
             continue
         if found is not None:
@@ -234,14 +266,32 @@ def _from_cells(data: Any) -> PoseList | None:
     return PoseList((pose @ OPENGL)[None])
 
 
-def _from_bop(data: Any) -> PoseList | None:
-    """BOP's scene_camera.json: world-to-camera, millimetres, by number."""
-    frames = {name: one for name, one in data.items() if isinstance(one, dict) and "cam_R_w2c" in one}
-    if not frames:
+def _from_bop(named: Named) -> PoseList | None:
+    """BOP's scene_camera.json and T-LESS' info.yml: world-to-camera, millimetres, by number."""
+    groups = [name.rpartition(".")[0] for name, numbers in named.items() if word(name) == "camrw2c" and len(numbers) == 9]
+    pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in groups}
+    pairs = {group: pair for group, pair in pairs.items() if len(pair[1]) == 3}
+    if not pairs:
         return None
-    turns = np.array([one["cam_R_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 3)
-    places = np.array([one["cam_t_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 1) / 1000
-    return PoseList(inverted(from_matrices(np.concatenate([turns, places], 2).reshape(-1, 12))), list(frames))
+    turns = np.array([turn for turn, _ in pairs.values()], np.float64).reshape(-1, 3, 3)
+    places = np.array([place for _, place in pairs.values()], np.float64).reshape(-1, 3, 1) / 1000
+    return PoseList(inverted(from_matrices(np.concatenate([turns, places], 2).reshape(-1, 12))), list(pairs))
+
+
+def _from_nerfies(data: Any) -> PoseList | None:
+    """Nerfies' camera of one frame: the turn is world-to-camera, the position is the camera's."""
+    if not {"orientation", "position"} <= data.keys():
+        return None
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.array(data["orientation"], np.float64).reshape(3, 3).T, data["position"]
+    return PoseList(pose[None], metric=False)
+
+
+def _by_frame(data: Any) -> PoseList | None:
+    """An object for each frame, by its name, with a pose in it: ScanNet++."""
+    found = {name: _from_words(named_of(one)) for name, one in data.items() if isinstance(one, dict)}
+    poses = {name: one.poses[0] for name, one in found.items() if one is not None}
+    return PoseList(np.array([*poses.values()]), [*poses]) if len(poses) > 1 else None
 
 
 def _from_named_matrices(data: Any) -> PoseList | None:
@@ -254,12 +304,17 @@ def _from_named_matrices(data: Any) -> PoseList | None:
 
 
 def _from_words(named: Named) -> PoseList | None:
-    """One matrix among other things of a frame, by a name that says what it is."""
-    for name, numbers in named.items():
-        key = word(name)
-        if len(numbers) in (12, 16) and key in _POSE_WORDS:
-            pose = from_matrices(np.array([numbers], np.float64))
-            to_world, is_opengl = _POSE_WORDS[key]
+    """One matrix among other things of a frame, by a name that says what it is; the first of the table wins."""
+    numbers = {word(name): numbers for name, numbers in reversed(named.items()) if len(numbers) in (12, 16)}
+    for key, (to_world, is_opengl) in _POSE_WORDS.items():
+        if key in numbers:
+            pose = _by_rows(from_matrices(np.array([numbers[key]], np.float64)))
             pose = pose if to_world else inverted(pose)
             return PoseList(pose @ OPENGL if is_opengl else pose)
     return None
+
+
+def _by_rows(poses: Matrices) -> Matrices:
+    """Matrices whose place stands in the last row, as programs write them that multiply from the left, turned."""
+    is_turned = (poses[:, :3, 3] == 0).all() and bool(poses[:, 3, :3].any())
+    return poses.transpose(0, 2, 1) if is_turned else poses

@@ -76,7 +76,7 @@ CAMERAS = tuple(
             r"(.*/)?cameras?\.(txt|bin|json|ya?ml)",
             r"focal\w*\.txt",
             r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
-            r"(.*/)?([\w-]*metadata|meta|info)(\.\w+)?",
+            r"(.*/)?([\w-]*metadata|meta|_?info)(\.\w+)?",
             r"(.*/)?[\w-]+[-_]meta\.mat",
             r"scene\w+_\d\d\.txt",
             r"\w*pose\w*intrinsic\w*\.json",
@@ -88,7 +88,7 @@ CAMERAS = tuple(
 CAMERA_SUFFIXES = (
     ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", ".xml", ""
 )  # fmt: skip
-NOT_A_CAMERA = re.compile(r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|imu|distort|accel|(^|/)ir[_.-]|infra")
+NOT_A_CAMERA = re.compile(r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra")
 FRAME_CAMERAS = _words(
     "intrinsics", "intrinsic", "cameras", "camera", "cams", "cam", "calib", "meta", "pincam", "pose", "frame", "frames"
 )  # fmt: skip

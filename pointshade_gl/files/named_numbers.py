@@ -77,8 +77,7 @@ def _named_of_lines(text: str) -> Named:
         if heading and line.strip() and (numbers := _numbers(line)):
             found.setdefault(heading, []).extend(numbers)
             continue
-        if line.strip():
-            heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
+        heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
         item = _ITEM.match(line)
         if item and above and (numbers := _numbers(item[1])):
             found.setdefault(".".join(name for _, name in above), []).extend(numbers)

@@ -26,6 +26,7 @@ from .named_numbers import Named, named_of, read_named
 from .sintel import SINTEL, read_cam
 from .transforms import read_transforms
 
+_IN_LIST = re.compile(r"\.\d+\.")  # one of several things, such as the objects that a camera sees
 _COLUMNS = 64  # of a row, at most
 _POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
     "cameraposearframe": (True, True),
@@ -305,7 +306,9 @@ def _from_named_matrices(data: Any) -> PoseList | None:
 
 def _from_words(named: Named) -> PoseList | None:
     """One matrix among other things of a frame, by a name that says what it is; the first of the table wins."""
-    numbers = {word(name): numbers for name, numbers in reversed(named.items()) if len(numbers) in (12, 16)}
+    own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
+    own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
+    numbers = {word(name): numbers for name, numbers in reversed(own.items())}
     for key, (to_world, is_opengl) in _POSE_WORDS.items():
         if key in numbers:
             pose = _by_rows(from_matrices(np.array([numbers[key]], np.float64)))

@@ -31,6 +31,7 @@ from .known import CODINGS, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
 from .pictures import read_image
 from .pose_files import load_pose
+from .ray_lengths import is_ray_length
 from .video import read_video_frame
 
 _OTHER_ASPECT = 0.02
@@ -130,6 +131,13 @@ def assemble(
     values, coding = decode(raw, parts.name or "depth", said, note, like)
     doffs = (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    if like is None and said.any_kind is None and coding.kind == "z" and is_ray_length(metres, camera):
+        note(
+            f"{parts.name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
+            f"pass {option('depth_kind', 'z')} if it is not"
+        )
+        coding = replace(coding, kind="ray")
+        metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     del raw, values
     if reading.scale != 1:
         metres *= np.float32(reading.scale)

@@ -148,6 +148,10 @@ DATA_SETS = (
         _TUM_SCALE,
     ),
     DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
+    DataSet(
+        "NOCS' Real275", re.compile(r"real_(test|train)|nocs"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
+    ),
+    DataSet("Redwood indoor", re.compile(r"(livingroom|office)\d-"), (525, 525, 319.5, 239.5), (640, 480), 1000),
     DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
 )
 

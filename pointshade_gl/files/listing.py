@@ -114,6 +114,8 @@ def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
     """
     items = [item for item in items if item.key]
     for same in (_itself, numbers_in, _last, _first):
+        if same in (_last, _first) and len({same(key) for key in keys}) < len(keys):
+            continue  # it does not tell one frame from another
         named = {same(item.key): item.path for item in items}
         named.pop(None, None)
         found = [named.get(same(key)) for key in keys] if named else []
@@ -128,8 +130,9 @@ def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str],
     return [
         item
         for item in items
-        if (item.words | item.folder_words | {item.suffix[1:]}) & words
-        or (item.suffix in suffixes and item.stem in frames)
+        if not (item.suffix in ONLY_DEPTH and item.role == "depth")
+        and ((item.words | item.folder_words | {item.suffix[1:]}) & words
+        or (item.suffix in suffixes and item.stem in frames))
     ]
 
 

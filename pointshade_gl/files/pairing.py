@@ -18,8 +18,10 @@ def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: No
     if len(depths) == len(colors) == 1:
         return [colors[0]]
     enough = min(len(depths), len(colors)) / 2
-    for same in (lambda item: item.key, lambda item: item.numbers, lambda item: item.numbers[-1:]):
+    for same in (_key, _numbers, _last, _first):
         named = {same(item): item for item in colors if same(item)}
+        if len({same(item) for item in depths}) < len(depths):
+            continue
         partners = [named.get(same(item)) for item in depths]
         if len(depths) - partners.count(None) > enough and len(named) == len(colors):
             return partners
@@ -41,6 +43,22 @@ def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: No
         )
     note(f"{folder}: depth and colour are paired by order, their names do not match")
     return list(colors)
+
+
+def _key(item: Item) -> object:
+    return item.key
+
+
+def _numbers(item: Item) -> object:
+    return item.numbers
+
+
+def _last(item: Item) -> object:
+    return item.numbers[-1:]
+
+
+def _first(item: Item) -> object:
+    return item.numbers[:1]
 
 
 def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:

@@ -183,11 +183,10 @@ def rtabmap(folder: Path, room: Room) -> Expected:
 
 def spectacular_ai(folder: Path, room: Room) -> Expected:
     """Spectacular AI's recording format: data.mp4, frames2/00000000.png (millimetres), calibration.json, data.jsonl."""
-    import imageio_ffmpeg
+    from imageio_ffmpeg import write_frames
 
     views = room.through(SMALL)
-    folder.mkdir(parents=True, exist_ok=True)
-    writer = imageio_ffmpeg.write_frames(str(folder / "data.mkv"), (320, 240), fps=30, quality=10, macro_block_size=1)
+    writer = write_frames(str(folder / "data.mkv"), (320, 240), quality=10)
     writer.send(None)
     for k, view in enumerate(views):
         writer.send(np.ascontiguousarray(view.color))

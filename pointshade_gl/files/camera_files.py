@@ -31,9 +31,7 @@ _CELLS = {"k00": "fx", "k11": "fy", "k02": "cx", "k12": "cy"}  # of a matrix, sp
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
 
 
-def read_intrinsics(
-    source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False
-) -> Intrinsics:
+def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
     """Intrinsics from a path, a text 'fx,fy,cx,cy', four numbers, a matrix or a Camera.
 
     of_color  of several cameras in a file take that of the colour picture: the depth was brought to it

@@ -31,7 +31,17 @@ MATRIX = (
 )  # fmt: skip
 WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
 HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
-SIZE = ("renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02", "srect00")
+SIZE = (
+    "dimension",
+    "renderproductresolution",
+    "resolution",
+    "imagesize",
+    "imgsize",
+    "size",
+    "imsize",
+    "srect02",
+    "srect00",
+)
 PER_METRE = ("depthscale", "depthmapfactor", "factordepth", "depthfactor", "pngdepthscale", "scale", "depthshift")
 METRES_EACH = ("depthunitscalefactor", "integerdepthscale", "depthunit", "depthunits", "metersperunit", "metresperunit")
 FOV_X, FOV_Y = ("fovx", "hfov", "fovh", "horizontalfov"), ("fovy", "vfov", "fovv", "verticalfov", "yfov")
@@ -97,7 +107,7 @@ def _words_around(named: Named, group: str) -> Words:
 
 
 def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
-    if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS)):
+    if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
         return None
     size = _size_of(around, name)
     numbers = _numbers_of(words, size)
@@ -129,6 +139,10 @@ def _numbers_of(words: Words, size: Size | None) -> Numbers | None:
     fx, fy, cx, cy = (_first(words, keys) for keys in (FX, FY, CX, CY))
     if fx is not None and cx is not None and cy is not None:
         return fx, fx if fy is None else fy, cx, cy
+    projection, sides = words.get("matrix", ()), words.get("dimension", ())
+    if len(projection) == 9 and len(sides) == 2:  # Unity Perception's: from the middle, in halves of the picture
+        width, height = sides
+        return projection[0] * width / 2, projection[4] * height / 2, (width - 1) / 2, (height - 1) / 2
     for key in MATRIX:
         if (matrix := words.get(key)) and (found := from_matrix(matrix)):
             return found

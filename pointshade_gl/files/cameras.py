@@ -20,6 +20,7 @@ from .known import (
     FRAME_CAMERAS,
     FRAME_SUFFIXES,
     NOT_A_CAMERA,
+    PICTURE_SUFFIXES,
     REGISTERED,
     TRANSFORMS,
 )
@@ -54,7 +55,8 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
     Raises ValueError for an intrinsics.json that holds none.
     """
-    items = [item for item in list_files(place.path, 2) if item.suffix in CAMERA_SUFFIXES]
+    items = _not_of_others(list_files(place.path, 2), frames, place.path)
+    items = [item for item in items if item.suffix in CAMERA_SUFFIXES]
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
@@ -76,9 +78,18 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
     return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
 
 
+def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:
+    """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
+    if any(one.depth.parent != folder for one in frames):
+        return list(items)
+    others = {item.path.parent for item in items if item.level and item.suffix in PICTURE_SUFFIXES}
+    return [item for item in items if item.path.parent not in others]
+
+
 def _is_registered(folder: Path, frame: FrameFiles) -> bool:
     """Whether the depth's name says that it was brought to the colour's camera."""
-    return REGISTERED.search(frame.depth.relative_to(folder).as_posix().lower()) is not None
+    name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
+    return REGISTERED.search(str(name).lower()) is not None
 
 
 def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
@@ -153,7 +164,8 @@ def _of_data_set(
     lists = [item for item in items if not item.level and re.fullmatch(r"(rgb|depth|assoc\w*)\.txt", item.name)]
     heads = [read_text(item.path, max_pixels)[:400] for item in lists]
     names = [item.path.name for item in list_files(folder, 1) if item.suffix in (".freiburg",)]
-    names += [item.path.name for item in lists] + [one.depth.name for one in frames[:1]]
+    names += [item.path.name for item in lists]
+    names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
     seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
     for known in DATA_SETS:
         if known.known_by.search(seen) and _has_size(frames, known.size):

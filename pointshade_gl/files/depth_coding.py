@@ -57,9 +57,7 @@ def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     return _read_values(raw, None, name, said, note)
 
 
-def _read_channels(
-    raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: Said, note: Note
-) -> Decoded:
+def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: Said, note: Note) -> Decoded:
     """Numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is said."""
     colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
     repair = CHANNELS + "".join(map(str, channels))
@@ -85,7 +83,9 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
         repairs, codes = [SWAPPED], codes.byteswap()
     counts = bits.count_codes(codes)
     if said.scale is None and bits.is_half(codes, counts):
-        note(f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not")
+        note(
+            f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
+        )
         decoded = _read_values(repaired(codes, [HALF]), None, name, said, note)
         return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, HALF)))
     packed = _find_packing(codes, counts, name, said, note)

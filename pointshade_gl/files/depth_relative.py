@@ -30,6 +30,11 @@ _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of de
 def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
     """A colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
+    if levels is None and (instead := what_instead(image.max(axis=2))) and instead.startswith("a photo"):
+        raise ValueError(
+            f"{name} is a colour picture and looks like {instead}, expected depth: pass it as {option('color', 'FILE')} "
+            f"and its depth as {option('depth', 'FILE')}; a network such as Depth Anything makes one"
+        )
     if levels is None:
         raise ValueError(
             f"{name} is a colour-mapped picture of depth (its red, green and blue differ), but its colours are of none "

@@ -23,8 +23,8 @@ from .known import (
     DEPTH_SUFFIXES,
     NOT_PICTURES,
     ONLY_DEPTH,
-    RAY_NAMES,
     RAW_SUFFIXES,
+    RAY_NAMES,
     RIGHT_VIEWS,
     VALID,
     VIDEO_SUFFIXES,
@@ -36,7 +36,6 @@ from .pairing import find_partners
 from .picture_heads import is_deep_grey, shallowness
 from .picture_lists import listed_pictures
 from .pictures import read_image
-
 
 
 class FrameFiles(NamedTuple):

@@ -16,11 +16,23 @@ DEPTH_SUFFIXES = (
     ".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp",
     ".jpg", ".jpeg", *RAW_SUFFIXES,
 )  # fmt: skip
+PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
 CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip")  # may hold colour and camera too
 VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
 
 
-ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", ".bin", ".raw")  # never pictures for the eye
+ONLY_DEPTH = (
+    ".exr",
+    ".npy",
+    ".npz",
+    ".pfm",
+    ".dpt",
+    ".h5",
+    ".hdf5",
+    ".mat",
+    ".bin",
+    ".raw",
+)  # never pictures for the eye
 
 
 # Words in the names of files and folders: depth_0001.png, frame-000001.color.jpg, images/7.png.
@@ -47,7 +59,12 @@ NEITHER = _words(
     "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
 )  # fmt: skip
 RIGHT_VIEWS = {
-    "im1": "im0", "disp1": "disp0", "view5": "view1", "disp5": "disp1", "im6": "im2", "disp6": "disp2"
+    "im1": "im0",
+    "disp1": "disp0",
+    "view5": "view1",
+    "disp5": "disp1",
+    "im6": "im2",
+    "disp6": "disp2",
 }  # Middlebury: the second camera's, and the first's
 REGISTERED = re.compile(r"aligned|registered|depth_?to_?(colou?r|rgb)")  # depth that was brought to the colour's camera
 RAY_NAMES = re.compile(r"euclidean|distance_to_camera|depth_?perspective|ray_?(depth|distance)")  # not along the axis
@@ -75,6 +92,7 @@ CAMERAS = tuple(
             r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
             r"(.*/)?cameras?\.(txt|bin|json|ya?ml)",
             r"focal\w*\.txt",
+            r"(.*/)?[\w.-]*frame_data\.json",
             r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
             r"(.*/)?([\w-]*metadata|meta|_?info)(\.\w+)?",
             r"(.*/)?[\w-]+[-_]meta\.mat",
@@ -88,7 +106,9 @@ CAMERAS = tuple(
 CAMERA_SUFFIXES = (
     ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", ".xml", ""
 )  # fmt: skip
-NOT_A_CAMERA = re.compile(r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra")
+NOT_A_CAMERA = re.compile(
+    r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
+)
 FRAME_CAMERAS = _words(
     "intrinsics", "intrinsic", "cameras", "camera", "cams", "cam", "calib", "meta", "pincam", "pose", "frame", "frames"
 )  # fmt: skip
@@ -149,9 +169,22 @@ DATA_SETS = (
     ),
     DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
     DataSet(
-        "NOCS' Real275", re.compile(r"real_(test|train)|nocs"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
+        "NOCS' Real275", re.compile(r"real_(test|train)"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
     ),
-    DataSet("Redwood indoor", re.compile(r"(livingroom|office)\d-"), (525, 525, 319.5, 239.5), (640, 480), 1000),
+    DataSet("TartanAir", re.compile(r"\d{6}_left_depth\.npy"), (320, 320, 320, 240), (640, 480), 1),
+    DataSet("TartanAir V2", re.compile(r"\d{6}_lcam_\w+_depth\.png"), (320, 320, 320, 320), (640, 640), 1),
+    DataSet("SceneNet RGB-D", re.compile(r"\bphoto/\d+\.jpg"), (277.128, 289.706, 159.5, 119.5), (320, 240), 1000),
+    DataSet("InteriorNet", re.compile(r"depth\d/data/\d+\.png"), (600, 600, 320, 240), (640, 480), 1000),
+    DataSet(
+        "raw NYU Depth v2 (its colours are not registered)",
+        re.compile(r"d-\d+\.\d+-\d+\.pgm"),
+        (582.62, 582.69, 313.04, 238.44),
+        (640, 480),
+        1000,
+    ),
+    DataSet(
+        "Redwood indoor", re.compile(r"(livingroom|office)\d-(depth|color)"), (525, 525, 319.5, 239.5), (640, 480), 1000
+    ),
     DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
 )
 

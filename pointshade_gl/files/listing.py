@@ -131,8 +131,10 @@ def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str],
         item
         for item in items
         if not (item.suffix in ONLY_DEPTH and item.role == "depth")
-        and ((item.words | item.folder_words | {item.suffix[1:]}) & words
-        or (item.suffix in suffixes and item.stem in frames))
+        and (
+            (item.words | item.folder_words | {item.suffix[1:]}) & words
+            or (item.suffix in suffixes and item.stem in frames)
+        )
     ]
 
 

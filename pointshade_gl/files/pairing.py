@@ -18,7 +18,12 @@ def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: No
     if len(depths) == len(colors) == 1:
         return [colors[0]]
     enough = min(len(depths), len(colors)) / 2
-    for same in (_key, _numbers, _last, _first):
+    if len(depths) > 1 and len({_last(item) for item in depths}) == 1:  # r_0_depth_0001.png, r_1_depth_0001.png
+        named = {item.numbers: item for item in colors}
+        partners = [named.get(item.numbers[:-1]) for item in depths]
+        if all(partners):
+            return partners
+    for same in (_key, _numbers, _last):
         named = {same(item): item for item in colors if same(item)}
         if len({same(item) for item in depths}) < len(depths):
             continue
@@ -57,10 +62,6 @@ def _last(item: Item) -> object:
     return item.numbers[-1:]
 
 
-def _first(item: Item) -> object:
-    return item.numbers[:1]
-
-
 def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     """(n,) for each of n time stamps the index of the nearest of the m offered ones."""
     order = np.argsort(offered, kind="stable")
@@ -68,5 +69,3 @@ def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
     left = np.maximum(right - 1, 0)
     is_left = np.abs(offered[order][left] - wanted) <= np.abs(offered[order][right] - wanted)
     return order[np.where(is_left, left, right)]
-
-

@@ -65,5 +65,3 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
 
 def _is_number(text: str) -> bool:
     return re.fullmatch(r"\d{1,18}(\.\d{0,18})?", text) is not None
-
-

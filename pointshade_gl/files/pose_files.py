@@ -269,7 +269,9 @@ def _from_cells(data: Any) -> PoseList | None:
 
 def _from_bop(named: Named) -> PoseList | None:
     """BOP's scene_camera.json and T-LESS' info.yml: world-to-camera, millimetres, by number."""
-    groups = [name.rpartition(".")[0] for name, numbers in named.items() if word(name) == "camrw2c" and len(numbers) == 9]
+    groups = [
+        name.rpartition(".")[0] for name, numbers in named.items() if word(name) == "camrw2c" and len(numbers) == 9
+    ]
     pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in groups}
     pairs = {group: pair for group, pair in pairs.items() if len(pair[1]) == 3}
     if not pairs:

@@ -54,9 +54,7 @@ def depth_crafter(folder: Path, room: Room) -> Expected:
     folder.mkdir(parents=True, exist_ok=True)
     np.savez_compressed(folder / "clip.npz", depth=(inverse / inverse.max()).astype(np.float32))
     given = {"or_says": "depth-kind inverse|depth_kind='inverse'", "then": {"depth_kind": "inverse"}}
-    return Expected(
-        folder / "clip.npz", PHOTO, views, {"fov": FOV}, poses=False, color=False, metric=False, **given
-    )
+    return Expected(folder / "clip.npz", PHOTO, views, {"fov": FOV}, poses=False, color=False, metric=False, **given)
 
 
 MAKERS = (marigold, geo_wizard, zoe_depth, depth_crafter)

@@ -73,7 +73,8 @@ def infinitam(folder: Path, room: Room) -> Expected:
 def nyu_raw(folder: Path, room: Room) -> Expected:
     """NYU Depth v2, raw: d-<time>-<ticks>.pgm of Kinect disparity, bytes swapped, r-<time>-<ticks>.ppm, a-*.dump."""
     folder = folder / "office_0001"
-    views = room.through(KINECT)
+    camera = Pinhole(582.62, 582.69, 313.04, 238.44, 640, 480)
+    views = room.through(camera)
     for k, view in enumerate(views):
         time = 1294886360.208469 + 0.9 * k
         picture(folder / f"r-{time + 0.013:.6f}-{3118787619 + 54012345 * k}.ppm", view.color)
@@ -82,7 +83,7 @@ def nyu_raw(folder: Path, room: Room) -> Expected:
         _pgm(folder / f"d-{time:.6f}-{2996770081 + 54012345 * k}.pgm", np.rint(disparity), "<")
         (folder / f"a-{time + 0.001:.6f}-{2996770081 + 7 * k}.dump").write_bytes(bytes(40))
     text(folder / "INDEX.txt", *(path.name for path in sorted(folder.iterdir())))
-    return Expected(folder, KINECT, views, poses=False, metric=False, **without_camera(KINECT))
+    return Expected(folder, camera, views, poses=False, metric=False)
 
 
 def princeton_tracking(folder: Path, room: Room) -> Expected:
@@ -196,7 +197,7 @@ def spectacular_ai(folder: Path, room: Room) -> Expected:
     camera |= {"principalPointY": SMALL.cy, "imageWidth": 320, "imageHeight": 240, "imuToCamera": np.eye(4).tolist()}
     as_json(folder / "calibration.json", {"cameras": [camera, camera]})
     (folder / "data.jsonl").write_text('{"sensor":{"type":"gyroscope","values":[0,0,0]},"time":1.0}\n' * 3)
-    text(folder / "vio_config.yaml", "parameterSets: [\"wrapper-base\"]")
+    text(folder / "vio_config.yaml", 'parameterSets: ["wrapper-base"]')
     return Expected(folder, SMALL, views, poses=False)
 
 

@@ -27,8 +27,9 @@ from .depth_coding import decode
 from .depth_kinds import KINDS, Coding, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import CODINGS, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
+from .known import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
+from .picture_heads import is_picture
 from .pictures import read_image
 from .pose_files import load_pose
 from .ray_lengths import is_ray_length
@@ -199,7 +200,7 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
     """The depth as it is stored."""
     if not is_path(depth):
         return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
-    if Path(depth).suffix.lower() not in RAW_SUFFIXES:
+    if Path(depth).suffix.lower() not in RAW_SUFFIXES and not _is_bare(Path(depth), source):
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
@@ -209,6 +210,14 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
             "or the depth as .npy"
         )
     return read_raw(depth, *source.size, max_pixels)
+
+
+def _is_bare(path: Path, source: Intrinsics | None) -> bool:
+    """Whether it is called a picture, but holds 4 bytes for each pixel and nothing else, as ETH3D's depth does."""
+    if source is None or source.size is None or path.suffix.lower() not in COLOR_SUFFIXES:
+        return False
+    width, height = source.size
+    return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
 def _check_color(color: Any) -> NDArray[Any] | None:

@@ -16,7 +16,7 @@ from ..checks import as_array
 from ..notes import Note
 from ..wording import cut, option, shown
 from .arrays import NUMPY, read_numbers
-from .camera_forms import DISTORTION, FX, from_colmap, from_named, word
+from .camera_forms import DISTORTION, FX, from_colmap, from_named, from_realsense, word
 from .camera_numbers import from_matrix, from_numbers
 from .colmap_binary import read_colmap_cameras
 from .containers.hdf5 import MATLAB_73
@@ -67,6 +67,8 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
     text = read_text(path, max_pixels)
     if cameras := from_colmap(text, str(path)):
         return next(iter(cameras.values()))
+    if realsense := from_realsense(text, str(path)):
+        return realsense
     named = _read_table(text) or read_named(text, path, max_pixels)
     if not named and not text.lstrip().startswith("{"):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)

@@ -49,11 +49,16 @@ ANGLE_X, ANGLE_Y = ("cameraanglex",), ("cameraangley",)  # radians, nerf's own
 CENTER = ("principalpoint", "principalpoints")  # cx, cy
 ASPECT = ("pixelaspectratio",)  # fy/fx
 APERTURE, LENS = ("cameraaperture",), ("camerafocallength",)  # Omniverse: both in the same unit
+SENSOR = ("sensorwidth", "sensorwidthmm")  # Blender, Kubric: beside a focal length in millimetres
 BASELINE, DOFFS = ("baseline",), ("doffs",)
 DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 
 _BOP = "camk"
+_SHORTEST = 0.15  # of the width: 147 degrees
 _CORNER = ("flx", "cameraanglex", "pixelaspectratio")  # nerfstudio, nerf and nerfies count from the picture's corner
+_REALSENSE = re.compile(
+    r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]"
+)  # in one line of a text
 _OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
 _SENS = re.compile(r"m_(?:calibration)?(color|depth)(\w+)", re.IGNORECASE)  # ScanNet's and BundleFusion's info.txt
 _DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")
@@ -107,6 +112,9 @@ def _words_around(named: Named, group: str) -> Words:
 
 
 def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
+    sensor, lens = _first(words, SENSOR), _first(words, FOCAL)
+    if sensor and lens and sensor > 0 and lens > 0:
+        return Intrinsics(name, (lens / sensor, math.nan, 0.0, 0.0), NORMALIZED)
     if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
         return None
     size = _size_of(around, name)
@@ -153,11 +161,13 @@ def _numbers_of(words: Words, size: Size | None) -> Numbers | None:
     if lens and aperture:
         return lens / aperture[0] * size[0], lens / aperture[0] * size[0], *middle
     focal = _first(words, FOCAL) if fx is None else fx
-    if focal is None:
-        return None
+    if focal is None or focal < _SHORTEST * size[0]:
+        return None  # too short to be in pixels: millimetres of an unknown sensor
     fy = focal * (_first(words, ASPECT) or 1) if fy is None else fy
     center = next((words[key] for key in CENTER if len(words.get(key, ())) == 2), None)
-    return focal, fy, *(center or (middle if cx is None or cy is None else (cx, cy)))
+    if center is None:
+        center = middle if cx is None or cy is None else (cx, cy)
+    return focal, fy, center[0], center[1]
 
 
 def _first(words: Words, keys: Sequence[str]) -> float | None:
@@ -184,6 +194,15 @@ def _from_angles(words: Words, name: str) -> Intrinsics | None:
         return None
     fx, fy = (math.nan if angle is None else 0.5 / math.tan(angle / 2) for angle in (x, y))
     return Intrinsics(name, (fx, fy, 0.0, 0.0), NORMALIZED)
+
+
+def from_realsense(text: str, name: str) -> Intrinsics | None:
+    """The camera in pyrealsense2's own words: `[ 640x480  p[cx cy]  f[fx fy]  Brown Conrady [0 0 0 0 0] ]`."""
+    found = _REALSENSE.search(text)
+    if found is None:
+        return None
+    cx, cy, fx, fy = (float(number) for number in found.groups()[2:])
+    return Intrinsics(name, (fx, fy, cx, cy), (int(found[1]), int(found[2])))
 
 
 def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:

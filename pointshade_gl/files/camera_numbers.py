@@ -1,4 +1,4 @@
-"""Cameras that are written as bare numbers: four, a matrix, or with a size; which is which, the numbers themselves say."""
+"""Cameras that are written as bare numbers: four, a matrix, or with a size. The numbers themselves say which."""
 
 from __future__ import annotations
 

@@ -55,8 +55,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
     Raises ValueError for an intrinsics.json that holds none.
     """
-    items = _not_of_others(list_files(place.path, 2), frames, place.path)
-    items = [item for item in items if item.suffix in CAMERA_SUFFIXES]
+    items = _not_of_others(list_files(place.path, 2, CAMERA_SUFFIXES), frames, place.path)
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
@@ -82,7 +81,7 @@ def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: 
     """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
     if any(one.depth.parent != folder for one in frames):
         return list(items)
-    others = {item.path.parent for item in items if item.level and item.suffix in PICTURE_SUFFIXES}
+    others = {item.path.parent for item in list_files(folder, 2, PICTURE_SUFFIXES) if item.level}
     return [item for item in items if item.path.parent not in others]
 
 
@@ -111,7 +110,7 @@ def _in_parents(folder: Path) -> list[Item]:
     here = folder.resolve()
     for above in list(here.parents)[:_PARENTS]:
         if above != above.parent:
-            items = [item for item in list_files(above, 0) if item.suffix in CAMERA_SUFFIXES]
+            items = list_files(above, 0, CAMERA_SUFFIXES)
             found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
     return found
 
@@ -120,6 +119,8 @@ def _one_each(
     items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
+    if len(items) < 2:
+        return []
     keys = [one.key for one in frames]
     named = own_files(items, keys, FRAME_CAMERAS, FRAME_SUFFIXES)
     named = [item for item in named if not NOT_A_CAMERA.search(item.name)]

@@ -32,8 +32,9 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
     levels = read_levels(image)
     if levels is None and (instead := what_instead(image.max(axis=2))) and instead.startswith("a photo"):
         raise ValueError(
-            f"{name} is a colour picture and looks like {instead}, expected depth: pass it as {option('color', 'FILE')} "
-            f"and its depth as {option('depth', 'FILE')}; a network such as Depth Anything makes one"
+            f"{name} is a colour picture and looks like {instead}, expected depth: "
+            f"pass it as {option('color', 'FILE')} and its depth as {option('depth', 'FILE')}; "
+            "a network such as Depth Anything makes one"
         )
     if levels is None:
         raise ValueError(

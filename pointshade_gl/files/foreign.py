@@ -19,7 +19,7 @@ class _Kind(NamedTuple):
     way_out: str
 
 
-_TOPICS = "write its colour and depth topics as PNG (16 bits for depth) with `ros2 bag` or `rosbag` tools, then pass their folder"
+_TOPICS = "write its colour and depth topics as PNG, 16 bits for depth, then pass their folder"
 _TOOL = "export colour and 16-bit depth as pictures, then pass their folder; that does"
 _MODEL = "it has no pictures: only glTF (.gltf, .glb) is read among models, Blender and MeshLab convert to it"
 _TENSORS = "save its depth as .npy or .npz and pass that"

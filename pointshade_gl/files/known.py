@@ -54,7 +54,8 @@ SHOWN_DEPTH = _words(
     "vis", "visual", "preview", "colored", "coloured", "colorized", "colormap", "colormapped", "cmap", "jet"
 )
 NEITHER = _words(
-    "mask", "masks", "maskcrop", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg", "segmentation",
+    "mask", "masks", "maskcrop", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg",
+    "segmentation",
     "semantic", "semantics", "instance", "instances", "ir", "infra", "infrared", "flow", "albedo", "error", "weight",
     "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
 )  # fmt: skip
@@ -104,7 +105,7 @@ CAMERAS = tuple(
     )
 )
 CAMERA_SUFFIXES = (
-    ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", ".xml", ""
+    ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", "",
 )  # fmt: skip
 NOT_A_CAMERA = re.compile(
     r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
@@ -119,8 +120,8 @@ FRAME_POSES = _words(
     "pose", "poses", "cameras", "camera", "cams", "cam", "extrinsics", "extrinsic", "meta", "frame", "frames"
 )  # fmt: skip
 POSE_SUFFIXES = (
-    ".txt", ".csv", ".log", ".json", ".yaml", ".yml", ".npy", ".npz", ".mat", ".cam", ".bin", ".conf", ".freiburg", ".traj",
-    ".pose", "",
+    ".txt", ".csv", ".log", ".json", ".yaml", ".yml", ".npy", ".npz", ".mat", ".cam", ".bin", ".conf", ".freiburg",
+    ".traj", ".pose", "",
 )  # fmt: skip
 POSES = tuple(
     map(
@@ -142,6 +143,9 @@ POSES = tuple(
         ),
     )
 )
+
+
+NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of things, not of the camera
 
 
 class DataSet(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,8 +30,7 @@ class Item:
 
     @cached_property
     def suffix(self) -> str:
-        name = self.name.rpartition("/")[2]
-        return name[name.rfind(".") :] if "." in name else ""
+        return suffix_of(self.name.rpartition("/")[2])
 
     @cached_property
     def stem(self) -> str:
@@ -155,16 +154,19 @@ def words_of(name: str) -> frozenset[str]:
     return frozenset(word.lower() for word in _WORD.findall(name))
 
 
-def list_files(folder: Path, levels: int) -> list[Item]:
-    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out."""
-    found = [Item(path, name) for path, name in _walk(folder, "", levels)]
+def list_files(folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+
+    suffixes  in lower case, "" for none: only files with these
+    """
+    found = [Item(path, name) for path, name in _walk(folder, "", levels, suffixes)]
     return sorted(found, key=lambda item: natural(item.path.name))
 
 
-def _walk(folder: Path, prefix: str, levels: int) -> Iterator[tuple[Path, str]]:
+def _walk(folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[tuple[Path, str]]:
     """Files first, then what is in the folders. macOS leaves hidden twins such as ._color.png on foreign disks."""
     try:
-        entries = sorted((e for e in os.scandir(folder) if e.name[0] != "."), key=lambda e: natural(e.name))
+        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."]
     except PermissionError:
         return
     folders = []
@@ -172,9 +174,16 @@ def _walk(folder: Path, prefix: str, levels: int) -> Iterator[tuple[Path, str]]:
         if entry.is_dir():
             folders.append(entry)
         elif entry.is_file():
-            yield Path(entry.path), prefix + entry.name.lower()
-    for entry in folders if levels else ():
-        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1)
+            name = entry.name.lower()
+            if suffixes is None or suffix_of(name) in suffixes:
+                yield Path(entry.path), prefix + name
+    for entry in sorted(folders, key=lambda one: natural(one.name)) if levels else ():
+        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1, suffixes)
+
+
+def suffix_of(name: str) -> str:
+    """Of a file's own name, with the dot; "" without one."""
+    return name[name.rfind(".") :] if "." in name else ""
 
 
 def natural(name: str) -> list[tuple[int, str]]:

@@ -31,6 +31,11 @@ def is_deep_grey(path: Path) -> bool:
     return found is not None and int(found[1]) > 255
 
 
+def is_picture(path: Path) -> bool:
+    """Whether it begins as a PNG, JPEG, TIFF, BMP, WEBP or PNM does."""
+    return _head(path).startswith((_PNG, b"\xff\xd8", b"II*\0", b"MM\0*", b"BM", b"RIFF", b"P2", b"P3", b"P5", b"P6"))
+
+
 def png_size(path: Path) -> tuple[int, int] | None:
     """(width, height) of a PNG; None for any other file."""
     head = _head(path)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..notes import Note
 from .folders import FrameFiles
-from .known import FRAME_POSES, FRAME_SUFFIXES, POSE_SUFFIXES, POSES
+from .known import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
 from .listing import Item, list_files, matches, numbers_in, own_files
 from .pairing import nearest
@@ -38,8 +38,7 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
 
     Raises ValueError for a file that is called like one of poses and holds none.
     """
-    items = list_files(folder, 2)
-    items = [item for item in items if item.suffix in POSE_SUFFIXES]
+    items = [item for item in list_files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
     single = _one_each(items, frames, max_pixels)
     if single:
         first = _named(folder, next(path for path in single if path))
@@ -65,6 +64,8 @@ def _named(folder: Path, path: Path) -> str:
 
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
+    if len(items) < 2:
+        return []
     keys = [one.key for one in frames]
     own = [item for item in own_files(items, keys, FRAME_POSES, FRAME_SUFFIXES) if item.suffix != ".log"]
     if len(own) < 2:

@@ -36,7 +36,7 @@ def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
     rays = seen & (as_ray < _FLAT * bend) & (as_z > _BENT[0] * bend) & (as_z < _BENT[1] * bend)
     axes = seen & (as_z < _FLAT * bend) & (as_ray > _BENT[0] * bend) & (as_ray < _BENT[1] * bend)
     shown = int(np.count_nonzero(rays) + np.count_nonzero(axes))
-    return shown >= _FEWEST and np.count_nonzero(rays) > _SHARE * shown
+    return shown >= _FEWEST and int(np.count_nonzero(rays)) > _SHARE * shown
 
 
 def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from . import (
     simulated,
     single,
     stereo,
+    traps,
     tum,
 )
 
@@ -33,6 +34,7 @@ MODULES = (
     robots,
     sensors,
     stereo,
+    traps,
     objects,
     manipulation,
     rendered,

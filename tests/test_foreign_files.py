@@ -51,7 +51,7 @@ def test_an_empty_folder_is_called_empty(tmp_path):
 def test_a_photograph_alone_is_no_depth(tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)
     Image.fromarray(noise).save(tmp_path / "photo.png")
-    with pytest.raises(ValueError, match=r"looks like a photograph.*color=FILE"):
+    with pytest.raises(ValueError, match=r"does not look like depth: pass it as color=FILE"):
         ps.load_frame(tmp_path / "photo.png", fov=60)
 
 

@@ -79,7 +79,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
 def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:
     """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
-    if any(one.depth.parent != folder for one in frames):
+    if not frames or frames[0].depth.parent != folder:
         return list(items)
     others = {item.path.parent for item in list_files(folder, 2, PICTURE_SUFFIXES) if item.level}
     return [item for item in items if item.path.parent not in others]

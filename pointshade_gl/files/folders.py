@@ -26,6 +26,7 @@ from .known import (
     RAW_SUFFIXES,
     RAY_NAMES,
     RIGHT_VIEWS,
+    SPARSE,
     VALID,
     VIDEO_SUFFIXES,
 )
@@ -128,8 +129,8 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
 def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
     """The depth pictures: those that are called so, else those that cannot be anything else."""
     allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
-    for wanted in ("depth", "", "shown depth"):
-        found = [item for item in allowed if item.role == wanted]
+    for wanted in ("depth", "", "sparse depth", "shown depth"):
+        found = [item for item in allowed if _depth_role(item) == wanted]
         if wanted == "":
             found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
@@ -137,6 +138,11 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
                 folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
             )
     return []
+
+
+def _depth_role(item: Item) -> str:
+    is_sparse = item.role == "depth" and (item.words | item.folder_words) & SPARSE
+    return "sparse depth" if is_sparse else item.role
 
 
 def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Note) -> list[Item]:

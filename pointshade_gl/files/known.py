@@ -59,6 +59,7 @@ NEITHER = _words(
     "semantic", "semantics", "instance", "instances", "ir", "infra", "infrared", "flow", "albedo", "error", "weight",
     "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
 )  # fmt: skip
+SPARSE = _words("sparse")  # a few points of depth: only where there is no other
 RIGHT_VIEWS = {
     "im1": "im0",
     "disp1": "disp0",

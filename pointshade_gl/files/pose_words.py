@@ -1,4 +1,4 @@
-"""Poses whose names say what they are: JSON of Open3D, BOP, Polycam, nerfstudio and others, numbers with names in texts.
+"""Poses whose names say what they are: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in texts.
 
 A new word is a row of _POSE_WORDS, a form of its own a reader in `from_json`.
 """

@@ -67,7 +67,7 @@ def void(folder: Path, room: Room) -> Expected:
         text(folder / f"absolute_pose/{name}.txt", *rows(view.pose[:3]))
     text(folder / "K.txt", *rows(SMALL.matrix, "%.18e"))
     given = {"or_says": "depth.scale", "then": {"depth_scale": 256}}
-    return Expected(folder, SMALL, views, metres=0.005, sparse=True, **given)
+    return Expected(folder, SMALL, views, metres=0.005, **given)
 
 
 def active_vision(folder: Path, room: Room) -> Expected:

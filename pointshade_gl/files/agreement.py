@@ -111,9 +111,9 @@ def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Readin
     """The reading, with a factor on the places of the poses, that brings the views together best; and what is left."""
     readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
     step = 1.25
-    for count in (18, 6, 6, 6):  # from 1/55 to 55 times, then finer and finer round the best
+    for smaller, larger in ((37, 18), (6, 6), (6, 6), (6, 6)):  # 1/3850 (millimetres) to 55 times, then finer and finer
         tried = [
-            replace(one, pose_scale=one.pose_scale * step**k) for one in readings for k in range(-count, count + 1)
+            replace(one, pose_scale=one.pose_scale * step**k) for one in readings for k in range(-smaller, larger + 1)
         ]
         error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
         readings, step = [best], step ** (1 / 5)

@@ -28,10 +28,12 @@ from .depth_coding import decode
 from .depth_kinds import KINDS, Coding, Said, to_metres
 from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import CODINGS, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
+from .known import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
+from .picture_heads import is_picture
 from .pictures import read_image
 from .pose_files import load_pose
+from .ray_lengths import is_ray_length
 from .video import read_video_frame
 
 _OTHER_ASPECT = 0.02
@@ -134,6 +136,13 @@ def assemble(
     camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
     doffs = (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    if like is None and said.any_kind is None and coding.kind == "z" and is_ray_length(metres, camera):
+        note(
+            f"{parts.name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
+            f"pass {option('depth_kind', 'z')} if it is not"
+        )
+        coding = replace(coding, kind="ray")
+        metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     del raw, values
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
@@ -198,7 +207,7 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
     """The depth as it is stored."""
     if not is_path(depth):
         return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
-    if Path(depth).suffix.lower() not in RAW_SUFFIXES:
+    if Path(depth).suffix.lower() not in RAW_SUFFIXES and not _is_bare(Path(depth), source):
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):
         return read_colmap_depth(depth, max_pixels)
@@ -208,6 +217,14 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
             "or the depth as .npy"
         )
     return read_raw(depth, *source.size, max_pixels)
+
+
+def _is_bare(path: Path, source: Intrinsics | None) -> bool:
+    """Whether it is called a picture, but holds 4 bytes for each pixel and nothing else, as ETH3D's depth does."""
+    if source is None or source.size is None or path.suffix.lower() not in COLOR_SUFFIXES:
+        return False
+    width, height = source.size
+    return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
 def _check_color(color: Any) -> NDArray[Any] | None:
@@ -248,10 +265,10 @@ def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, not
     known = next((one for one in CODINGS if one.known_by.search(seen)), None)
     if known is None or source.depth_kind:
         return source
-    note(
-        f"{Path(name).name} looks like {known.title}: taken as "
-        f"{option('depth_kind', known.depth_kind)}, {option('depth_scale', known.depth_scale)}"
-    )
+    taken = option("depth_kind", known.depth_kind)
+    if known.depth_scale is not None:
+        taken += f", {option('depth_scale', known.depth_scale)}"
+    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
     return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 

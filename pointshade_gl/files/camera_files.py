@@ -16,20 +16,25 @@ from ..checks import as_array
 from ..notes import Note
 from ..wording import cut, option, shown
 from .arrays import NUMPY, read_numbers
-from .camera_forms import DISTORTION, FX, from_colmap, from_matrix, from_named, from_pincam, word
+from .camera_forms import DISTORTION, FX, from_colmap, from_named, from_realsense, word
+from .camera_numbers import from_matrix, from_numbers
+from .colmap_binary import read_colmap_cameras
 from .containers.hdf5 import MATLAB_73
 from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import parse_object, read_head, read_text, split_numbers
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
 from .named_numbers import Named, read_named
+from .sintel import SINTEL, read_cam
 
 _CELLS = {"k00": "fx", "k11": "fy", "k02": "cx", "k12": "cy"}  # of a matrix, spelt K[0,0]
 _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camera"
 
 
-def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS) -> Intrinsics:
+def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
     """Intrinsics from a path, a text 'fx,fy,cx,cy', four numbers, a matrix or a Camera.
+
+    of_color  of several cameras in a file take that of the colour picture: the depth was brought to it
 
     Raises ValueError for any other content, OSError if the file cannot be read.
     """
@@ -42,25 +47,32 @@ def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS) -> 
         if numbers is not None:
             return _from_numbers(numbers, option("intrinsics"), note)
     if isinstance(source, str | PathLike):
-        return _read_file(Path(source), note, max_pixels)
+        return _read_file(Path(source), note, max_pixels, of_color)
     array = as_array(source, f"intrinsics must be {_EXPECTED}")
     return _from_numbers(array.ravel(), option("intrinsics"), note)
 
 
-def _read_file(path: Path, note: Note, max_pixels: float) -> Intrinsics:
+def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Intrinsics:
     head = read_head(path, 512)
     if head.startswith(NUMPY):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
     if head.startswith((MATLAB_5, MATLAB_73)):
         arrays = read_matrix_mat(path, max_pixels).items()
-        return _from_names({name: array.ravel().tolist() for name, array in arrays}, path, note)
+        return _from_names({name: array.ravel().tolist() for name, array in arrays}, path, note, of_color)
+    if head.startswith(SINTEL):
+        return _from_numbers(read_cam(path, max_pixels)[0], str(path), note)
+    if path.suffix.lower() == ".bin":
+        first, *others = read_colmap_cameras(path, max_pixels)
+        return replace(first, alternatives=tuple(others))
     text = read_text(path, max_pixels)
     if cameras := from_colmap(text, str(path)):
         return next(iter(cameras.values()))
+    if realsense := from_realsense(text, str(path)):
+        return realsense
     named = _read_table(text) or read_named(text, path, max_pixels)
     if not named and not text.lstrip().startswith("{"):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
-    found = _from_names(named, path, note)
+    found = _from_names(named, path, note, of_color)
     if not text.lstrip().startswith("{"):
         return found
     kind = parse_object(text, path, max_pixels).get("depth_kind")
@@ -80,8 +92,8 @@ def _read_table(text: str) -> Named:
     return named if any(word(name) in FX for name in named) else {}
 
 
-def _from_names(named: Named, path: Path, note: Note) -> Intrinsics:
-    found = from_named(named, str(path))
+def _from_names(named: Named, path: Path, note: Note, of_color: bool) -> Intrinsics:
+    found = from_named(named, str(path), of_color)
     if not found:
         has = ", ".join([*named][:6]) or "no numbers"
         raise ValueError(
@@ -103,18 +115,16 @@ def _first_matrix(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, note: Note) -> Intrinsics:
-    """Four numbers, six of a .pincam file, or a matrix of 9, 12 or 16 row after row."""
+    """Four numbers, a matrix of 9, 12 or 16 row after row, or what else `from_numbers` knows."""
     values = np.asarray(numbers, np.float64)
-    if values.size == 6 and (found := from_pincam(values.tolist(), name)):
-        return found
-    if values.size not in (4, 9, 12, 16):
+    found = from_numbers(values, name)
+    if found is None and values.size not in (4, 9, 12, 16):
         raise ValueError(f"{name} must hold fx, fy, cx, cy or a matrix of 3x3 or 4x4, got {values.size} numbers")
-    four = from_matrix(values)
-    if four is None:
+    if found is None:
         rows = values.reshape(3 if values.size < 16 else 4, -1).tolist()
         raise ValueError(f"{name} must be a matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {rows}")
-    if values.size > 4 and values[2] == 0 != four[2]:
+    if values.size in (9, 12, 16) and values[2] == 0 != found.numbers[2]:
         note(
             f"{name}: rows and columns of the matrix are exchanged, it is read as [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
         )
-    return Intrinsics(name, four)
+    return found

@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from .camera_numbers import from_matrix
 from .intrinsics import NORMALIZED, Intrinsics, Numbers, Size
 from .named_numbers import Named
 
@@ -28,20 +27,40 @@ MATRIX = (
     "depthintrinsics", "depthintrinsic", "kdepth", "depthk", "intrinsicmatrix", "intrinsics", "intrinsic", "k",
     "cameramatrix", "cameraintrinsics", "cameraintrinsic", "camk", "kcam", "kmatrix", "camintrinsics", "cam0",
     "prect02", "p2", "prect00", "p0", "intrinsicdepth", "kcolor", "krgb", "intrinsicscolor", "rgbintrinsics", "p",
+    "intrinsicsmatrix", "camerakmatrix",
 )  # fmt: skip
 WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
 HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
-SIZE = ("resolution", "imagesize", "imgsize", "size", "imsize", "srect02", "srect00")
+SIZE = (
+    "dimension",
+    "renderproductresolution",
+    "resolution",
+    "imagesize",
+    "imgsize",
+    "size",
+    "imsize",
+    "srect02",
+    "srect00",
+)
 PER_METRE = ("depthscale", "depthmapfactor", "factordepth", "depthfactor", "pngdepthscale", "scale", "depthshift")
 METRES_EACH = ("depthunitscalefactor", "integerdepthscale", "depthunit", "depthunits", "metersperunit", "metresperunit")
 FOV_X, FOV_Y = ("fovx", "hfov", "fovh", "horizontalfov"), ("fovy", "vfov", "fovv", "verticalfov", "yfov")
 ANGLE_X, ANGLE_Y = ("cameraanglex",), ("cameraangley",)  # radians, nerf's own
+CENTER = ("principalpoint", "principalpoints")  # cx, cy
+ASPECT = ("pixelaspectratio",)  # fy/fx
+APERTURE, LENS = ("cameraaperture",), ("camerafocallength",)  # Omniverse: both in the same unit
+SENSOR = ("sensorwidth", "sensorwidthmm")  # Blender, Kubric: beside a focal length in millimetres
 BASELINE, DOFFS = ("baseline",), ("doffs",)
 DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 
 _BOP = "camk"
-_CORNER = ("flx", "cameraanglex")  # nerfstudio and nerf count pixels from the picture's corner
+_SHORTEST = 0.15  # of the width: 147 degrees
+_CORNER = ("flx", "cameraanglex", "pixelaspectratio")  # nerfstudio, nerf and nerfies count from the picture's corner
+_REALSENSE = re.compile(
+    r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]"
+)  # in one line of a text
 _OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
+_SENS = re.compile(r"m_(?:calibration)?(color|depth)(\w+)", re.IGNORECASE)  # ScanNet's and BundleFusion's info.txt
 _DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")
 
 
@@ -50,20 +69,27 @@ def word(name: str) -> str:
     return re.sub(r"[^a-z0-9]", "", name.rsplit(".", 1)[-1].lower())
 
 
-def from_named(named: Named, name: str) -> list[Intrinsics]:
-    """The cameras that named numbers describe: the depth's own before others, colour cameras last."""
-    groups = [(_words(named, group), _words_around(named, group)) for group in _groups(named)]
+def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsics]:
+    """The cameras that named numbers describe: the depth's own before others, colour cameras last.
+
+    of_color  the colour camera first: the depth was brought to it
+    """
+    named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
+    groups = [(_words(named, group), _words_around(named, group)) for group in _groups(named, of_color)]
+    outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
+    found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
     if not any(found):
         found = [_from_angles(words, name) for words, _ in groups]
     return [camera for camera in found if camera]
 
 
-def _groups(named: Named) -> list[str]:
+def _groups(named: Named, of_color: bool) -> list[str]:
     """The names under which other names lie; "" is the top. Cameras that took neither picture are left out."""
     groups = dict.fromkeys(["", *(key.rpartition(".")[0] for key in named)])
     own = [group for group in groups if not _OTHERS.search(group)]
-    return sorted(own, key=lambda group: (bool(_COLOR.search(group)), not _DEPTH.search(group), group.count(".")))
+    first, last = (_COLOR, _DEPTH) if of_color else (_DEPTH, _COLOR)
+    return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
 
 
 def _words(named: Named, group: str) -> Words:
@@ -86,7 +112,10 @@ def _words_around(named: Named, group: str) -> Words:
 
 
 def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
-    if not any(key in words for key in (*FX, *FOCAL, *MATRIX)):
+    sensor, lens = _first(words, SENSOR), _first(words, FOCAL)
+    if sensor and lens and sensor > 0 and lens > 0:
+        return Intrinsics(name, (lens / sensor, math.nan, 0.0, 0.0), NORMALIZED)
+    if not any(key in words for key in (*FX, *FOCAL, *MATRIX, *LENS, "matrix")):
         return None
     size = _size_of(around, name)
     numbers = _numbers_of(words, size)
@@ -118,16 +147,27 @@ def _numbers_of(words: Words, size: Size | None) -> Numbers | None:
     fx, fy, cx, cy = (_first(words, keys) for keys in (FX, FY, CX, CY))
     if fx is not None and cx is not None and cy is not None:
         return fx, fx if fy is None else fy, cx, cy
+    projection, sides = words.get("matrix", ()), words.get("dimension", ())
+    if len(projection) == 9 and len(sides) == 2:  # Unity Perception's: from the middle, in halves of the picture
+        width, height = sides
+        return projection[0] * width / 2, projection[4] * height / 2, (width - 1) / 2, (height - 1) / 2
     for key in MATRIX:
         if (matrix := words.get(key)) and (found := from_matrix(matrix)):
             return found
     if size is None:
         return None
     middle = (size[0] - 1) / 2, (size[1] - 1) / 2
+    lens, aperture = _first(words, LENS), next((words[key] for key in APERTURE if key in words), None)
+    if lens and aperture:
+        return lens / aperture[0] * size[0], lens / aperture[0] * size[0], *middle
     focal = _first(words, FOCAL) if fx is None else fx
-    if focal is not None:
-        return focal, focal if fy is None else fy, *(middle if cx is None or cy is None else (cx, cy))
-    return None
+    if focal is None or focal < _SHORTEST * size[0]:
+        return None  # too short to be in pixels: millimetres of an unknown sensor
+    fy = focal * (_first(words, ASPECT) or 1) if fy is None else fy
+    center = next((words[key] for key in CENTER if len(words.get(key, ())) == 2), None)
+    if center is None:
+        center = middle if cx is None or cy is None else (cx, cy)
+    return focal, fy, center[0], center[1]
 
 
 def _first(words: Words, keys: Sequence[str]) -> float | None:
@@ -156,20 +196,13 @@ def _from_angles(words: Words, name: str) -> Intrinsics | None:
     return Intrinsics(name, (fx, fy, 0.0, 0.0), NORMALIZED)
 
 
-def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None:
-    """fx, fy, cx, cy of a 3x3, 3x4 or 4x4 matrix, by rows or by columns, or of these four; None for anything else."""
-    array = np.asarray(values, np.float64).ravel()
-    if array.size == 4:
-        fx, fy, cx, cy = array.tolist()
-        return fx, fy, cx, cy
-    if array.size not in (9, 12, 16):
+def from_realsense(text: str, name: str) -> Intrinsics | None:
+    """The camera in pyrealsense2's own words: `[ 640x480  p[cx cy]  f[fx fy]  Brown Conrady [0 0 0 0 0] ]`."""
+    found = _REALSENSE.search(text)
+    if found is None:
         return None
-    k = array.reshape((3, -1) if array.size == 12 else (int(array.size**0.5), -1))[:3, :3]
-    if k[2, 0] and k[2, 1] and not (k[0, 2] or k[1, 2]):
-        k = k.T  # written by columns
-    if abs(k[2] - (0, 0, 1)).max() > 1e-6 or k[1, 0] != 0 or not (k[0, 0] and k[1, 1]):
-        return None
-    return float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2])
+    cx, cy, fx, fy = (float(number) for number in found.groups()[2:])
+    return Intrinsics(name, (fx, fy, cx, cy), (int(found[1]), int(found[2])))
 
 
 def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
@@ -188,11 +221,3 @@ def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
         # COLMAP counts from the picture's corner
         found[words[0]] = Intrinsics(name, (fx, fy, cx - 0.5, cy - 0.5), (int(width), int(height)))
     return found
-
-
-def from_pincam(values: Sequence[float], name: str) -> Intrinsics | None:
-    """ARKitScenes' `width height fx fy cx cy`; None for any other six numbers."""
-    width, height, fx, fy, cx, cy = values
-    if not (width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0):
-        return None
-    return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))

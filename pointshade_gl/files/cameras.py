@@ -9,13 +9,26 @@ from pathlib import Path
 from ..notes import Note
 from ..wording import cut
 from .camera_files import read_intrinsics
-from .content import read_text
+from .camera_forms import from_named
+from .content import parse_object, read_text
 from .folders import FrameFiles
-from .intrinsics import Intrinsics
-from .known import CAMERA_SUFFIXES, CAMERAS, DATA_SETS, FRAME_CAMERAS, NOT_A_CAMERA, TRANSFORMS
+from .intrinsics import Intrinsics, Size
+from .known import (
+    CAMERA_SUFFIXES,
+    CAMERAS,
+    DATA_SETS,
+    FRAME_CAMERAS,
+    FRAME_SUFFIXES,
+    NOT_A_CAMERA,
+    PICTURE_SUFFIXES,
+    REGISTERED,
+    TRANSFORMS,
+)
 from .limits import MAX_PIXELS
-from .listing import Item, list_files, matches
+from .listing import Item, key_of, list_files, matches, own_files
+from .named_numbers import named_of
 from .names import Folder
+from .picture_heads import png_size
 from .transforms import read_transforms
 
 _PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
@@ -42,14 +55,15 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
     Raises ValueError for an intrinsics.json that holds none.
     """
-    items = [item for item in list_files(place.path, 2) if item.suffix in CAMERA_SUFFIXES]
+    items = _not_of_others(list_files(place.path, 2, CAMERA_SUFFIXES), frames, place.path)
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
     failed: list[str] = []
-    for item in [*_by_rank(items), *_in_parents(place.path)]:
+    of_color = bool(frames) and _is_registered(place.path, frames[0])
+    for item in [*_by_rank(items, of_color), *_in_parents(place.path)]:
         try:
-            found = read_intrinsics(place.check(item.path), note, max_pixels)
+            found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
         except (ValueError, OSError) as error:
             if item.name == "intrinsics.json":
                 raise
@@ -57,19 +71,35 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
             continue
         if item.name != "intrinsics.json":
             note(f"the camera is read from {item.path}")
-        return Cameras(found, _in_transforms(item, frames, max_pixels))
+        own = _in_transforms(item, frames, max_pixels) or _by_frame(item, frames, max_pixels)
+        return Cameras(found, own)
     known = _of_data_set(place.path, items, frames, note, max_pixels)
     return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
 
 
-def _by_rank(items: Sequence[Item]) -> list[Item]:
+def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:
+    """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
+    if not frames or frames[0].depth.parent != folder:
+        return list(items)
+    others = {item.path.parent for item in list_files(folder, 2, PICTURE_SUFFIXES) if item.level}
+    return [item for item in items if item.path.parent not in others]
+
+
+def _is_registered(folder: Path, frame: FrameFiles) -> bool:
+    """Whether the depth's name says that it was brought to the colour's camera."""
+    name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
+    return REGISTERED.search(str(name).lower()) is not None
+
+
+def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
     """Files that may hold a camera: the best known names first, those nearest to the folder first among them."""
     found = []
     for item in items:
         if not NOT_A_CAMERA.search(item.name):
             rank = next((k for k, name in enumerate(CAMERAS) if name.fullmatch(item.name)), None)
             if rank is not None:
-                found.append((rank, item.level, bool(re.search(r"colou?r|rgb", item.name)), item))
+                other = r"depth" if of_color else r"colou?r|rgb"
+                found.append((rank, item.level, bool(re.search(other, item.name)), item))
     found.sort(key=lambda one: (one[2] and one[0] > 0, one[0], one[1]))
     return [one[-1] for one in found]
 
@@ -80,7 +110,7 @@ def _in_parents(folder: Path) -> list[Item]:
     here = folder.resolve()
     for above in list(here.parents)[:_PARENTS]:
         if above != above.parent:
-            items = [item for item in list_files(above, 0) if item.suffix in CAMERA_SUFFIXES]
+            items = list_files(above, 0, CAMERA_SUFFIXES)
             found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
     return found
 
@@ -89,9 +119,12 @@ def _one_each(
     items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
-    named = [item for item in items if (item.words | item.folder_words | {item.suffix[1:]}) & FRAME_CAMERAS]
+    if len(items) < 2:
+        return []
+    keys = [one.key for one in frames]
+    named = own_files(items, keys, FRAME_CAMERAS, FRAME_SUFFIXES)
     named = [item for item in named if not NOT_A_CAMERA.search(item.name)]
-    files = matches([one.key for one in frames], named) if len(named) > 1 else []
+    files = matches(keys, named) if len(named) > 1 else []
     if len(set(files)) < 2:
         return []
     found: list[Intrinsics | None] = []
@@ -113,6 +146,18 @@ def _in_transforms(item: Item, frames: Sequence[FrameFiles], max_pixels: float) 
     return [named.get((one.color or one.depth).stem, named.get(one.depth.stem)) for one in frames] if named else []
 
 
+def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+    """The frames' own cameras in a JSON that has an object for each, by name or number: ScanNet++, BOP."""
+    if item.suffix != ".json" or len(frames) < 2:
+        return []
+    data = parse_object(read_text(item.path, max_pixels), item.path, max_pixels)
+    values = {key_of(name.lower()): one for name, one in data.items() if isinstance(one, dict)}
+    files = [Item(item.path.with_name(key), key) for key in values]
+    named = [path.name if path else "" for path in matches([one.key for one in frames], files)]
+    found = [from_named(named_of(values.get(name, {})), str(item.path)) for name in named]
+    return [one[0] if one else None for one in found] if len(set(named)) > 1 else []
+
+
 def _of_data_set(
     folder: Path, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> Intrinsics | None:
@@ -120,10 +165,11 @@ def _of_data_set(
     lists = [item for item in items if not item.level and re.fullmatch(r"(rgb|depth|assoc\w*)\.txt", item.name)]
     heads = [read_text(item.path, max_pixels)[:400] for item in lists]
     names = [item.path.name for item in list_files(folder, 1) if item.suffix in (".freiburg",)]
-    names += [item.path.name for item in lists] + [one.depth.name for one in frames[:1]]
+    names += [item.path.name for item in lists]
+    names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
     seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
     for known in DATA_SETS:
-        if known.known_by.search(seen):
+        if known.known_by.search(seen) and _has_size(frames, known.size):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
             note(
                 f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
@@ -131,3 +177,9 @@ def _of_data_set(
             )
             return Intrinsics(known.title, known.numbers, known.size, known.depth_scale)
     return None
+
+
+def _has_size(frames: Sequence[FrameFiles], size: Size) -> bool:
+    """Whether the first depth picture has this size, as far as its first bytes say it."""
+    found = png_size(frames[0].depth) if frames else None
+    return found in (None, size)

@@ -16,6 +16,7 @@ from .content import FilePath, check_size, open_regular, read_bytes, read_head
 from .exr import EXR, read_exr
 from .limits import MAX_PIXELS, PICTURE_TEXT, check_pixels
 from .pictures import NotAPictureError, read_image
+from .sintel import read_dpt
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _NUMBER = _GAP + rb"(\d{1,9})"
@@ -42,6 +43,8 @@ def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> ND
         raw = read_npz(path, note, max_pixels)
     elif head.startswith(EXR):
         raw = read_exr(path, max_pixels)
+    elif Path(path).suffix.lower() == ".dpt":
+        raw = read_dpt(path, max_pixels)
     elif head[:2] in (b"P2", b"P5"):
         raw = _read_pgm(Path(path), max_pixels)
     else:

@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .bending import measure_bending
+from .depth_values import FAR
+
 Codes = NDArray[np.uint16]
 Counts = NDArray[np.int64]  # how many pixels have each of the 65536 codes
 
@@ -18,6 +21,8 @@ _ROWS, _FEW_ROWS = 500, 60  # looked at to count values, and to see how smooth t
 _SMOOTHER = 8  # sensors: 80 to 500 for bytes, 37 for confidence
 _DEPTH = np.uint16(8191)  # the low 13 bits of Android's DEPTH16
 _STEP = 256  # millimetres: the mean step between neighbours is less in any picture of depth
+_HALF_NEAREST, _HALF_INFINITE = 0x2E00, 0x7C00  # 0.09 m; 65504 is one less than infinite
+_DISTINCT_HALVES = 50  # different values
 KINECT_MISSING = 2047  # of 11 bits
 KINECT_FIRST, KINECT_LAST = 300, 1090  # from 0.44 m to where distances become infinite
 
@@ -50,6 +55,7 @@ def has_confidence(raw: Codes) -> bool:
     The code (0: 100 %, 1: 0 %, up to 7: 86 %) says little: a time-of-flight phone wrote 1 for 84 % of a good frame.
     """
     raw = _some_rows(raw)
+    raw = np.where(raw < FAR, raw, 0)
     low = _roughness(raw & _DEPTH)
     return low < _STEP and _roughness(raw) > _SMOOTHER * low
 
@@ -78,6 +84,21 @@ def is_rotated(raw: Codes, counts: Counts) -> bool:
 def rotated_back(raw: Codes) -> Codes:
     """Millimetres of SUN RGB-D's coding."""
     return np.bitwise_or(np.right_shift(raw, 3), np.left_shift(raw, 13))
+
+
+def is_half(raw: Codes, counts: Counts) -> bool:
+    """Whether the bits are those of 16-bit floats (CO3D, Mid-Air): as floats planes bend as depth, as integers not.
+
+    As millimetres they would all lie between 11 and 32 m, the farthest at most twice as far as the nearest.
+    """
+    codes = np.flatnonzero(counts[: _HALF_INFINITE - 64])
+    codes = codes[codes > 0]
+    if codes.size < _DISTINCT_HALVES or codes[0] < _HALF_NEAREST or counts[_HALF_INFINITE + 1 :].any():
+        return False
+    known = (raw > 0) & (raw < _HALF_INFINITE - 64)
+    as_float = measure_bending(np.where(known, raw, 0).view(np.float16).astype(np.float32), known)
+    as_integer = measure_bending(raw, known)
+    return as_float is not None and as_integer is not None and as_float.along < 4 and as_integer.is_surely(6, np.inf)
 
 
 def is_kinect(counts: Counts) -> bool:

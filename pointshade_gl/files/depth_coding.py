@@ -17,9 +17,10 @@ from ..notes import Note
 from ..wording import option
 from . import depth_bits as bits
 from . import depth_units as units
+from .depth_channels import CARLA, find_channels
 from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_relative import disparity_scale, read_8_bits, read_colors, read_relative
-from .depth_repairs import CONFIDENCE, HIGH_BYTE, ROTATED, SWAPPED, repaired
+from .depth_repairs import CHANNELS, CONFIDENCE, HALF, HIGH_BYTE, ROTATED, SWAPPED, repaired
 from .depth_values import FAR
 from .not_depth import LABELS, is_of_labels
 
@@ -46,13 +47,32 @@ def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | 
 
 def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
     if raw.ndim == 3:
-        return read_colors(raw, name, said, note)
+        channels = find_channels(raw)
+        return _read_channels(raw, channels, name, said, note) if channels else read_colors(raw, name, said, note)
     codes = bits.as_codes(raw)
     if codes is not None:
         return _read_codes(codes, name, said, note)
     if raw.dtype.itemsize == 1:
         return read_8_bits(raw, name, said, note)
     return _read_values(raw, None, name, said, note)
+
+
+def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: Said, note: Note) -> Decoded:
+    """Numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is said."""
+    colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
+    repair = CHANNELS + "".join(map(str, channels))
+    values = repaired(raw, [repair])
+    note(f"{name} is taken as one number in {' + 256 '.join(colors)}")
+    if len(channels) == 3 and said.any_kind in (None, *METRIC) and not (said.scale or said.filed_scale):
+        note(f"{name}: 24 bits are taken as CARLA's 1000 m; pass {option('depth_scale')} if that is wrong")
+        decoded = Decoded(values, Coding(said.any_kind or "z", CARLA, "CARLA's 24 bits"))
+        far = np.uint32(0.999 * 2**24)  # the sky
+        decoded = decoded._replace(values=np.where(values < far, values, 0))
+    elif len(channels) == 2:
+        decoded = _read_codes(values, name, said, note)
+    else:
+        decoded = _read_values(values, None, name, said, note)
+    return decoded._replace(coding=replace(decoded.coding, repairs=(repair, *decoded.coding.repairs)))
 
 
 def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded:
@@ -62,6 +82,12 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
         repairs, codes = [SWAPPED], codes.byteswap()
     counts = bits.count_codes(codes)
+    if said.scale is None and bits.is_half(codes, counts):
+        note(
+            f"{name} is taken as 16-bit floats: planes in it bend as depth only so; pass {option('depth_scale')} if not"
+        )
+        decoded = _read_values(repaired(codes, [HALF]), None, name, said, note)
+        return decoded._replace(coding=replace(decoded.coding, repairs=(*repairs, HALF)))
     packed = _find_packing(codes, counts, name, said, note)
     if packed:
         repairs.append(packed)

@@ -20,6 +20,7 @@ from .depth_repairs import LEVELS, REVERSED
 from .not_depth import what_instead
 
 _DISPARITY = re.compile(r"(?:^|[^a-z])disp(?:arity|arities)?(?:[^a-z]|$)")  # in a file's name
+_DEPTH_NAME = re.compile(r"depth|disp")
 _MIDDLE = 2.0  # metres: where the middle of a depth without a scale is put
 _KITTI = 256.0  # raw values a pixel of disparity
 _GAP = 0.1  # of the range of all other values: between them and a 0 that says missing
@@ -30,6 +31,12 @@ _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of de
 def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
     """A colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
+    if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()) and what_instead(image.max(axis=2)):
+        raise ValueError(
+            f"{name} is a colour picture and does not look like depth: "
+            f"pass it as {option('color', 'FILE')} and its depth as {option('depth', 'FILE')}; "
+            "a network such as Depth Anything makes one"
+        )
     if levels is None:
         raise ValueError(
             f"{name} is a colour picture, not depth, nor depth colour-mapped by {', '.join(MAPS)}: pass depth (16-bit "

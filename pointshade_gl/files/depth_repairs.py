@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from .colormaps import read_levels
 from .depth_bits import as_codes, rotated_back, without_confidence
+from .depth_channels import join_channels
 
 SWAPPED, CONFIDENCE, ROTATED, HIGH_BYTE = "bytes swapped", "confidence dropped", "bits rotated back", "high byte taken"
+HALF = "16-bit floats"
+CHANNELS = "bytes of the channels "  # and their numbers, the lowest first
 LEVELS, REVERSED = "colours read back", "order reversed"
 
 
@@ -27,6 +30,11 @@ def repaired(raw: NDArray[Any], repairs: Sequence[str]) -> NDArray[Any]:
 def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
     if name == REVERSED:
         return 255 - raw
+    if name.startswith(CHANNELS):
+        channels = tuple(int(digit) for digit in name.removeprefix(CHANNELS))
+        if raw.ndim != 3 or max(channels) >= raw.shape[2]:
+            raise ValueError("depth must be spread over channels, as the first one is")
+        return join_channels(raw, channels)
     if name == LEVELS:
         levels = read_levels(raw) if raw.ndim == 3 else None
         if levels is None:
@@ -37,6 +45,8 @@ def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
         raise ValueError(f"depth must be of 16 bits, as the first one is, got {raw.dtype}")
     if name == SWAPPED:
         return codes.byteswap()
+    if name == HALF:
+        return codes.view(np.float16).astype(np.float32)
     if name == CONFIDENCE:
         return without_confidence(codes)
     return rotated_back(codes) if name == ROTATED else (codes >> 8).astype(np.uint8)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .depth_values import FAR
+
 NEAREST, FARTHEST = 0.05, 200.0  # metres between which the middle of a depth picture lies
 _TUM = 5000.0
 _SAMPLE = 2**16  # pixels
@@ -29,6 +31,8 @@ def middle(raw: NDArray[Any]) -> float:
     """The median of the values above 0, of a sample of the picture; NaN if there are none."""
     values = some_values(raw)
     values = values[values > 0]
+    near = values[values < FAR] if raw.dtype.kind == "f" else values  # beyond it renderers put the sky
+    values = near if near.size else values
     return float(np.median(values)) if values.size else float("nan")
 
 

@@ -14,31 +14,29 @@ from ..suggestions import near_path
 from ..wording import option
 from .builtin import FRAMES, SCENES
 from .colormaps import read_levels
-from .content import FilePath, read_text
+from .content import FilePath
 from .known import (
-    COLOR_LISTS,
     COLOR_SUFFIXES,
     CONFIDENCE,
     CONTAINERS,
     DEPTH,
-    DEPTH_LISTS,
     DEPTH_SUFFIXES,
+    NOT_PICTURES,
     ONLY_DEPTH,
-    PAIR_LISTS,
     RAW_SUFFIXES,
+    RAY_NAMES,
     RIGHT_VIEWS,
-    TRANSFORMS,
+    SPARSE,
     VALID,
     VIDEO_SUFFIXES,
 )
-from .limits import MAX_PIXELS, PARTS, check_limit
+from .limits import MAX_PIXELS
 from .listing import LEVELS, Item, key_of, list_files, matches
 from .names import Folder
+from .pairing import find_partners
+from .picture_heads import is_deep_grey, shallowness
+from .picture_lists import listed_pictures
 from .pictures import read_image
-from .transforms import read_transforms
-
-_PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
-_DEEP_GREY = b"\x10\x00"  # of a PNG: 16 bits, one channel
 
 
 class FrameFiles(NamedTuple):
@@ -89,9 +87,10 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     for levels in range(1, LEVELS + 1):
         items = list_files(folder, levels)
         pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
+        pictures = [item for item in pictures if not NOT_PICTURES.fullmatch(item.name)]
         if place.root is not None:
             pictures = [item for item in pictures if place.check(item.path)]
-        listed_colors, listed_depths = _listed(place, items, max_pixels)
+        listed_colors, listed_depths = listed_pictures(place, items, max_pixels)
         depths = listed_depths or _depths_of(folder, pictures, note)
         if depths:
             break
@@ -102,7 +101,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
         note(f"{folder} has no colour picture (color.*, rgb.*, image.*): the surface is light grey")
-    partners = _partners(folder, depths, colors, note) if colors else [None] * len(depths)
+    partners = find_partners(folder, depths, colors, note) if colors else [None] * len(depths)
     alone = partners.count(None) if colors else 0
     if alone:
         note(f"{folder}: {alone} of {len(depths)} depth pictures have no colour picture and are left out")
@@ -128,63 +127,11 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     return colors[0].path
 
 
-def _listed(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:
-    """The colour and the depth pictures that lists of the folder name; none without such a list."""
-    top = {item.name: item.path for item in items if not item.level}
-    for name, path in top.items():
-        if TRANSFORMS.fullmatch(name):
-            files = [(entry.color, entry.depth) for entry in read_transforms(path, max_pixels) if entry.depth]
-            pairs = [[_item(place, text) for text in pair if text] for pair in files]
-            pairs = [pair for pair in pairs if len(pair) == 2 and all(item.path.is_file() for item in pair)]
-        elif PAIR_LISTS.fullmatch(name):
-            pairs = [row for row in _read_list(place, path, max_pixels) if len(row) == 2]
-        else:
-            continue
-        if pairs:
-            is_swapped = pairs[0][0].role == "depth"
-            return [pair[is_swapped] for pair in pairs], [pair[not is_swapped] for pair in pairs]
-    colors, depths = (
-        next((rows for name in names if name in top and (rows := _read_list(place, top[name], max_pixels))), [])
-        for names in (COLOR_LISTS, DEPTH_LISTS)
-    )
-    return [row[0] for row in colors], [row[0] for row in depths]
-
-
-def _item(place: Folder, text: str, time: str = "") -> Item:
-    """A picture that a list names, with the list's time stamp."""
-    item = Item(place.named(text), text.lower().replace("\\", "/").removeprefix("./"))
-    if time:
-        item.__dict__["time"] = float(time)
-    return item
-
-
-def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]:
-    """For each line of a text file the pictures that it names after time stamps; none if it holds anything else."""
-    lines = read_text(place.check(path), max_pixels).splitlines()
-    check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
-    found = []
-    for line in lines:
-        words = line.split("#")[0].split()
-        if len(words) not in (2, 4) or not _is_number(words[0]):
-            continue
-        if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
-            continue
-        try:
-            found.append([_item(place, words[k + 1], words[k]) for k in range(0, len(words), 2)])
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
-    return found
-
-
-def _is_number(text: str) -> bool:
-    return re.fullmatch(r"\d{1,18}(\.\d{0,18})?", text) is not None
-
-
 def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
     """The depth pictures: those that are called so, else those that cannot be anything else."""
     allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
-    for wanted in ("depth", "", "shown depth"):
-        found = [item for item in allowed if item.role == wanted]
+    for wanted in ("depth", "", "sparse depth", "shown depth"):
+        found = [item for item in allowed if _depth_role(item) == wanted]
         if wanted == "":
             found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
@@ -192,6 +139,11 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
                 folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
             )
     return []
+
+
+def _depth_role(item: Item) -> str:
+    is_sparse = item.role == "depth" and (item.words | item.folder_words) & SPARSE
+    return "sparse depth" if is_sparse else item.role
 
 
 def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Note) -> list[Item]:
@@ -214,24 +166,12 @@ def _is_right(item: Item, pictures: list[Item]) -> bool:
     return left is not None and any(other.stem == left for other in pictures)
 
 
-def _shallowness(item: Item) -> int:
-    """How little of the depth a picture keeps, by its header: 0 for 16 bits or floats, 1 for 8 bits, 2 for colours."""
-    if item.suffix in (".jpg", ".jpeg", ".webp", ".bmp"):
-        return 2
-    if item.suffix != ".png":
-        return 0
-    with item.path.open("rb") as file:
-        bits, kind = file.read(26)[24:26].ljust(2, b"\0")
-    return 2 if kind else int(bits < 16)
-
-
 def _deep_grey(items: list[Item]) -> list[Item]:
     """Pictures of one channel of 16 bits, which are depth and nothing else. Those named alike are of one kind."""
     firsts: dict[str, bool] = {}
     for item in items:
         if _template(item) not in firsts:
-            with item.path.open("rb") as file:
-                firsts[_template(item)] = item.suffix == ".png" and file.read(26)[24:26] == _DEEP_GREY
+            firsts[_template(item)] = is_deep_grey(item.path)
     return [item for item in items if firsts[_template(item)]]
 
 
@@ -257,7 +197,9 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
         together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
         return (
             -min(matched, len(partners)),
-            what == "depth" and _shallowness(group[0]),
+            what == "depth" and shallowness(group[0].path),
+            what == "depth" and bool(RAY_NAMES.search(group[0].name)),
+            what == "depth" and not group[0].is_registered,
             group[0].level,
             -(group[0].path.parent in places),
             -together,
@@ -306,47 +248,6 @@ def _is_mask_of(item: Item, depth: Item) -> bool:
     if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
         return True
     return item.stem == "mask" and item.path.parent == depth.path.parent
-
-
-def _partners(folder: Path, depths: list[Item], colors: list[Item], note: Note) -> list[Item | None]:
-    """For each depth picture its colour picture, None where there is none."""
-    if colors[0].suffix in VIDEO_SUFFIXES:
-        return [colors[0]] * len(depths)
-    if len(depths) == len(colors) == 1:
-        return [colors[0]]
-    enough = min(len(depths), len(colors)) / 2
-    for same in (lambda item: item.key, lambda item: item.numbers, lambda item: item.numbers[-1:]):
-        named = {same(item): item for item in colors if same(item)}
-        partners = [named.get(same(item)) for item in depths]
-        if len(depths) - partners.count(None) > enough and len(named) == len(colors):
-            return partners
-    times, color_times = ([item.time for item in items if item.time is not None] for items in (depths, colors))
-    if len(times) == len(depths) and len(color_times) == len(colors):
-        near = nearest(np.array(times), np.array(color_times))
-        apart = np.abs(np.array(color_times)[near] - times)
-        close = apart <= (np.median(np.abs(np.diff(times))) if len(times) > 1 else np.inf)
-        if close.any():
-            widest = apart[close].max()
-            note(f"{folder}: depth and colour are paired by the nearest time stamp, up to {widest:.3g} apart")
-            return [colors[i] if good else None for i, good in zip(near, close, strict=True)]
-    if len(depths) == 1:
-        return [colors[0]]
-    if len(depths) != len(colors):
-        raise ValueError(
-            f"{folder} has {len(depths)} depth and {len(colors)} colour pictures whose names do not show which belong "
-            "together: give the two of a frame the same name"
-        )
-    note(f"{folder}: depth and colour are paired by order, their names do not match")
-    return list(colors)
-
-
-def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:
-    """(n,) for each of n time stamps the index of the nearest of the m offered ones."""
-    order = np.argsort(offered, kind="stable")
-    right = np.searchsorted(offered[order], wanted).clip(1, len(offered) - 1) if len(offered) > 1 else np.zeros(1, int)
-    left = np.maximum(right - 1, 0)
-    is_left = np.abs(offered[order][left] - wanted) <= np.abs(offered[order][right] - wanted)
-    return order[np.where(is_left, left, right)]
 
 
 def is_container(path: Path) -> bool:

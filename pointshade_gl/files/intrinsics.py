@@ -24,7 +24,8 @@ class Intrinsics:
     """What a source says about a camera; None = nothing.
 
     name          of the source, for messages
-    numbers       fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square
+    numbers       fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are
+                  NaN if only the focal length is known
     size          (width, height) of the picture that they are for; NORMALIZED fits any
     depth_scale   raw depth values per metre
     depth_kind    one of depth_kinds.KINDS
@@ -68,6 +69,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
     fx, fy, cx, cy = chosen.numbers
     if math.isnan(fy):
         fy = fx * (depth[0] / depth[1] if size == NORMALIZED else 1)
+    if math.isnan(cx):
+        cx, cy = (size[0] - 1) / 2, (size[1] - 1) / 2
     try:
         camera = Camera(fx, fy, cx, cy, *size)
     except ValueError as error:
@@ -94,6 +97,9 @@ def _shows_the_same(size: Size, depth: Size) -> bool:
 def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Size:
     """The picture whose middle is nearest to the principal point, among those that contain it."""
     cx, cy = intrinsics.numbers[2:]
+    if math.isnan(cx):
+        note(f"{intrinsics.name}: the principal point is taken as the middle of the depth picture")
+        return depth
 
     def distance(size: Size) -> float:
         return max(abs(cx / size[0] - 0.5), abs(cy / size[1] - 0.5))

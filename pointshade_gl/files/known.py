@@ -13,14 +13,26 @@ from typing import NamedTuple
 RAW_SUFFIXES = (".bin", ".raw")  # numbers without a header, or COLMAP's; only where there is nothing else
 COLOR_SUFFIXES = (".png", ".tif", ".tiff", ".bmp", ".ppm", ".webp", ".jpg", ".jpeg", ".heic", ".heif")
 DEPTH_SUFFIXES = (
-    ".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp", ".jpg",
-    ".jpeg", *RAW_SUFFIXES,
+    ".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", ".tif", ".tiff", ".png", ".pgm", ".webp", ".bmp",
+    ".jpg", ".jpeg", *RAW_SUFFIXES,
 )  # fmt: skip
+PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
 CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip")  # may hold colour and camera too
-VIDEO_SUFFIXES = (".mp4", ".mov")
+VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
 
 
-ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".h5", ".hdf5", ".mat", ".bin", ".raw")  # never pictures for the eye
+ONLY_DEPTH = (
+    ".exr",
+    ".npy",
+    ".npz",
+    ".pfm",
+    ".dpt",
+    ".h5",
+    ".hdf5",
+    ".mat",
+    ".bin",
+    ".raw",
+)  # never pictures for the eye
 
 
 # Words in the names of files and folders: depth_0001.png, frame-000001.color.jpg, images/7.png.
@@ -28,10 +40,12 @@ def _words(*names: str) -> frozenset[str]:
     return frozenset(names)
 
 
-DEPTH = _words("depth", "depths", "depthmap", "depthmaps", "disp", "disparity", "disparities")
+DEPTH = _words(
+    "depth", "depths", "depthmap", "depthmaps", "depthcrop", "disp", "disparity", "disparities", "distance"
+)  # fmt: skip
 COLOR = _words(
     "color", "colors", "colour", "rgb", "rgbs", "image", "images", "img", "imgs", "im", "photo", "photos", "picture",
-    "tonemap", "wide",
+    "tonemap", "wide", "crop",
 )  # fmt: skip
 ANY_PICTURE = _words(
     "image", "images", "img", "imgs", "im", "photo", "photos", "picture"
@@ -40,16 +54,28 @@ SHOWN_DEPTH = _words(
     "vis", "visual", "preview", "colored", "coloured", "colorized", "colormap", "colormapped", "cmap", "jet"
 )
 NEITHER = _words(
-    "mask", "masks", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg", "segmentation",
+    "mask", "masks", "maskcrop", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg",
+    "segmentation",
     "semantic", "semantics", "instance", "instances", "ir", "infra", "infrared", "flow", "albedo", "error", "weight",
     "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
 )  # fmt: skip
-RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1"}  # Middlebury: the second camera's, and the first's
+SPARSE = _words("sparse")  # a few points of depth: only where there is no other
+RIGHT_VIEWS = {
+    "im1": "im0",
+    "disp1": "disp0",
+    "view5": "view1",
+    "disp5": "disp1",
+    "im6": "im2",
+    "disp6": "disp2",
+}  # Middlebury: the second camera's, and the first's
+REGISTERED = re.compile(r"aligned|registered|depth_?to_?(colou?r|rgb)")  # depth that was brought to the colour's camera
+RAY_NAMES = re.compile(r"euclidean|distance_to_camera|depth_?perspective|ray_?(depth|distance)")  # not along the axis
+NOT_PICTURES = re.compile(r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)")  # COLMAP's, NeuS'
 CONFIDENCE = _words("conf", "confs", "confidence", "confidences")
 VALID = CONFIDENCE | _words("mask")
 
 # Lists of pictures, a line each: "time file" (TUM), or "time file time file".
-COLOR_LISTS, DEPTH_LISTS = ("color.txt", "rgb.txt"), ("depth.txt",)
+COLOR_LISTS, DEPTH_LISTS = ("color.txt", "rgb.txt"), ("aligned_depth.txt", "depth.txt")
 PAIR_LISTS = re.compile(r"assoc\w*\.txt")
 TRANSFORMS = re.compile(r"transforms(_\w+)?\.json")
 
@@ -66,23 +92,38 @@ CAMERAS = tuple(
             r"transforms(_\w+)?\.json",
             r"scene_camera\.json",
             r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
-            r"(.*/)?cameras?\.(txt|json|ya?ml)",
+            r"(.*/)?cameras?\.(txt|bin|json|ya?ml)",
+            r"focal\w*\.txt",
+            r"(.*/)?[\w.-]*frame_data\.json",
             r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
-            r"(.*/)?([\w-]*metadata|meta|info)(\.\w+)?",
+            r"(.*/)?([\w-]*metadata|meta|_?info)(\.\w+)?",
             r"(.*/)?[\w-]+[-_]meta\.mat",
             r"scene\w+_\d\d\.txt",
+            r"\w*pose\w*intrinsic\w*\.json",
             r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
             r"(scene/)?[\w-]*traj\w*\.json",
         ),
     )
 )
-CAMERA_SUFFIXES = (".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cfg", ".ini", "")
-NOT_A_CAMERA = re.compile(r"extrinsic|pose|traj(?!\w*\.json)|right|imu|distort|accel|(^|/)ir[_.-]|infra")
-FRAME_CAMERAS = _words("intrinsics", "intrinsic", "cameras", "camera", "calib", "meta", "pincam", "frame", "frames")
+CAMERA_SUFFIXES = (
+    ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", "",
+)  # fmt: skip
+NOT_A_CAMERA = re.compile(
+    r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
+)
+FRAME_CAMERAS = _words(
+    "intrinsics", "intrinsic", "cameras", "camera", "cams", "cam", "calib", "meta", "pincam", "pose", "frame", "frames"
+)  # fmt: skip
+FRAME_SUFFIXES = (".json", ".yaml", ".yml", ".cam")  # of a file called like its frame and nothing else
 
 # Poses: a file for each frame, or one for all.
-FRAME_POSES = _words("pose", "poses", "cameras", "extrinsics", "extrinsic", "meta", "frame", "frames")
-POSE_SUFFIXES = (".txt", ".csv", ".log", ".json", ".npy", ".npz", ".mat", ".freiburg", ".traj", ".pose", "")
+FRAME_POSES = _words(
+    "pose", "poses", "cameras", "camera", "cams", "cam", "extrinsics", "extrinsic", "meta", "frame", "frames"
+)  # fmt: skip
+POSE_SUFFIXES = (
+    ".txt", ".csv", ".log", ".json", ".yaml", ".yml", ".npy", ".npz", ".mat", ".cam", ".bin", ".conf", ".freiburg",
+    ".traj", ".pose", "",
+)  # fmt: skip
 POSES = tuple(
     map(
         re.compile,
@@ -95,12 +136,17 @@ POSES = tuple(
             r"traj\.txt",
             r"odometry\.csv",
             r"scene_camera\.json",
-            r"(.*/)?images\.txt",
+            r"(.*/)?images\.(txt|bin)",
+            r"info\.ya?ml",
+            r"(.*/)?[\w-]*camera_param\w*/[\w.-]+\.conf",
             r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
             r"[\w.-]*\.(freiburg|traj|pose)",
         ),
     )
 )
+
+
+NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of things, not of the camera
 
 
 class DataSet(NamedTuple):
@@ -127,6 +173,23 @@ DATA_SETS = (
         _TUM_SCALE,
     ),
     DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
+    DataSet(
+        "NOCS' Real275", re.compile(r"real_(test|train)"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
+    ),
+    DataSet("TartanAir", re.compile(r"\d{6}_left_depth\.npy"), (320, 320, 320, 240), (640, 480), 1),
+    DataSet("TartanAir V2", re.compile(r"\d{6}_lcam_\w+_depth\.png"), (320, 320, 320, 320), (640, 640), 1),
+    DataSet("SceneNet RGB-D", re.compile(r"\bphoto/\d+\.jpg"), (277.128, 289.706, 159.5, 119.5), (320, 240), 1000),
+    DataSet("InteriorNet", re.compile(r"depth\d/data/\d+\.png"), (600, 600, 320, 240), (640, 480), 1000),
+    DataSet(
+        "raw NYU Depth v2 (its colours are not registered)",
+        re.compile(r"d-\d+\.\d+-\d+\.pgm"),
+        (582.62, 582.69, 313.04, 238.44),
+        (640, 480),
+        1000,
+    ),
+    DataSet(
+        "Redwood indoor", re.compile(r"(livingroom|office)\d-(depth|color)"), (525, 525, 319.5, 239.5), (640, 480), 1000
+    ),
     DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
 )
 
@@ -136,7 +199,7 @@ class SetCoding(NamedTuple):
 
     title: str
     known_by: re.Pattern[str]
-    depth_scale: float
+    depth_scale: float | None
     depth_kind: str = "z"
 
 
@@ -144,6 +207,9 @@ CODINGS = (
     SetCoding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
     SetCoding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
     SetCoding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
+    SetCoding("2D-3D-S and Taskonomy", re.compile(r"domain_depth(_zbuffer)?\.png"), 512),
+    SetCoding("Taskonomy", re.compile(r"domain_depth_euclidean\.png"), 512, "ray"),
+    SetCoding("distance from the camera", RAY_NAMES, None, "ray"),
     SetCoding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
     SetCoding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
 )

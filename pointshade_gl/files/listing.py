@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, SHOWN_DEPTH
+from .known import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
 
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_BITS = re.compile(r"\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
     DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
 )
@@ -29,8 +30,7 @@ class Item:
 
     @cached_property
     def suffix(self) -> str:
-        name = self.name.rpartition("/")[2]
-        return name[name.rfind(".") :] if "." in name else ""
+        return suffix_of(self.name.rpartition("/")[2])
 
     @cached_property
     def stem(self) -> str:
@@ -76,6 +76,11 @@ class Item:
         return "depth" if first and first[0] == "depth" else "color"
 
     @cached_property
+    def is_registered(self) -> bool:
+        """Whether its name says that it is depth which was brought to the colour's camera."""
+        return REGISTERED.search(self.name) is not None
+
+    @cached_property
     def key(self) -> str:
         """What the files of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
         return key_of(self.stem)
@@ -93,7 +98,7 @@ class Item:
 
 def key_of(stem: str) -> str:
     """A name without its suffix, in lower case, without the words that say what the file is for."""
-    return _ROLE_WORD.sub("", stem).strip("._- ")
+    return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
 
 
 def numbers_in(key: str) -> tuple[int, ...]:
@@ -108,12 +113,28 @@ def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
     """
     items = [item for item in items if item.key]
     for same in (_itself, numbers_in, _last, _first):
+        if same in (_last, _first) and len({same(key) for key in keys}) < len(keys):
+            continue  # it does not tell one frame from another
         named = {same(item.key): item.path for item in items}
         named.pop(None, None)
         found = [named.get(same(key)) for key in keys] if named else []
         if 2 * (len(found) - found.count(None)) > len(found):
             return found
     return []
+
+
+def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
+    """Files that may belong to one frame each: called or laid so, or named like a frame and nothing else."""
+    frames = set(keys)
+    return [
+        item
+        for item in items
+        if not (item.suffix in ONLY_DEPTH and item.role == "depth")
+        and (
+            (item.words | item.folder_words | {item.suffix[1:]}) & words
+            or (item.suffix in suffixes and item.stem in frames)
+        )
+    ]
 
 
 def _itself(key: str) -> str | None:
@@ -133,16 +154,19 @@ def words_of(name: str) -> frozenset[str]:
     return frozenset(word.lower() for word in _WORD.findall(name))
 
 
-def list_files(folder: Path, levels: int) -> list[Item]:
-    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out."""
-    found = [Item(path, name) for path, name in _walk(folder, "", levels)]
+def list_files(folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+
+    suffixes  in lower case, "" for none: only files with these
+    """
+    found = [Item(path, name) for path, name in _walk(folder, "", levels, suffixes)]
     return sorted(found, key=lambda item: natural(item.path.name))
 
 
-def _walk(folder: Path, prefix: str, levels: int) -> Iterator[tuple[Path, str]]:
+def _walk(folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[tuple[Path, str]]:
     """Files first, then what is in the folders. macOS leaves hidden twins such as ._color.png on foreign disks."""
     try:
-        entries = sorted((e for e in os.scandir(folder) if e.name[0] != "."), key=lambda e: natural(e.name))
+        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."]
     except PermissionError:
         return
     folders = []
@@ -150,9 +174,16 @@ def _walk(folder: Path, prefix: str, levels: int) -> Iterator[tuple[Path, str]]:
         if entry.is_dir():
             folders.append(entry)
         elif entry.is_file():
-            yield Path(entry.path), prefix + entry.name.lower()
-    for entry in folders if levels else ():
-        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1)
+            name = entry.name.lower()
+            if suffixes is None or suffix_of(name) in suffixes:
+                yield Path(entry.path), prefix + name
+    for entry in sorted(folders, key=lambda one: natural(one.name)) if levels else ():
+        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1, suffixes)
+
+
+def suffix_of(name: str) -> str:
+    """Of a file's own name, with the dot; "" without one."""
+    return name[name.rfind(".") :] if "." in name else ""
 
 
 def natural(name: str) -> list[tuple[int, str]]:

@@ -16,6 +16,8 @@ Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
 _MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too
 
 _LINE = re.compile(r"^(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*?)\"?\s*[:=,]\s*(.*)$")
+_KEY = re.compile(r"^(\s*)(\d+):\s*$")  # BOP's and T-LESS' YAML: a block for each frame
+_HEADED = re.compile(r"^([A-Za-z_]\w*)\s+(-?[\d.][-+\d.eE\s]*)$")  # Matterport3D: intrinsics_matrix 1 0 0 ...
 _ITEM = re.compile(r"^\s*-\s+([^:]+)$")
 _OPEN_BRACKET = re.compile(r"\[[^\]]*\]")
 _TAG = re.compile(r"!!?[\w-]+")
@@ -69,11 +71,22 @@ def _named_of_lines(text: str) -> Named:
     text = _OPEN_BRACKET.sub(lambda found: found[0].replace("\n", " "), text)
     found: Named = {}
     above: list[tuple[int, str]] = []
+    heading = ""  # MVSNet: a word, and a matrix in the lines below
     for line in text.splitlines()[:_MOST]:
         line = line.split("#")[0]
+        if heading and line.strip() and (numbers := _numbers(line)):
+            found.setdefault(heading, []).extend(numbers)
+            continue
+        heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
         item = _ITEM.match(line)
         if item and above and (numbers := _numbers(item[1])):
             found.setdefault(".".join(name for _, name in above), []).extend(numbers)
+            continue
+        if headed := _HEADED.match(line):
+            found.setdefault(headed[1], _numbers(headed[2]) or [])
+            continue
+        if key := _KEY.match(line):
+            above = [(len(key[1]), key[2])]
             continue
         named = _LINE.match(line)
         if not named:

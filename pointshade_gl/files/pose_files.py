@@ -1,54 +1,30 @@
 """Poses out of a file, whatever its form: quaternions, matrices, JSON, COLMAP. The content decides.
 
-A new form is a reader in `_FORMS`. Each gives poses camera-to-world in OpenCV axes as the form defines them; what a
-file means in truth is checked against the depth (agreement.py).
+A new form is a reader in `read_poses`; names that say what a matrix is are in pose_words.py. Each gives
+poses camera-to-world in OpenCV axes as the form defines them; what a file means in truth is checked against the depth
+(agreement.py).
 """
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import check_pose
 from .arrays import NUMPY, read_npy, read_numbers
-from .axes import OPENGL, Matrices, from_matrices, from_quaternions, inverted
-from .camera_forms import word
+from .axes import from_matrices, from_quaternions, inverted
+from .colmap_binary import read_colmap_images
 from .containers.hdf5 import MATLAB_73
 from .containers.matlab import MATLAB_5, read_matrix_mat
 from .content import FilePath, parse_json, read_head, read_text
 from .limits import MAX_PIXELS
-from .named_numbers import Named, named_of
-from .transforms import read_transforms
+from .pose_words import PoseList, from_json, from_text, from_words
+from .sintel import SINTEL, read_cam
 
 _COLUMNS = 64  # of a row, at most
-_POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
-    "cameraposearframe": (True, True),
-    "camerapose": (True, False),
-    "pose": (True, False),
-    "cam2world": (True, False),
-    "c2w": (True, False),
-    "transformmatrix": (True, True),
-    "extrinsic": (False, False),
-    "extrinsics": (False, False),
-    "w2c": (False, False),
-    "rotationtranslationmatrix": (False, False),
-}
-
-
-class PoseList(NamedTuple):
-    """The poses of a file in its order, and what says to which frames they belong: names or time stamps, or neither.
-
-    metric  their unit is the metre; structure from motion has any unit
-    """
-
-    poses: Matrices
-    names: list[str] | None = None
-    times: NDArray[np.float64] | None = None
-    metric: bool = True
 
 
 def load_pose(path: FilePath) -> NDArray[np.float64]:
@@ -75,25 +51,29 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     head = read_head(path)
     if head.startswith((MATLAB_5, MATLAB_73)):
         arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
-        return _checked(_from_words(arrays), path, "arrays of other kinds")
+        return _checked(from_words(arrays), path, "arrays of other kinds")
     if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
         found = _from_rows(
             array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
         )
         return _checked(found, path, f"an array of shape {array.shape}")
+    if head.startswith(SINTEL):
+        return PoseList(inverted(read_cam(path, max_pixels)[1][None]))
+    if path.suffix.lower() == ".bin":
+        return PoseList(*read_colmap_images(path, max_pixels), metric=False)
     text = read_text(path, max_pixels)
     if text.lstrip()[:1] in ("{", "["):
         try:
             data = parse_json(text, max_pixels)
         except ValueError as error:
             raise ValueError(f"{path} {error}") from None
-        return _checked(_from_json(data, path, max_pixels), path, "JSON without poses")
-    if (found := _from_colmap(text)) is not None:
+        return _checked(from_json(data, path, max_pixels), path, "JSON without poses")
+    if (found := _from_colmap(text) or _from_named_rows(text)) is not None:
         return found
     header, rows = _read_rows(text)
     found = (_from_header(header, rows) or _from_rows(rows)) if rows is not None else None
-    found = found or _from_blocks(text)
+    found = found or _from_blocks(text) or from_text(text, path)
     return _checked(found, path, "a text" if rows is None else f"rows of {rows.shape[1]} numbers")
 
 
@@ -139,8 +119,8 @@ def _from_header(header: list[str], rows: NDArray[np.float64]) -> PoseList | Non
 def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
     """A row for each pose: its length says which form it has."""
     columns = rows.shape[1]
-    if columns == 8:
-        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:]), None, rows[:, 0])
+    if columns == 8 or (columns == 9 and _are_turns(rows[:, 4:8])):  # RTAB-Map adds the number of a node
+        return PoseList(from_quaternions(rows[:, 1:4], rows[:, 4:8]), None, rows[:, 0])
     if columns == 7:
         return _from_seven(rows)
     if columns in (13, 17):
@@ -155,6 +135,11 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
         side = 16 if is_square else 12
         return PoseList(from_matrices(rows.reshape(-1, side))) if rows.size % side == 0 else None
     return None
+
+
+def _are_turns(rows: NDArray[np.float64]) -> bool:
+    """Whether these are quaternions: their length is 1."""
+    return bool(np.median(abs(np.linalg.norm(rows, axis=1) - 1)) < 0.01)
 
 
 def _from_seven(rows: NDArray[np.float64]) -> PoseList:
@@ -194,72 +179,12 @@ def _from_colmap(text: str) -> PoseList | None:
     return PoseList(poses, [words[9] for words in lines], metric=False)
 
 
-def _from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
-    if isinstance(data, dict) and "frames" in data:
-        entries = read_transforms(path, max_pixels)
-        names = [entry.color or entry.depth or "" for entry in entries]
-        return PoseList(np.array([entry.pose for entry in entries]).reshape(-1, 4, 4), names, metric=False)
-    for read in (_from_parameters, _from_cells, _from_bop, _from_named_matrices, _from_words):
-        try:
-            found = read(named_of(data) if read is _from_words else data)
-        except (KeyError, TypeError, ValueError, OverflowError):
-            continue
-        if found is not None:
-            return found
-    return None
-
-
-def _from_parameters(data: Any) -> PoseList | None:
-    """Open3D's PinholeCameraTrajectory and PinholeCameraParameters, world-to-camera; its PoseGraph, camera-to-world.
-
-    Matrices are written by columns.
-    """
-    if "extrinsic" in data:
-        data = {"parameters": [data]}
-    if "parameters" in data:
-        rows = np.array([one["extrinsic"] for one in data["parameters"]], np.float64)
-        return PoseList(inverted(rows.reshape(-1, 4, 4).transpose(0, 2, 1)))
-    if "nodes" in data:
-        rows = np.array([one["pose"] for one in data["nodes"]], np.float64)
-        return PoseList(rows.reshape(-1, 4, 4).transpose(0, 2, 1))
-    return None
-
-
-def _from_cells(data: Any) -> PoseList | None:
-    """Polycam's camera of one frame: t_00 to t_23, camera-to-world in ARKit's axes."""
-    if "t_00" not in data:
-        return None
-    pose = np.eye(4)
-    pose[:3] = [[data[f"t_{row}{column}"] for column in range(4)] for row in range(3)]
-    return PoseList((pose @ OPENGL)[None])
-
-
-def _from_bop(data: Any) -> PoseList | None:
-    """BOP's scene_camera.json: world-to-camera, millimetres, by number."""
-    frames = {name: one for name, one in data.items() if isinstance(one, dict) and "cam_R_w2c" in one}
-    if not frames:
-        return None
-    turns = np.array([one["cam_R_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 3)
-    places = np.array([one["cam_t_w2c"] for one in frames.values()], np.float64).reshape(-1, 3, 1) / 1000
-    return PoseList(inverted(from_matrices(np.concatenate([turns, places], 2).reshape(-1, 12))), list(frames))
-
-
-def _from_named_matrices(data: Any) -> PoseList | None:
-    """A matrix by the name of each frame, or a list of matrices."""
-    values = list(data.values()) if isinstance(data, dict) else data
-    rows = np.array(values, np.float64).reshape(len(values), -1)
-    if rows.shape[1] not in (12, 16):
-        return None
-    return PoseList(from_matrices(rows), list(data) if isinstance(data, dict) else None)
-
-
-def _from_words(named: Named) -> PoseList | None:
-    """One matrix among other things of a frame, by a name that says what it is."""
-    for name, numbers in named.items():
-        key = word(name)
-        if len(numbers) in (12, 16) and key in _POSE_WORDS:
-            pose = from_matrices(np.array([numbers], np.float64))
-            to_world, is_opengl = _POSE_WORDS[key]
-            pose = pose if to_world else inverted(pose)
-            return PoseList(pose @ OPENGL if is_opengl else pose)
-    return None
+def _from_named_rows(text: str) -> PoseList | None:
+    """Lines of one or more pictures' names and a matrix: Matterport3D's `scan depth.png color.jpg 1 0 0 ...`."""
+    names, rows = [], []
+    for line in text.splitlines():
+        words = line.split()
+        if len(words) > 16 and re.fullmatch(r".*\.(png|jpe?g)", words[-17].lower()) and _all_numbers(words[-16:]):
+            names.append(words[-17])
+            rows.append([float(number) for number in words[-16:]])
+    return PoseList(from_matrices(np.array(rows)), names) if rows else None

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..notes import Note
-from .folders import FrameFiles, nearest
-from .known import FRAME_POSES, POSE_SUFFIXES, POSES
+from .folders import FrameFiles
+from .known import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
-from .listing import Item, list_files, matches, numbers_in
+from .listing import Item, list_files, matches, numbers_in, own_files
+from .pairing import nearest
 from .pose_files import PoseList, read_frame_pose, read_poses
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
@@ -37,13 +38,14 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
 
     Raises ValueError for a file that is called like one of poses and holds none.
     """
-    items = list_files(folder, 2)
-    items = [item for item in items if item.suffix in POSE_SUFFIXES]
+    items = [item for item in list_files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
     single = _one_each(items, frames, max_pixels)
     if single:
         first = _named(folder, next(path for path in single if path))
         note(f"poses are read from files such as {first}")
-        return FoundPoses([read_frame_pose(path, max_pixels) if path else None for path in single], first)
+        listed = [read_poses(path, max_pixels) if path else None for path in single]
+        metric = all(one.metric for one in listed if one)
+        return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
     taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
     found = [item for item in _by_rank(items) if item.path not in taken]
     for item in found:
@@ -62,11 +64,14 @@ def _named(folder: Path, path: Path) -> str:
 
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
-    own = [item for item in items if (item.words | item.folder_words) & FRAME_POSES and item.suffix != ".log"]
+    if len(items) < 2:
+        return []
+    keys = [one.key for one in frames]
+    own = [item for item in own_files(items, keys, FRAME_POSES, FRAME_SUFFIXES) if item.suffix != ".log"]
     if len(own) < 2:
         return []
     taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
-    found = matches([one.key for one in frames], [item for item in own if item.path not in taken])
+    found = matches(keys, [item for item in own if item.path not in taken])
     first = next((path for path in found if path), None)
     if first is None or len(set(found)) < 2:
         return []

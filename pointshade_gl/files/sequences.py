@@ -20,7 +20,9 @@ from .containers.opening import open_container
 from .containers.zip_folder import is_zip_folder, unpack_folder
 from .depth_kinds import Coding
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
-from .known import DEPTH_SUFFIXES
+from .foreign import check_readable, what_else
+from .known import COLOR_SUFFIXES, DEPTH_SUFFIXES
+from .listing import list_files
 from .names import Folder
 from .poses import FoundPoses, find_poses
 from .registration import check_registration
@@ -129,6 +131,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     """
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
+    check_readable(source)
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
     place = Folder(source.parent, allow_outside)
@@ -143,9 +146,22 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     if not files:
         raise FileNotFoundError(
             f"{place.path} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}"
+            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}{_instead(place.path)}"
         )
     return _from_files(place, files, options, note)
+
+
+def _instead(folder: Path) -> str:
+    """What a folder holds instead of depth, and what to do with it, to end a sentence; "" if nothing is known."""
+    files = [item.path for item in list_files(folder, 1)]
+    for path in files:
+        if found := what_else(path):
+            return f"; {path.relative_to(folder)} is {found}"
+    photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
+    if photo is None:
+        return "; it is empty" if not files else ""
+    network = "a network such as Depth Anything or Depth Pro makes a depth of a photograph"
+    return f"; {photo.relative_to(folder)} is only a colour picture: {network}"
 
 
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:

@@ -12,7 +12,7 @@ from ..wording import shown
 from .axes import OPENGL
 from .camera_forms import from_named
 from .content import parse_object, read_text
-from .intrinsics import Intrinsics
+from .intrinsics import Intrinsics, merged
 from .limits import MAX_PIXELS
 from .listing import natural
 from .named_numbers import named_of
@@ -34,7 +34,10 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
     if not isinstance(frames, list):
         raise ValueError(f"{path}: frames must be a list, got {shown(frames)}")
     per_metre = scale if isinstance(scale, int | float) and scale > 0 else 1.0
+    shared = from_named(named_of({key: value for key, value in data.items() if key != "frames"}), str(path))
     entries = [_entry(frame, per_metre, path) for frame in frames]
+    if shared:  # it may say the unit of the depth for all
+        entries = [one._replace(camera=merged(one.camera, shared[0])) if one.camera else one for one in entries]
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Generator
 from pathlib import Path
 from threading import Lock
@@ -43,7 +44,9 @@ class _Open:
         return self.path == path and self._next <= number
 
     def close(self) -> None:
-        self._pictures.close()
+        with warnings.catch_warnings():  # imageio-ffmpeg leaves the pipes of an ffmpeg that has ended
+            warnings.simplefilter("ignore", ResourceWarning)
+            self._pictures.close()
 
 
 _lock = Lock()

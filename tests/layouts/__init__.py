@@ -4,7 +4,43 @@ Each maker is `maker(folder, room) -> Expected` and names the set or the program
 reader in view that it checks.
 """
 
-from . import capture_apps, networks, objects, open3d, radiance_fields, rendered, robots, scans, single, stereo, tum
+from . import (
+    capture_apps,
+    manipulation,
+    multi_view,
+    networks,
+    objects,
+    open3d,
+    radiance_fields,
+    relative,
+    rendered,
+    robots,
+    scans,
+    sensors,
+    simulated,
+    single,
+    stereo,
+    traps,
+    tum,
+)
 
-MODULES = (tum, open3d, scans, capture_apps, radiance_fields, robots, stereo, objects, rendered, networks, single)
+MODULES = (
+    tum,
+    open3d,
+    scans,
+    capture_apps,
+    radiance_fields,
+    multi_view,
+    robots,
+    sensors,
+    stereo,
+    traps,
+    objects,
+    manipulation,
+    rendered,
+    simulated,
+    networks,
+    relative,
+    single,
+)
 MAKERS = [maker for module in MODULES for maker in module.MAKERS]

@@ -1,0 +1,61 @@
+"""Files that hold a recording, a model or an archive in a form that is not read here: what they are, what to do.
+
+A new kind is a row of _KINDS.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+
+class _Kind(NamedTuple):
+    """head: how its first bytes begin; None: the suffix alone tells."""
+
+    title: str
+    suffixes: str
+    head: bytes | None
+    way_out: str
+
+
+_TOPICS = "write its colour and depth topics as PNG, 16 bits for depth, then pass their folder"
+_TOOL = "export colour and 16-bit depth as pictures, then pass their folder; that does"
+_MODEL = "it has no pictures: only glTF (.gltf, .glb) is read among models, Blender and MeshLab convert to it"
+_TENSORS = "save its depth as .npy or .npz and pass that"
+_UNPACK = "unpack it and pass the folder"
+_KINDS = (
+    _Kind("a ROS bag", "bag", b"#ROSBAG", _TOPICS),
+    _Kind("a ROS 2 bag", "mcap", b"\x89MCAP", _TOPICS),
+    _Kind("a ROS 2 bag", "db3", b"SQLite", _TOPICS),
+    _Kind("a database of RTAB-Map", "db", b"SQLite", f"{_TOOL} `rtabmap-export --images --poses`"),
+    _Kind("a recording of a ZED camera", "svo|svo2", None, f"{_TOOL} `ZED_SVO_Export`"),
+    _Kind("a recording of an Azure Kinect, or a video", "mkv", None, f"{_TOOL} Open3D's azure_kinect_mkv_reader.py"),
+    _Kind("a recording of OpenNI", "oni", None, f"{_TOOL} OpenNI's or PCL's tools"),
+    _Kind("a recording of ElasticFusion's Logger", "klg", None, f"{_TOOL} any converter from .klg to PNG"),
+    _Kind("a ScanNet recording", "sens", None, f"{_TOOL} ScanNet's SensReader"),
+    _Kind("a model or point cloud", "ply|obj|stl|pcd|fbx|usdz?|usd[ac]|dae|off|las|laz|xyz|e57", None, _MODEL),
+    _Kind("a video", "mp4|mov|avi|webm", None, "pass the folder that has its depth pictures beside it"),
+    _Kind("a file of Python objects", "pkl|pickle|pt|pth|joblib", None, _TENSORS),
+    _Kind("an archive", "tar|gz|tgz|bz2|xz|7z|rar", None, _UNPACK),
+)
+
+
+def what_else(path: Path) -> str | None:
+    """What a file is that is not read here, and the way out, as the end of a sentence; None for any other."""
+    suffix = path.suffix.lower().removeprefix(".")
+    kind = next((kind for kind in _KINDS if re.fullmatch(kind.suffixes, suffix)), None)
+    if kind is None:
+        return None
+    if kind.head is not None:
+        with path.open("rb") as file:
+            if not file.read(len(kind.head)).startswith(kind.head):
+                return None
+    return f"{kind.title}: {kind.way_out}"
+
+
+def check_readable(path: Path) -> None:
+    """Raises ValueError, with the way out, for a file of a kind that is known and not read."""
+    found = what_else(path)
+    if found:
+        raise ValueError(f"{path} is {found}")

@@ -134,6 +134,16 @@ NEXT = [  # typed, what is said, and what that makes one type next
 
 
 @pytest.mark.usefixtures("place", "renderer")
+def test_the_picture_of_one_command_is_not_the_colour_of_the_next(typed, tmp_path):
+    (tmp_path / "bare" / "color.png").unlink()
+    for what in ("bare", "bare/depth.png"):
+        for name in ("out.png", "out2.png"):
+            assert typed(f"render {what} --fov 50 -o bare/{name}")[0] == 0
+        first, second = ((tmp_path / "bare" / name).read_bytes() for name in ("out.png", "out2.png"))
+        assert first == second
+
+
+@pytest.mark.usefixtures("place", "renderer")
 @pytest.mark.parametrize(("first", "sentence", "second"), NEXT)
 def test_what_is_said_leads_to_the_next_command(typed, first, sentence, second):
     code, _, errors = typed(first)

@@ -34,7 +34,7 @@ from .known import (
 from .limits import MAX_PIXELS, PARTS, check_limit
 from .listing import LEVELS, Item, key_of, list_files, matches
 from .names import Folder
-from .pictures import read_image
+from .pictures import is_ours, read_image
 from .transforms import read_transforms
 
 _PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
@@ -201,7 +201,7 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}
-        found = [item for item in found if item.path not in depth_too]
+        found = [item for item in found if item.path not in depth_too and (wanted or not is_ours(item.path))]
         if found:
             return _best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]

@@ -5,6 +5,7 @@ The folders of real frames are the ones beside the repository; for the rest smal
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -74,6 +75,8 @@ def place(tmp_path):
     camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 31.5, "cy": 23.5, "depth_scale": 1000}
     (tmp_path / "sequence" / "intrinsics.json").write_text(json.dumps(camera))
     Image.fromarray(photo).save(tmp_path / "photo.png")
+    shutil.copytree(tmp_path / "bare", tmp_path / "broken")
+    (tmp_path / "broken" / "intrinsics.json").write_text("{fx: 60}")
 
 
 BARE = "render bare -o out.png"
@@ -104,6 +107,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     ),
     ("render --color photo.png --fov 50 -o out.png", "or --depth FILE", f"{BARE} --color photo.png --fov 50"),
     ("render sequence/intrinsics.json -o out.png", "or the folder that holds it", "render sequence -o out.png"),
+    ("render broken -o out.png", "intrinsics.json is not valid JSON", "render broken -o out.png --fov 50"),
     ("render sequence -o out.png", "`pointshade render INPUT -o %04d.png` draws all", "render sequence -o %04d.png"),
     (
         "render sequence -o out.png --frames 2",
@@ -131,6 +135,16 @@ NEXT = [  # typed, what is said, and what that makes one type next
     ("info -o sheet.png", "as in `pointshade info vase -o sheet.png`", "info vase -o sheet.png"),
     ("help", "`pointshade --help` explains them", "--help"),
 ]
+
+
+@pytest.mark.usefixtures("place", "renderer")
+def test_the_picture_of_one_command_is_not_the_colour_of_the_next(typed, tmp_path):
+    (tmp_path / "bare" / "color.png").unlink()
+    for what in ("bare", "bare/depth.png"):
+        for name in ("out.png", "out2.png"):
+            assert typed(f"render {what} --fov 50 -o bare/{name}")[0] == 0
+        first, second = ((tmp_path / "bare" / name).read_bytes() for name in ("out.png", "out2.png"))
+        assert first == second
 
 
 @pytest.mark.usefixtures("place", "renderer")

@@ -36,7 +36,7 @@ from .names import Folder
 from .pairing import find_partners
 from .picture_heads import is_deep_grey, shallowness
 from .picture_lists import listed_pictures
-from .pictures import read_image
+from .pictures import is_ours, read_image
 
 
 class FrameFiles(NamedTuple):
@@ -153,7 +153,7 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
     for wanted in ("color", ""):
         found = [item for item in allowed if item.role == wanted and item.suffix in COLOR_SUFFIXES]
         depth_too = {item.path for item in _deep_grey(found)}
-        found = [item for item in found if item.path not in depth_too]
+        found = [item for item in found if item.path not in depth_too and (wanted or not is_ours(item.path))]
         if found:
             return _best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]

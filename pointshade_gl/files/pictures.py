@@ -30,6 +30,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "JPEG": {"quality": 95},
     "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
 }
+_OURS = b"Software\0pointshade_gl"  # what our PNGs say right behind their header
 _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
 # Formats whose header says how large the decoded picture is. In others, such as ICO, a second picture may hide.
 _READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
@@ -124,11 +125,17 @@ def encode_png(array: NDArray[Any]) -> bytes:
     packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
     kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
     header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
-    parts = [(b"IHDR", header), (b"IDAT", packer.compress(rows.tobytes()) + packer.flush()), (b"IEND", b"")]
+    packed = packer.compress(rows.tobytes()) + packer.flush()
+    parts = [(b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")]
     chunks = [
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in parts
     ]
     return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def is_ours(path: FilePath) -> bool:
+    """Whether it is a PNG that `encode_png` made: a rendering, not a photograph."""
+    return _OURS in read_head(path)
 
 
 def read_image(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:

@@ -230,12 +230,16 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
         return find_cameras(place, files, note, options.max_pixels)
     if not (place.path / "intrinsics.json").is_file():
         return Cameras(None)
-    return Cameras(find_cameras(place, (), lambda _: None, options.max_pixels).shared)
+    try:
+        return Cameras(find_cameras(place, (), lambda _: None, options.max_pixels).shared)
+    except ValueError:
+        note(f"{place.path / 'intrinsics.json'} is no camera file, and is not used")
+        return Cameras(None)
 
 
 def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
     """One frame, and its index, that shows that camera and options are right. Raises the first frame's error else."""
-    for index in (0, len(sequence) // 2, len(sequence) - 1):
+    for index in dict.fromkeys((0, len(sequence) // 2, len(sequence) - 1)):
         try:
             read = sequence.assembled(index)
         except (ValueError, OSError):

@@ -102,7 +102,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     ),
     (
         "render photo.png --fov 50 -o out.png",
-        "as --depth FILE, and the photograph as --color FILE",
+        "pass it as --color FILE and its depth as --depth FILE",
         "render --depth bare/depth.png --color photo.png --fov 50 -o out.png",
     ),
     ("render --color photo.png --fov 50 -o out.png", "or --depth FILE", f"{BARE} --color photo.png --fov 50"),

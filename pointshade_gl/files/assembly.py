@@ -20,13 +20,11 @@ from ..wording import option
 from .agreement import Reading
 from .camera_files import read_intrinsics
 from .colmap import is_colmap_depth, read_colmap_depth
-from .containers.array_frames import SURE
-from .containers.contents import Contents
+from .containers.contents import SURE, Contents
 from .content import FilePath, read_head
 from .depth import one_channel, read_depth, read_raw
 from .depth_coding import decode
 from .depth_kinds import KINDS, Coding, Said, to_metres
-from .exif import camera_from_exif
 from .intrinsics import Intrinsics, Size, merged, place_camera
 from .known import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
 from .limits import MAX_PIXELS
@@ -34,7 +32,6 @@ from .picture_heads import is_picture
 from .pictures import read_image
 from .pose_files import load_pose
 from .ray_lengths import is_ray_length
-from .video import read_video_frame
 
 _OTHER_ASPECT = 0.02
 _USUAL_FOV = 60.0  # degrees
@@ -183,6 +180,8 @@ def _read_picture(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
     if not is_path(parts.color):
         return _check_color(parts.color)
     if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
+        from .video import read_video_frame  # only here
+
         return read_video_frame(parts.color, parts.number, max_pixels)
     return read_color(parts.color, max_pixels)
 
@@ -249,6 +248,8 @@ def _choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics
     if options.intrinsics is not None:
         return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
     if parts.filed is None and options.fov is None and is_path(parts.color):
+        from .exif import camera_from_exif  # only here
+
         found = camera_from_exif(parts.color, options.max_pixels)
         if found:
             focal = f"focal length {found.numbers[0]:.0f} px"

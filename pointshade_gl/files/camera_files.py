@@ -19,9 +19,7 @@ from .arrays import NUMPY, read_numbers
 from .camera_forms import DISTORTION, FX, from_colmap, from_named, from_realsense, word
 from .camera_numbers import from_matrix, from_numbers
 from .colmap_binary import read_colmap_cameras
-from .containers.hdf5 import MATLAB_73
-from .containers.matlab import MATLAB_5, read_matrix_mat
-from .content import parse_object, read_head, read_text, split_numbers
+from .content import MATLAB, parse_object, read_head, read_text, split_numbers
 from .intrinsics import Intrinsics
 from .limits import MAX_PIXELS
 from .named_numbers import Named, read_named
@@ -56,7 +54,9 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
     head = read_head(path, 512)
     if head.startswith(NUMPY):
         return _from_numbers(_first_matrix(read_numbers(path, max_pixels)), str(path), note)
-    if head.startswith((MATLAB_5, MATLAB_73)):
+    if head.startswith(MATLAB):
+        from .containers.matlab import read_matrix_mat  # only here
+
         arrays = read_matrix_mat(path, max_pixels).items()
         return _from_names({name: array.ravel().tolist() for name, array in arrays}, path, note, of_color)
     if head.startswith(SINTEL):

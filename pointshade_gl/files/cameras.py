@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from os.path import commonpath
 from pathlib import Path
 
 from ..notes import Note
@@ -61,7 +62,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
         return Cameras(None, own)
     failed: list[str] = []
     of_color = bool(frames) and _is_registered(place.path, frames[0])
-    for item in [*_by_rank(items, of_color), *_in_parents(place.path)]:
+    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place.path)]:
         try:
             found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
         except (ValueError, OSError) as error:
@@ -75,6 +76,14 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
         return Cameras(found, own)
     known = _of_data_set(place.path, items, frames, note, max_pixels)
     return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
+
+
+def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
+    """Those that share more folders with the first frame before the others: a folder may hold several data sets."""
+    if not frames:
+        return list(items)
+    here = frames[0].depth.parent
+    return sorted(items, key=lambda item: -len(commonpath([here, item.path.parent])))
 
 
 def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:

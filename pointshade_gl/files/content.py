@@ -17,6 +17,7 @@ from ..wording import shown
 from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
 
 FilePath = str | PathLike[str]
+MATLAB = b"MATLAB "  # the first bytes of a .mat file
 
 
 def open_regular(path: FilePath) -> BufferedReader:

@@ -31,7 +31,7 @@ from .known import (
     VIDEO_SUFFIXES,
 )
 from .limits import MAX_PIXELS
-from .listing import LEVELS, Item, key_of, list_files, matches
+from .listing import LEVELS, Item, key_of, list_files, matches, words_of
 from .names import Folder
 from .pairing import find_partners
 from .picture_heads import is_deep_grey, shallowness
@@ -97,6 +97,9 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     else:
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
+    if not colors and place.root is None and _above(folder) != folder:
+        beside = [item for item in list_files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
+        colors = _colors_of(_above(folder), beside, depths, note)
     masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
@@ -114,7 +117,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
 
 def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     """The colour picture of a folder that belongs to a depth picture, which the caller has named."""
-    items = [item for item in list_files(folder, 1) if item.suffix in COLOR_SUFFIXES]
+    items = [item for item in list_files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
     named = next((item for item in items if item.path == depth), Item(depth, depth.name.lower()))
     colors = _colors_of(folder, items, [named], lambda _: None)
     same = next((item.path for item in colors if item.key == named.key), None)
@@ -125,6 +128,11 @@ def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
     if len(colors) > 1:
         note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
     return colors[0].path
+
+
+def _above(folder: Path) -> Path:
+    """The folder that holds a folder of depth pictures, and perhaps their colours; any other folder itself."""
+    return folder.resolve().parent if words_of(folder.resolve().name) & DEPTH else folder
 
 
 def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:

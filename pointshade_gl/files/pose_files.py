@@ -17,9 +17,7 @@ from ..camera import check_pose
 from .arrays import NUMPY, read_npy, read_numbers
 from .axes import from_matrices, from_quaternions, inverted
 from .colmap_binary import read_colmap_images
-from .containers.hdf5 import MATLAB_73
-from .containers.matlab import MATLAB_5, read_matrix_mat
-from .content import FilePath, parse_json, read_head, read_text
+from .content import MATLAB, FilePath, parse_json, read_head, read_text
 from .limits import MAX_PIXELS
 from .pose_words import PoseList, from_json, from_text, from_words
 from .sintel import SINTEL, read_cam
@@ -49,7 +47,9 @@ def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.fl
 def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     """All poses of a file. Raises ValueError, naming the file, if it holds none."""
     head = read_head(path)
-    if head.startswith((MATLAB_5, MATLAB_73)):
+    if head.startswith(MATLAB):
+        from .containers.matlab import read_matrix_mat  # only here
+
         arrays = {name: array.ravel().tolist() for name, array in read_matrix_mat(path, max_pixels).items()}
         return _checked(from_words(arrays), path, "arrays of other kinds")
     if head.startswith(NUMPY):

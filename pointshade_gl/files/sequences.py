@@ -16,8 +16,6 @@ from .agreement import FAILS, Reading, find_reading
 from .assembly import Assembled, Parts, ReadOptions, assemble
 from .cameras import Cameras, find_cameras
 from .containers.contents import Contents
-from .containers.opening import open_container
-from .containers.zip_folder import is_zip_folder, unpack_folder
 from .depth_kinds import Coding
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from .foreign import check_readable, what_else
@@ -132,6 +130,8 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
     check_readable(source)
+    from .containers.zip_folder import is_zip_folder, unpack_folder  # only here
+
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
     place = Folder(source.parent, allow_outside)
@@ -141,7 +141,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
     """The same of a folder."""
     files = find_frames(place, note, options.max_pixels)
-    if not files and (held := open_container(place.path, note, options.max_pixels)):
+    if not files and (held := _open_container(place.path, note, options.max_pixels)):
         return _from_container(place, place.path, held, options, note)
     if not files:
         raise FileNotFoundError(
@@ -164,9 +164,15 @@ def _instead(folder: Path) -> str:
     return f"; {photo.relative_to(folder)} is only a colour picture: {network}"
 
 
+def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Contents] | None:
+    from .containers.opening import open_container  # only here: its readers are many
+
+    return open_container(path, note, max_pixels)
+
+
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
-    held = open_container(first, note, limit) if is_container(first) else None
+    held = _open_container(first, note, limit) if is_container(first) else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)
@@ -209,7 +215,7 @@ def _from_container(
 
 def _only(path: Path | None, max_pixels: float) -> Contents:
     """What a container with one frame holds."""
-    held = open_container(path, lambda _: None, max_pixels) if path else None
+    held = _open_container(path, lambda _: None, max_pixels) if path else None
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
     return held[0]

@@ -14,13 +14,12 @@ from ...wording import shown
 from ..intrinsics import Intrinsics
 from ..limits import check_pixels
 from .color_values import as_color
-from .contents import Contents
+from .contents import SURE, Contents
 from .items import Item
 from .pinhole import fit_pinhole, is_pinhole
 from .turned_normals import turn_normals
 
 _KINDS = {"inverse": "inverse", "ray": "ray"}
-SURE = 0.1  # of the median confidence
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ..intrinsics import Intrinsics
 
+SURE = 0.1  # of the median confidence: what has less is not used
+
 
 @dataclass(frozen=True, eq=False)
 class Contents:

@@ -11,10 +11,10 @@ from os import PathLike
 from typing import Any, TypeGuard
 
 from .checks import shown
-from .files.assembly import ReadOptions
 from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
 from .files.frames import load_frame
+from .files.parts import ReadOptions
 from .files.sequences import FrameSequence, first_readable, open_frames
 from .frame import Frame
 from .gltf import load_scene

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.files.assembly import ReadOptions
 from pointshade_gl.files.builtin import asset
 from pointshade_gl.files.colormaps import MAPS, read_levels
 from pointshade_gl.files.depth import read_depth
 from pointshade_gl.files.depth_coding import decode
 from pointshade_gl.files.depth_kinds import Said
+from pointshade_gl.files.parts import ReadOptions
 from pointshade_gl.files.sequences import open_frames
 
 from .rooms import room, stretched

@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.files.assembly import read_color
 from pointshade_gl.files.builtin import builtin_folder
+from pointshade_gl.files.colors import read_color
 from pointshade_gl.files.pose_files import load_pose
 
 V, U = np.mgrid[0:30, 0:40]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pointshade_gl.files.assembly import read_color
+from pointshade_gl.files.colors import read_color
 from pointshade_gl.files.containers.opening import open_container
 from pointshade_gl.files.exif import camera_from_exif
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from os import PathLike
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..camera import Camera
 from ..checks import as_given, check_choice, check_positive
@@ -18,97 +15,20 @@ from ..frame import Frame
 from ..notes import Note
 from ..wording import option
 from .agreement import Reading
-from .camera_files import read_intrinsics
+from .camera_choice import assumed_camera, choose_camera, make_camera
 from .colmap import is_colmap_depth, read_colmap_depth
-from .containers.contents import SURE, Contents
-from .content import FilePath, read_head
+from .colors import read_colors_of
+from .containers.contents import SURE
+from .content import read_head
 from .depth import one_channel, read_depth, read_raw
 from .depth_coding import decode
 from .depth_kinds import KINDS, Coding, Said, to_metres
-from .intrinsics import Intrinsics, Size, merged, place_camera
-from .known import CODINGS, COLOR_SUFFIXES, COMMON_CAMERAS, RAW_SUFFIXES, VIDEO_SUFFIXES
-from .limits import MAX_PIXELS
+from .intrinsics import Intrinsics, merged
+from .known import COLOR_SUFFIXES, RAW_SUFFIXES
+from .parts import Assembled, Found, Parts, ReadOptions, is_path
 from .picture_heads import is_picture
-from .pictures import read_image
 from .pose_files import load_pose
 from .ray_lengths import is_ray_length
-
-_OTHER_ASPECT = 0.02
-_USUAL_FOV = 60.0  # degrees
-_NAMES = 5  # folders of a path by which a data set is known
-
-
-@dataclass(frozen=True)
-class ReadOptions:
-    """What the caller says about frames; see `load_frame`."""
-
-    intrinsics: FilePath | ArrayLike | Camera | None = None
-    fov: float | None = None
-    depth_scale: float | None = None
-    depth_kind: str | None = None
-    baseline: float | None = None
-    pose: FilePath | ArrayLike | None = None
-    max_pixels: float = MAX_PIXELS
-
-    def __post_init__(self) -> None:
-        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
-        if self.intrinsics is not None and self.fov is not None:
-            raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
-        if self.depth_kind is not None:
-            check_choice(option("depth_kind"), self.depth_kind, KINDS)
-
-
-class Parts(NamedTuple):
-    """What belongs to one frame; files are read when it is assembled.
-
-    filed    the camera that lies beside the pictures
-    missing  what to add to the error if no camera is known
-    number   counted from 0: which picture of a video is the colour
-    contents reads what a container gives instead of a depth picture
-    path     the file that holds the depth; None for the caller's own array
-    """
-
-    depth: FilePath | NDArray[Any] | None
-    color: FilePath | NDArray[Any] | None = None
-    filed: Intrinsics | None = None
-    pose: NDArray[np.float64] | None = None
-    valid: FilePath | NDArray[np.bool_] | None = None
-    missing: str = ""
-    number: int = 0
-    contents: Callable[[], Contents] | None = None
-    path: Path | None = None
-
-    @property
-    def name(self) -> str:
-        """The file that the depth is from; "" for the caller's own array."""
-        return str(self.path) if self.path else ""
-
-
-class Found(NamedTuple):
-    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
-
-    frames  of the sequence; shown  which of them this is; poses  how many have one
-    """
-
-    depth: str | None
-    color: str | None
-    frames: int = 1
-    shown: int = 0
-    poses: int = 0
-    poses_from: str = ""
-
-
-class Assembled(NamedTuple):
-    """A frame, and how its files were understood.
-
-    stored  type and size of the depth as it is stored
-    """
-
-    frame: Frame
-    found: Found
-    camera_from: str
-    coding: Coding
-    stored: str
 
 
 def assemble(
@@ -119,36 +39,29 @@ def assemble(
     reading  how poses and camera are to be understood; None is as they are written
     like     how the depth of another frame of the same sequence is coded: this one is, too
     """
-    reading = reading or Reading()
-    limit, parts = options.max_pixels, _unpacked(parts)
-    source = _with_coding(_choose_camera(parts, options, note), parts.name, options, note)
-    raw = _read_raw(parts.depth, source, note, limit)
-    picture = _read_picture(parts, limit)
-    stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
-    baseline = _filed_baseline(source) if options.baseline is None else options.baseline
-    said = _said(source, options, raw, bool(parts.name), baseline is not None)
+    reading, parts = reading or Reading(), _unpacked(parts)
+    source = choose_camera(parts, options, note)
+    raw = _read_raw(parts.depth, source, note, options.max_pixels)
+    colors = read_colors_of(parts, options.max_pixels)
+    said = _said(source, options, raw, is_from_file=bool(parts.name))
     values, coding = decode(raw, parts.name or "depth", said, note, like)
-    if source is None and coding.scale is None and options.fov is None:
-        source = _assumed_camera(_size(raw), note)
-    camera = reading.camera(_make_camera(source, options.fov, _size(raw), picture, parts.missing, note))
-    doffs = (source and source.doffs) or 0.0
-    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
-    if like is None and said.any_kind is None and coding.kind == "z" and is_ray_length(metres, camera):
-        note(
-            f"{parts.name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
-            f"pass {option('depth_kind', 'z')} if it is not"
-        )
-        coding = replace(coding, kind="ray")
-        metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
-    del raw, values
+    stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
+    del raw
+    size = values.shape[1], values.shape[0]
+    if source is None and options.fov is None and coding.scale is None:
+        source = assumed_camera(size, note)
+    color_size = None if colors is None else (colors.shape[1], colors.shape[0])
+    camera = reading.camera(make_camera(source, options.fov, size, color_size, parts.missing, note))
+    metres, coding = _to_metres(values, coding, camera, source, options, note, parts.name, may_be_rays=like is None)
+    del values
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
-        _drop_invalid(metres, parts.valid, limit, note)
+        _drop_invalid(metres, parts.valid, options.max_pixels, note)
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
-    frame = Frame(picture, metres, camera, pose)
+    frame = Frame(colors, metres, camera, pose)
     if not frame.points_known:
         where = f"{parts.name}: " if parts.name else ""
         raise ValueError(
@@ -156,34 +69,6 @@ def assemble(
         )
     found = Found(parts.name or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
-
-
-def read_color(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of any picture: palettes are looked up, grey is repeated, 16 bits become 8."""
-    return to_color(read_image(path, max_pixels), str(path))
-
-
-def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
-    """(h, w, 3|4) uint8 of a picture's values. Raises ValueError, with the name, for floating point."""
-    if image.dtype.kind == "f":
-        raise ValueError(f"{name} is a floating point picture, expected colours of 8 or 16 bits")
-    if image.dtype != np.uint8:
-        image = ((np.clip(image, 0, 65535).astype(np.uint32) * 255 + 32767) // 65535).astype(np.uint8)
-    return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
-
-
-def is_path(value: Any) -> TypeGuard[FilePath]:
-    return isinstance(value, str | PathLike)
-
-
-def _read_picture(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
-    if not is_path(parts.color):
-        return _check_color(parts.color)
-    if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
-        from .video import read_video_frame  # only here
-
-        return read_video_frame(parts.color, parts.number, max_pixels)
-    return read_color(parts.color, max_pixels)
 
 
 def _unpacked(parts: Parts) -> Parts:
@@ -226,103 +111,47 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
     return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
-def _check_color(color: Any) -> NDArray[Any] | None:
-    if color is None:
-        return None
-    expected = "color must have shape (h, w, 3) or (h, w, 4)"
-    array = as_given(color, expected)
-    if array.ndim != 3 or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
-    return array
-
-
-def _size(array: NDArray[Any]) -> Size:
-    return array.shape[1], array.shape[0]
-
-
-def _choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """The caller's camera; what it does not say about the depth comes from the file beside the pictures.
-
-    If neither is there, a photograph may say what lens took it.
-    """
-    if options.intrinsics is not None:
-        return merged(read_intrinsics(options.intrinsics, note, options.max_pixels), parts.filed)
-    if parts.filed is None and options.fov is None and is_path(parts.color):
-        from .exif import camera_from_exif  # only here
-
-        found = camera_from_exif(parts.color, options.max_pixels)
-        if found:
-            focal = f"focal length {found.numbers[0]:.0f} px"
-            note(f"no camera is known, the lens of {Path(parts.color).name} is taken (EXIF): {focal}")
-        return found
-    return parts.filed
-
-
-def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """The camera; what neither its file nor the caller says about the depth is that of a data set known by names."""
-    if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
-        return source
-    seen = "/".join(Path(name).parts[-_NAMES:]).lower()
-    known = next((one for one in CODINGS if one.known_by.search(seen)), None)
-    if known is None or source.depth_kind:
-        return source
-    taken = option("depth_kind", known.depth_kind)
-    if known.depth_scale is not None:
-        taken += f", {option('depth_scale', known.depth_scale)}"
-    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
-    return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
-
-
-def _assumed_camera(size: Size, note: Note) -> Intrinsics:
-    """For depth of no unit, whose shape is a guess anyway: the usual lens of a phone."""
-    focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
-    note(
-        f"no camera is known, a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed: "
-        f"pass {option('fov')} (vertical degrees)"
-    )
-    return Intrinsics("the assumed camera", (focal, focal, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
-
-
-def _make_camera(
-    source: Intrinsics | None, fov: float | None, depth: Size, picture: NDArray[Any] | None, missing: str, note: Note
-) -> Camera:
-    color = None if picture is None else _size(picture)
-    if color and abs(color[0] / color[1] * depth[1] / depth[0] - 1) > _OTHER_ASPECT:
-        note(
-            f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
-            f"they do not look registered; pass the right colour as {option('color', 'FILE')}"
-        )
-    if fov is not None:
-        return Camera.from_fov(fov, *depth)
-    if source is None:
-        title, numbers = COMMON_CAMERAS.get(depth, ("", ""))
-        often = f"; for this size often {option('intrinsics', numbers)} ({title})" if title else ""
-        raise ValueError(
-            f"the camera is unknown: pass {option('intrinsics')} (fx,fy,cx,cy or a file) "
-            f"or {option('fov')} (vertical degrees), such as 50{often}{missing}"
-        )
-    return place_camera(source, depth, color, note)
-
-
-def _said(
-    source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], from_file: bool, has_baseline: bool
-) -> Said:
+def _said(source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], is_from_file: bool) -> Said:
     """What caller and camera say about the depth. Raises ValueError for what the camera's file cannot say."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     if source and kind is not None and options.depth_kind is None:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
-    if raw.dtype.kind == "f" and not from_file:
+    if raw.dtype.kind == "f" and not is_from_file:
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")
-    return Said(options.depth_kind, options.depth_scale, kind, scale, has_baseline)
+    return Said(options.depth_kind, options.depth_scale, kind, scale, _baseline(source, options) is not None)
 
 
-def _filed_baseline(source: Intrinsics | None) -> float | None:
-    """The baseline of the intrinsics file. Raises ValueError for an impossible one."""
-    if source is None or source.baseline is None:
-        return None
+def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:
+    """Metres between the cameras of a disparity. Raises ValueError for an impossible one in a file."""
+    if options.baseline is not None or source is None or source.baseline is None:
+        return options.baseline
     return check_positive(source.baseline, f"{source.name}: baseline")
+
+
+def _to_metres(
+    values: NDArray[Any],
+    coding: Coding,
+    camera: Camera,
+    source: Intrinsics | None,
+    options: ReadOptions,
+    note: Note,
+    name: str,
+    may_be_rays: bool,
+) -> tuple[NDArray[np.float32], Coding]:
+    """Depth along the axis, and how it was coded: lengths of rays are told by planes that are flat only so."""
+    baseline, doffs = _baseline(source, options), (source and source.doffs) or 0.0
+    metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
+    is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
+    if coding.kind != "z" or is_said or not may_be_rays or not is_ray_length(metres, camera):
+        return metres, coding
+    note(
+        f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "
+        f"pass {option('depth_kind', 'z')} if it is not"
+    )
+    coding = replace(coding, kind="ray")
+    return to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs), coding
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:

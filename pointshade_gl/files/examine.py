@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..frame import Frame
-from .assembly import Assembled, ReadOptions
 from .content import FilePath
 from .frames import read_frame
+from .parts import Assembled, ReadOptions
 
 
 class Examined(NamedTuple):

@@ -12,12 +12,13 @@ from ..checks import check_path
 from ..frame import Frame
 from ..notes import Note, print_note
 from ..wording import all_of_them, option
-from .assembly import Assembled, Parts, ReadOptions, assemble, is_path
+from .assembly import assemble
 from .builtin import builtin_folder
 from .content import FilePath
 from .folders import FrameFiles, check_folder, find_color
 from .limits import MAX_PIXELS
 from .names import Folder
+from .parts import Assembled, Parts, ReadOptions, is_path
 from .registration import check_registration
 from .sequences import find_filed, first_readable, open_folder, open_frames
 

@@ -13,7 +13,7 @@ from ..frame import Frame
 from ..notes import Note
 from ..wording import option
 from .agreement import FAILS, Reading, find_reading
-from .assembly import Assembled, Parts, ReadOptions, assemble
+from .assembly import assemble
 from .cameras import Cameras, find_cameras
 from .containers.contents import Contents
 from .depth_kinds import Coding
@@ -22,6 +22,7 @@ from .foreign import check_readable, what_else
 from .known import COLOR_SUFFIXES, DEPTH_SUFFIXES
 from .listing import list_files
 from .names import Folder
+from .parts import Assembled, Parts, ReadOptions
 from .poses import FoundPoses, find_poses
 from .registration import check_registration
 

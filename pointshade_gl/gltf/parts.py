@@ -11,7 +11,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.assembly import read_color, to_color
+from ..files.colors import read_color, to_color
 from ..files.content import read_bytes
 from ..files.limits import SCENE_BYTES, SCENE_CORNERS, SCENE_PIXELS, check_limit
 from ..files.names import Folder, followed

@@ -11,10 +11,8 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 import pointshade_gl as ps
-from pointshade_gl.cli import app
 
 from .layouts import MAKERS
 from .layouts.room import Expected, Room
@@ -51,19 +49,30 @@ def test_the_views_of_the_room_overlap_by_themselves(room):
     check_overlap([ps.Frame(view.color, view.depth, camera, view.pose) for view in room.through(SMALL)])
 
 
-@pytest.mark.usefixtures("renderer")
-def test_the_command_line_renders_a_layout(room, tmp_path):
-    from .layouts.open3d import redwood_sample
+README = (
+    "tum_freiburg3", "icl_nuim_tum", "bonn", "eth3d_slam", "redwood_sample", "seven_scenes",
+    "threedmatch_sequence", "sun3d", "scannet", "replica", "arkitscenes", "nerfstudio", "instant_ngp",
+    "colmap_text", "polycam", "stray_scanner_video", "scanner_app", "record3d", "bop", "ycb_video", "graspnet",
+    "virtual_kitti_2", "middlebury", "kitti_2015", "nyu_labeled", "diode", "tartanair", "sun_rgbd",
+    "midas", "depth_pro", "moge", "vggt", "monst3r", "realsense_json", "opencv_yaml", "k_npy", "ours",
+)  # fmt: skip
 
-    expected = redwood_sample(tmp_path / "in", room)
-    picture = tmp_path / "out.png"
-    result = CliRunner().invoke(app, ["render", str(expected.source), "-o", str(picture), "--shading", "none"])
-    assert result.exit_code == 0, result.output
-    with Image.open(picture) as drawn:
-        color = np.asarray(drawn)
-    known = expected.views[0].depth > 0
-    assert color.shape[:2] == known.shape
-    assert np.abs(color[known][:, :3].astype(float) - expected.views[0].color[known]).mean() < 4
+
+@pytest.mark.usefixtures("renderer")
+@pytest.mark.parametrize("name", README)
+def test_what_the_readme_names_is_drawn_as_photographed_by_the_command_line(typed, name, room, tmp_path):
+    (tmp_path / "in").mkdir()
+    expected = next(maker for maker in MAKERS if maker.__name__ == name)(tmp_path / "in", room)
+    options = " ".join(f"--{key.replace('_', '-')} {value}" for key, value in expected.options.items())
+    code, _, errors = typed(f"render {expected.source} {options} -o out.png --shading none --size depth")
+    assert code == 0, errors
+    with Image.open("out.png") as drawn:
+        picture = np.asarray(drawn)
+    view = expected.views[0]
+    seen = (picture[..., 3] > 0) & (view.depth > 0)
+    assert seen.sum() > 0.5 * (view.depth > 0).sum()
+    if expected.color:
+        assert np.abs(picture[seen][:, :3].astype(float) - view.color[seen]).mean() < 12
 
 
 def load(expected: Expected, **more: object) -> tuple[list[ps.Frame], list[str]]:

@@ -176,6 +176,7 @@ DATA_SETS = (
     DataSet(
         "NOCS' Real275", re.compile(r"real_(test|train)"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
     ),
+    DataSet("DIODE", re.compile(r"doors?_\d{3}_\d{3}_depth\.npy"), (886.81, 927.06, 512, 384), (1024, 768), 1),
     DataSet("TartanAir", re.compile(r"\d{6}_left_depth\.npy"), (320, 320, 320, 240), (640, 480), 1),
     DataSet("TartanAir V2", re.compile(r"\d{6}_lcam_\w+_depth\.png"), (320, 320, 320, 320), (640, 640), 1),
     DataSet("SceneNet RGB-D", re.compile(r"\bphoto/\d+\.jpg"), (277.128, 289.706, 159.5, 119.5), (320, 240), 1000),

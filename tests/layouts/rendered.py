@@ -73,7 +73,7 @@ def hypersim(folder: Path, room: Room) -> Expected:
 
 def diode(folder: Path, room: Room) -> Expected:
     """DIODE's devkit (Vasiljevic 2019): name.png, name_depth.npy (h, w, 1), name_depth_mask.npy; 886.81, 927.06."""
-    camera = Pinhole(443.405, 463.53, 256, 192, 512, 384)
+    camera = Pinhole(886.81, 927.06, 512, 384, 1024, 768)
     folder = folder / "scene_00019/scan_00183"
     views = room.through(camera, 2)
     for k, view in enumerate(views):

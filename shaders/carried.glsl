@@ -1,10 +1,14 @@
 // What the two steps of the compute rasteriser have in common: their inputs, which splats a block of source pixels is
 // drawn as, and how a splat's 1/z is noted in the view.
+// SET: it is one of several frames, whose splats leave keys, see common/parts.glsl.
 #include "common/splat.glsl"
+#if SET
+#include "common/parts.glsl"
+#endif
 
 const int LARGE = 2048;  // pixels of the view's box round a splat that one thread looks at
 
-layout(std430, binding = 0) restrict buffer Nearest { uint nearest[]; };  // bits of 1/z, 0 is nothing
+layout(std430, binding = 0) restrict buffer Nearest { uint nearest[]; };  // bits of 1/z, or keys; 0 is nothing
 layout(std430, binding = 1) restrict buffer Large {
     uvec4 groups;   // of large_splats.comp: x is the count of blocks on the list, or the most groups that a driver takes
     int window[4];  // how far all splats come: to the left, up, right, down
@@ -20,6 +24,34 @@ uniform ivec2 target_size;
 uniform float near;
 uniform float tolerance;  // how far off a plane a block's pixels may lie, as a share of 1/z; 0 draws each by itself
 uniform int list_length;
+#if SET
+uniform sampler2D trust_map;
+uniform bool is_primary;
+
+int level = 0;  // of the splat that is drawn
+
+bool is_alike(ivec2 pixel, ivec2 other) {
+    return texelFetch(trust_map, pixel, 0).r == texelFetch(trust_map, other, 0).r;
+}
+
+void choose_level(Footprint splat, float reach, float side, ivec2 pixel) {
+    level = splat_level(texelFetch(trust_map, pixel, 0).r, is_stretched(splat, reach, side), is_primary);
+}
+
+uint noted(float inverse_depth) {
+    return splat_key(inverse_depth, level);
+}
+#else
+bool is_alike(ivec2 pixel, ivec2 other) {
+    return true;
+}
+
+void choose_level(Footprint splat, float reach, float side, ivec2 pixel) {}
+
+uint noted(float inverse_depth) {
+    return floatBitsToUint(inverse_depth);
+}
+#endif
 
 // What a step does with a splat; each defines its own.
 void take_splat(Footprint splat, float reach);
@@ -57,7 +89,7 @@ void note_splat(Footprint splat, float reach, ivec2 low, ivec2 high, ivec2 strid
         vec2 offset = vec2(q) - splat.centre;
         if (footprint_covers(to_source, splat.bend, offset, reach, false)) {
             float inverse_depth = footprint_inverse_depth(splat, to_source, offset);
-            atomicMax(nearest[q.y * target_size.x + q.x], floatBitsToUint(inverse_depth));
+            atomicMax(nearest[q.y * target_size.x + q.x], noted(inverse_depth));
         }
         q = q.x + stride.x <= high.x ? ivec2(q.x + stride.x, q.y) : ivec2(low.x, q.y + stride.y);
     }
@@ -69,6 +101,7 @@ bool block_on_plane(ivec2 block, vec4 first, vec2 slope, int side) {
         for (int x = 0; x < side; ++x) {
             vec4 there = surface_at(block + ivec2(x, y));
             on_plane = on_plane && lies_on_plane(there.w, vec2(x, y), first.w, slope, tolerance);
+            on_plane = on_plane && is_alike(block, block + ivec2(x, y));
         }
     }
     return on_plane;
@@ -85,6 +118,7 @@ bool take_block(ivec2 block, int side) {
         Footprint splat = carry_footprint(vec2(block) + middle, 1.0 / w, first.xyz, source, view, target);
         float reach = splat_reach(float(side), false);
         whole = splat.inverse_depth > 0.0 && splat_bends(splat, reach) <= FLAT;
+        choose_level(splat, reach, float(side), block);
         if (whole && splat_is_ahead(splat, near)) take_splat(splat, reach);
     }
     return whole;
@@ -101,6 +135,7 @@ void take_splats(ivec2 block) {
             vec4 surface = surface_at(pixel);
             if (surface.w == 0.0) continue;
             Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
+            choose_level(splat, splat_reach(1.0, false), 1.0, pixel);
             if (splat_is_ahead(splat, near)) take_splat(splat, splat_reach(1.0, false));
         }
     }

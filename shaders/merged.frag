@@ -11,7 +11,6 @@ uniform sampler2D albedo_map;
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
 uniform float material_number;
-uniform bool is_lit;  // the colours are light already
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
@@ -21,7 +20,7 @@ void main() {
     vec4 geometry = texelFetch(geometry_map, pixel, 0), colors = texelFetch(albedo_map, pixel, 0);
     if (colors.w == 0.0) discard;
     float inverse_depth = key_inverse_depth(key_at(pixel)) * (1.0 + geometry.w / colors.w);
-    vec3 normal = is_lit || geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
+    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
     gl_FragDepth = 1.0 - near * inverse_depth / scale;

@@ -21,7 +21,7 @@ uniform float band;
 uniform float importance;  // of the frame in this view
 uniform vec3 gain;         // of its exposure
 
-layout(location = 0) out vec4 geometry;  // normal, target axes; by which share 1/z differs from the nearest splat's
+layout(location = 0) out vec4 geometry;  // normal of phong, target axes; by which share 1/z differs from the nearest splat's
 layout(location = 1) out vec4 albedo;    // linear; the weight
 
 void main() {
@@ -37,11 +37,12 @@ void main() {
     if (SHADING == 0 || SHADING == 3) linear = srgb_to_linear(picture_at(color_map, color_position(seen, corner), size));
     if (SHADING == 1) linear = texelFetch(color_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, corner, color_map);
+    vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
 
-    vec2 trust = texelFetch(trust_map, seen.pixel, 0).rg;
+    vec2 trust = surface_at(trust_map, seen.pixel).rg;
     float off = seen.inverse_depth / inverse_depth - 1.0;
     float weight = importance * trust.x * trust.y * agreement(off, band) * view_weight(seen, pixel, source, view, target);
     float total = weight + fallback_weight(off, band);
-    geometry = vec4(total * (mat3(view) * mix_normal(seen, corner)), weight * off);
+    geometry = vec4(total * normal, weight * off);
     albedo = vec4(total * gain * linear, total);
 }

@@ -27,7 +27,7 @@ void main() {
     if (!footprint_covers(to_source, bend, offset, reach, is_round)) discard;
     Footprint splat = Footprint(centre, to_target, inverse_depth, tilt, bend);
     float trust = texelFetch(trust_map, pixel_of(id - first_id, textureSize(surface_map, 0).x), 0).r;
-    int level = splat_level(trust, is_stretched(splat, reach, side), is_primary);
+    int level = splat_level(trust, is_stretched(footprint_extent(splat, reach, is_round), side), is_primary);
     float here = footprint_inverse_depth(splat, to_source, offset);
     key = int(splat_key(here, level));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;

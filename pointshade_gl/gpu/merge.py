@@ -52,14 +52,13 @@ class MergePass:
         sums: SumImage,
         splats: SplatImage,
         look_up: bool,
-        is_lit: bool,
         number: int,
         depth: tuple[float, float],
     ) -> None:
         """The sums -> surfaces among others. number: of the material; depth: (near, scale)."""
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
-        inputs |= {"material_number": number / 65535, "is_lit": is_lit}
+        inputs |= {"material_number": number / 65535}
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
             self._pass("merged.frag", "", look_up).draw(surfaces.shared_target, maps, **inputs)

@@ -122,7 +122,7 @@ class PointObjects:
         gains = [tuple(gain.tolist()) for gain in gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
         self._merge.add_up(target.sums, parts, shown.shading, band)
-        inputs = looking[0].look_up, shown.shading != "phong", number, (eye.near, points.scale)
+        inputs = looking[0].look_up, number, (eye.near, points.scale)
         self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:

@@ -19,9 +19,8 @@ float key_inverse_depth(uint key) {
     return uintBitsToFloat((key & INVERSE_DEPTH) << 1);
 }
 
-// Is a splat of so many source pixels seen from so near that it would spread over others?
-bool is_stretched(Footprint splat, float reach, float side) {
-    vec2 extent = footprint_extent(splat, reach, false);
+// Is a splat of so many source pixels, with this half width and height, seen from so near that it spreads over others?
+bool is_stretched(vec2 extent, float side) {
     return max(extent.x, extent.y) > STRETCHED * side;
 }
 
@@ -37,17 +36,17 @@ float plane_inverse_depth(vec4 own, vec2 pixel, vec2 target_pixel, vec4 source, 
     return dot(own.xyz, ray) / dot(own.xyz, point);
 }
 
-// As look_up, but it looks again where the ray meets the plane that was found, if that is near; and 1/z is the plane's.
+// As look_up, but where the ray meets the plane of the pixel that it hits first, if that is near; and 1/z is the plane's.
 Seen look_twice(
     sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
 ) {
-    Seen seen = look_up(surface_map, inverse_depth, target_pixel, source, view, target);
-    float met = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
-    if (abs(met - inverse_depth) < band * inverse_depth) {
-        seen = look_up(surface_map, met, target_pixel, source, view, target);
-        met = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
-    }
-    seen.inverse_depth = met;
+    vec2 last = vec2(textureSize(surface_map, 0) - 1);
+    vec2 first = clamp(floor(carry_back(target_pixel, inverse_depth, target, view, source).xy + 0.5), vec2(0.0), last);
+    vec4 hit = surface_at(surface_map, ivec2(first));
+    float met = plane_inverse_depth(hit, first, target_pixel, source, view, target);
+    float start = abs(met - inverse_depth) < band * inverse_depth ? met : inverse_depth;
+    Seen seen = look_up(surface_map, start, target_pixel, source, view, target);
+    seen.inverse_depth = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
     return seen;
 }
 

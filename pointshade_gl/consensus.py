@@ -17,8 +17,8 @@ SPREADS = 3.0  # of the differences between frames that the band holds
 FARTHEST = 0.1  # a greater difference is another surface
 FEWEST = 20  # samples that are enough for a median
 LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
-PRIMARY = 4  # views that carry the picture
-FADING = 1.5  # times as far as these, others have faded out
+PRIMARY = 3  # views that carry the picture
+FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
 CONTRADICTS = 3.0  # times the usual spread, by which a frame is off all others whose pose is wrong
 Matrix = NDArray[np.float64]
@@ -35,12 +35,19 @@ def compared(samples: NDArray[np.float32]) -> Comparison:
     """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours."""
     close = np.abs(samples[:, 0]) < FARTHEST
     if close.sum() < FEWEST:
-        return Comparison(np.inf, np.full(3, np.nan))
+        return Comparison(np.inf, _fixed([np.nan] * 3))
     near = samples[close].astype(np.float64)
     spread = 1.4826 * float(np.median(np.abs(near[:, 0])))
     ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
     known = [float(np.median(ratio)) if len(ratio) >= FEWEST else np.nan for ratio in ratios]
-    return Comparison(spread, np.array(known))
+    return Comparison(spread, _fixed(known))
+
+
+def _fixed(values: list[float]) -> NDArray[np.float64]:
+    """Read-only: then steps know it by its identity, for NaN equals nothing."""
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
 
 
 def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:

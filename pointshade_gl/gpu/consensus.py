@@ -63,19 +63,27 @@ class ConsensusPass(Owner):
             textures = member.textures
             textures.trust = textures.trust or TrustImage(self._context, textures.size)
             voters = tuple((members[j].textures.surface, members[j].frame) for j in known)
-            self._steps.run(
-                "trust", self._judge, textures, textures.surface, member.frame, voters, band, of=textures
-            )  # fmt: skip
-        gains = self._steps.run("gains", self._settle, comparisons.values(), comparisons, len(members), of=members[0].textures)
-        return Consensus(band, gains)
+            self._steps.run("trust", self._judge, textures, textures.surface, member.frame, voters, band, of=textures)
+        found = tuple(comparisons), tuple(comparisons.values())
+        return Consensus(band, self._steps.run("gains", self._settle, *found, len(members), of=members[0].textures))
 
-    def _settle(self, _: object, comparisons: dict[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
+    def _settle(
+        self, pairs: tuple[tuple[int, int], ...], found: tuple[Comparison, ...], count: int
+    ) -> NDArray[np.float64]:
+        """The gains. Tells which frames contradict all others."""
+        comparisons = dict(zip(pairs, found, strict=True))
         for k in contradicting(comparisons, count):
             print_note(f"frame {k} of {count} contradicts all others that see the same: is its pose right?")
         return gains_of(comparisons, count)
 
     def _compare_two(
-        self, one: FrameTextures, surface: Images, frame: Frame, other: FrameTextures, other_surface: Images, seen: Frame
+        self,
+        one: FrameTextures,
+        surface: Images,
+        frame: Frame,
+        other: FrameTextures,
+        other_surface: Images,
+        seen: Frame,
     ) -> Comparison:
         size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
         maps = {"surface_map": one.surface.texture, "color_map": one.color}

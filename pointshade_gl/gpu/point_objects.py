@@ -19,7 +19,17 @@ from .resolve import Looking, ResolvePass
 from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
-from .textures import Box, FrameTextures, PointLight, PointSurface, SplatImage, SurfaceImage, Target, TrustImage, confine
+from .textures import (
+    Box,
+    FrameTextures,
+    PointLight,
+    PointSurface,
+    SplatImage,
+    SurfaceImage,
+    Target,
+    TrustImage,
+    confine,
+)
 
 
 ALMOST_1 = 0.999  # the importance of primary views, but for rounding

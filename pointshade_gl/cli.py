@@ -28,6 +28,7 @@ from .cli_options import (
     Quiet,
     Small,
     ViewOptions,
+    Views,
     WindowOptions,
     spread,
 )
@@ -73,6 +74,7 @@ def render(
     look: LookOptions,
     place: ViewOptions,
     film: FilmOptions,
+    views: Views = None,
     small: Small = False,
     device: Device = 0,
     quiet: Quiet = False,
@@ -88,12 +90,17 @@ def render(
 
     view = place.view(look)
     if output.suffix.lower() == ".ply":
+        if views is not None:
+            raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
         _write_points(output, frame, view, film, device)
         return
     many = film.turntable is not None or is_series(output)
     (check_series if many else check_writable)(output)
-    source = _load(frame, sequence=many and film.turntable is None, scene=True)
-    if isinstance(source, Scene):
+    if views is not None:
+        source = _load_views(frame, view.look, views)
+    else:
+        source = _load(frame, sequence=many and film.turntable is None, scene=True)
+    if isinstance(source, Scene) and views is None:
         _check_look(view.look)
         view = replace(view, lights=look.lights(shadow=True))
     if many:
@@ -277,6 +284,18 @@ def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> A
     if is_scene(source):
         return load_any(source, **options)
     return (open_source if sequence else load_frame)(source, **options)
+
+
+def _load_views(frame: FrameOptions, look: Look, views: str) -> Scene:
+    """Frames of a sequence as one object; who looks is the first one's camera."""
+    from .cli_parse import views_from
+    from .scene import Node, PointObject, Scene
+    from .sources import views_of
+
+    count = views_from(views)
+    _check_frame(frame)
+    frames = views_of(_load(frame, sequence=True), count)
+    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
 
 
 def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:

@@ -1,4 +1,4 @@
-"""How several frames of one thing are told apart and weighed: which are compared, band, exposures, and primary views."""
+"""How several frames of one thing are weighed: which are compared, the band, exposures, and primary views."""
 
 from __future__ import annotations
 

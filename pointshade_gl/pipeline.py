@@ -141,7 +141,7 @@ class Pipeline:
         members = [Member(view.textures, frame) for view, frame in zip(views, frames, strict=True)]
         consensus = self._consensus.find(members)
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
-        points = PointSet(tuple(view.points for view in views), trusts)
+        points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         return ShownSet(points, views, consensus, importances(frames, p.seen_from(shot.eye.pose)), views[0].shading)
 
     def _coarser_step(self, p: Placed, shot: Shot) -> int:

@@ -61,10 +61,11 @@ class PointObject:
             look = Look(Material() if material is None else material, **options)
         check_type(look, Look, "look")
         frames = check_frames(frame)
+        first = frames[0]
         if len(frames) > 1 and not look.is_uniform:
             raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
         object.__setattr__(self, "frames", frames)
-        object.__setattr__(self, "look", look.for_frame(frames[0].depth))
+        object.__setattr__(self, "look", look.for_frame(first.depth))
 
     def __repr__(self) -> str:
         return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"

@@ -7,10 +7,12 @@
 #include "keys.glsl"
 
 uniform ivec2 first;  // pixel of the tile
-uniform float near;   // divided by the scale of the object
+uniform float near;    // divided by the scale of the object
+uniform float behind;  // by how much farther the splats are taken to be: frames that nearly agree must not shade each other
 
 void main() {
     uint key = key_at(ivec2(gl_FragCoord.xy) - first);
     if (key == 0u) discard;
-    gl_FragDepth = 1.0 - near * key_inverse_depth(key);
+    float inverse_depth = key_inverse_depth(key);
+    gl_FragDepth = 1.0 - near * inverse_depth / (1.0 + behind * inverse_depth);
 }

@@ -27,7 +27,7 @@ def drawn_splats():
 
 
 def carried_points(holes=0.1):
-    """A surface map, and where points lie in it: half of them on its surfaces, to 1 %, the others off by up to a half."""
+    """A surface map, and where points lie in it: half on its surfaces, to 1 %, the others off by up to a half."""
     rng, surface_map = np.random.default_rng(5), two_planes(holes)
     at = rng.uniform(-1.5, (WIDTH + 0.5, HEIGHT + 0.5), (COUNT, 2)).astype(F)
     z = texel(surface_map, np.clip(np.round(at), 0, (WIDTH - 1, HEIGHT - 1)).astype(int))[:, 3]

@@ -1,6 +1,7 @@
 """Several frames of one thing, drawn as one object: against the CPU mirror, stored pictures and the truth."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -93,7 +94,6 @@ def test_what_floats_before_the_others_surfaces_is_not_seen(renderer):
 
 
 def test_a_thin_post_that_all_views_see_stays(renderer):
-    post = replaced
     views = []
     for view in three_views():
         z = view.depth.copy()
@@ -106,7 +106,7 @@ def test_a_thin_post_that_all_views_see_stays(renderer):
         hit = np.abs(view.pose[0, 3] + t * world[..., 0] + 0.25) < 0.015
         color = view.color.copy()
         color[hit] = (255, 0, 0)
-        views.append(post(view, depth=np.where(hit, t, z), color=color))
+        views.append(replaced(view, depth=np.where(hit, t, z), color=color))
     image = renderer.render(views, camera=frames.CAMERA, pose=BETWEEN, shading="none")
     red = (image[..., 0] > 200) & (image[..., 1] < 40)
     assert (red.sum(1) >= 2).mean() > 0.9
@@ -131,7 +131,7 @@ def test_a_view_between_others_sees_no_pop_when_the_primary_views_change(rendere
         renderer.render(views, camera=frames.CAMERA, pose=pose_at(yaw), shading="none").astype(int)
         for yaw in np.arange(-3, 3.01, 0.25)
     ]
-    changes = [np.abs(a - b)[..., :3].mean() for a, b in zip(images, images[1:], strict=False)]
+    changes = [np.abs(a - b)[..., :3].mean() for a, b in pairwise(images)]
     assert max(changes) < 1.5 * np.median(changes)
 
 
@@ -247,3 +247,72 @@ class TestInput:
         with pytest.raises(ValueError, match="one node for each frame"):
             ps.save_scene(tmp_path / "scene.gltf", scene)
         assert not list(tmp_path.iterdir())
+
+
+class TestCommandLine:
+    @pytest.fixture
+    def folder(self, tmp_path):
+        """A sequence of seven views with poses, of which the fourth has none."""
+        from PIL import Image
+
+        folder = tmp_path / "walk"
+        for name in ("color", "depth", "pose"):
+            (folder / name).mkdir(parents=True)
+        camera = frames.CAMERA
+        (folder / "intrinsics.txt").write_text(f"{camera.fx} 0 {camera.cx}\n0 {camera.fy} {camera.cy}\n0 0 1\n")
+        for k, yaw in enumerate((-9, -6, -3, 0, 3, 6, 9)):
+            view = seen_from(pose_at(yaw))
+            Image.fromarray(view.color).save(folder / "color" / f"{k}.png")
+            Image.fromarray(np.round(view.depth * 1000).astype(np.uint16)).save(folder / "depth" / f"{k}.png")
+            np.savetxt(folder / "pose" / f"{k}.txt", view.pose if k != 3 else np.full((4, 4), -np.inf))
+        return folder
+
+    def test_evenly_chosen_views_are_one_object(self, typed, folder, tmp_path):
+        code, _, err = typed(f"render {folder} -o out.png --views 3 --shading none --depth-scale 1000")
+        assert code == 0, err
+        assert "left out" in err
+        from PIL import Image
+
+        chosen = [seen_from(pose_at(yaw)) for yaw in (-9, -3, 9)]
+        with Image.open(tmp_path / "out.png") as image:
+            written = np.asarray(image)
+        truth = ps.render(chosen, shading="none")
+        assert (np.abs(written.astype(int) - truth).max(-1) > 24).mean() < 0.02
+        assert typed(f"render {folder} -o all.png --views all --yaw 5 --depth-scale 1000")[0] == 0
+
+    @pytest.mark.parametrize(
+        ("line", "sentence"),
+        [
+            ("vase -o a.png --views 3", "single frame"),
+            ("demo -o a.png --views 3", "is a scene"),
+            ("{folder} -o a.png --views 1", "--views takes a whole number of 2 or more, or 'all', got '1'"),
+            ("{folder} -o a.ply --views 3", "leave out --views"),
+        ],
+    )
+    def test_what_cannot_be_merged_is_said_in_one_sentence(self, typed, folder, line, sentence):
+        code, _, err = typed(f"render {line.format(folder=folder)}")
+        assert code == 2 and sentence in err
+
+    def test_a_sequence_without_poses_is_not_merged(self, typed, folder):
+        for path in (folder / "pose").iterdir():
+            path.unlink()
+        (folder / "pose").rmdir()
+        code, _, err = typed(f"render {folder} -o a.png --views all --depth-scale 1000")
+        assert code == 2 and "has poses for 0 frames: --views needs two at least" in err
+
+
+def test_a_callers_blending_stays(renderer):
+    """Frames are added up by blending; a caller's own factors and equations are as they were."""
+    import moderngl
+
+    from pointshade_gl.gpu.adding import EQUATIONS, FACTORS, Adding
+
+    context = moderngl.create_context(standalone=True, backend="egl") if renderer.context.owned else None
+    assert context is not None
+    context.blend_func, context.blend_equation = (moderngl.SRC_ALPHA, moderngl.ONE), moderngl.MIN
+    asked = Adding(context)._asked
+    before = [asked(name, k) for name in (*FACTORS, *EQUATIONS) for k in (0, 1)]
+    with ps.Renderer(context) as borrowed:
+        borrowed.render(three_views(), pose=BETWEEN)
+    assert [asked(name, k) for name in (*FACTORS, *EQUATIONS) for k in (0, 1)] == before
+    context.release()

@@ -18,7 +18,7 @@ from .adding import Adding
 from .memory import Owner
 from .passes import FullscreenPass
 from .steps import Steps
-from .textures import FrameTextures, Images, TrustImage, empty
+from .textures import FrameTextures, Images, PointSurface, TrustImage, empty
 
 STRIDE = 8  # pixels, as in compare.frag
 
@@ -101,7 +101,7 @@ class ConsensusPass(Owner):
         textures: FrameTextures,
         surface: Images,
         frame: Frame,
-        voters: tuple[tuple[Images, Frame], ...],
+        voters: tuple[tuple[PointSurface, Frame], ...],
         band: float,
     ) -> None:
         """The trust in a frame's points, from the votes of others."""

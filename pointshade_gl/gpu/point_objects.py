@@ -31,7 +31,6 @@ from .textures import (
     confine,
 )
 
-
 ALMOST_1 = 0.999  # the importance of primary views, but for rounding
 
 
@@ -60,6 +59,7 @@ class PointSet(NamedTuple):
 
     parts: tuple[Points, ...]
     trusts: tuple[TrustImage, ...]
+    differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
 
     @property
     def scale(self) -> float:
@@ -139,7 +139,7 @@ class PointObjects:
         near = eye.near / points.scale
         parts = [
             SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, bool(is_primary))
-            for p, trust, is_primary in zip(*points, primary, strict=True)
+            for p, trust, is_primary in zip(points.parts, points.trusts, primary, strict=True)
         ]
         return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
 
@@ -171,7 +171,7 @@ class PointObjects:
         """The same of several frames, for set_shadow.frag."""
         self._draw_set(image, points, eye, np.ones(len(points.parts), bool))
         look_up = self._rasterizer(points.parts[0]).look_up
-        return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale}
+        return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
 
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
         points = shown.points

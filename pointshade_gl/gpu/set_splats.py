@@ -28,5 +28,6 @@ class SetSplats(NamedTuple):
 def union(windows: Sequence[Box]) -> Box:
     """The least box round all that are not empty."""
     boxes = [(x, y, x + w, y + h) for x, y, w, h in windows if w > 0 and h > 0] or [(0, 0, 0, 0)]
-    left, top, right, bottom = (pick(edges) for pick, edges in zip((min, min, max, max), zip(*boxes), strict=True))
+    edges = zip(*boxes, strict=True)
+    left, top, right, bottom = (pick(edge) for pick, edge in zip((min, min, max, max), edges, strict=True))
     return left, top, right - left, bottom - top

@@ -66,14 +66,14 @@ def surface_ends(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
     for step in ((-1, 0), (1, 0), (0, -1), (0, 1)):
         following = np.clip(pixel + step, 0, last)
         there = surface_at(surface_map, following)[..., 3]
-        ends |= ~lies_on_plane(there, (following - pixel).astype(F), own[..., 3], slope, SAME_SURFACE)
+        ends |= ~lies_on_plane(there, (following - pixel).astype(F), own[..., 3], slope, float(SAME_SURFACE))
     return ends.astype(F)
 
 
 def end_in_row(ends_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     found, last = np.full(pixel.shape[:-1], EDGE_REACH), np.array(ends_map.shape[1::-1]) - 1
     for k in range(-EDGE_REACH, EDGE_REACH + 1):
-        place = np.clip(pixel + (k, 0), 0, last)
+        place = np.clip(pixel + np.array([k, 0]), 0, last)
         away = np.abs(place[..., 0] - pixel[..., 0])
         found = np.where(surface_at(ends_map, place) > 0.5, np.minimum(found, away), found)
     return found.astype(F) / F(EDGE_REACH)
@@ -82,7 +82,7 @@ def end_in_row(ends_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
 def end_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     found, last = np.full(pixel.shape[:-1], EDGE_REACH), np.array(rows_map.shape[1::-1]) - 1
     for k in range(-EDGE_REACH, EDGE_REACH + 1):
-        place = np.clip(pixel + (0, k), 0, last)
+        place = np.clip(pixel + np.array([0, k]), 0, last)
         across = (surface_at(rows_map, place) * F(EDGE_REACH) + F(0.5)).astype(int)
         nearer = np.minimum(found, np.maximum(across, np.abs(place[..., 1] - pixel[..., 1])))
         found = np.where(across < EDGE_REACH, nearer, found)

@@ -81,7 +81,7 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
     inverse_depth, pixel = key_inverse_depth(key[v, u]), np.stack([u, v], -1).astype(F)
     sums = np.zeros((len(u), 8), F)
     for view, trust, weight, gain in zip(judged.views, judged.trusts, weights, judged.gains, strict=True):
-        sums += _part(view, trust, F(weight), gain.astype(F), inverse_depth, pixel, eye, judged.band)
+        sums += _part(view, trust, float(weight), gain.astype(F), inverse_depth, pixel, eye, judged.band)
     known = sums[:, 7] > 0
     u, v, pixel, sums, inverse_depth = u[known], v[known], pixel[known], sums[known], inverse_depth[known]
     z = F(1) / (inverse_depth * (F(1) + sums[:, 3] / sums[:, 7]))
@@ -185,7 +185,7 @@ def _pairs(view: View, eye: Eye, rasterizer: str) -> tuple[Pairs, np.ndarray]:
 def _part(
     view: View,
     trust: np.ndarray,
-    importance: np.ndarray,
+    importance: float,
     gain: np.ndarray,
     inverse_depth: np.ndarray,
     pixel: np.ndarray,
@@ -197,12 +197,13 @@ def _part(
     with np.errstate(all="ignore"):
         seen = look_twice(view.surface_map, inverse_depth, pixel, view.intrinsics, way, target, band)
         known = part_is_known(seen, np.array(size, F))
-    seen = Seen(*(part[known] for part in seen[:4]), Corners(*(part[known] for part in seen.corners)))
+    at, w, place, own = (part[known] for part in seen[:4])
+    seen = Seen(at, w, place, own, Corners(*(part[known] for part in seen.corners)))
     corner = seen_weights(seen, view.intrinsics)
     color = picture_at(view.picture, color_position(seen, corner), np.array(size, F))
     off = seen.inverse_depth / inverse_depth[known] - F(1)
     said = texel(trust, seen.pixel)
-    weight = importance * said[:, 0] * said[:, 1] * agreement(off, band)
+    weight = F(importance) * said[:, 0] * said[:, 1] * agreement(off, band)
     weight = weight * view_weight(seen, pixel[known], view.intrinsics, way, target)
     total = weight + fallback_weight(off, band)
     normal = mix_normal(seen, corner) @ way[:3, :3].T
@@ -232,8 +233,10 @@ def _light(
     views, spans = shadow_views(lights, *Scene((Node(PointObject(frames)),)).bounds)
     columns, side = tiling(views)
     shadow_map = np.ones((-(-len(views) // columns) * side, columns * side), F)
-    for k, (own, _) in enumerate(views):
+    for k, shadow in enumerate(views):
+        own = shadow.eye
         w = key_inverse_depth(_keys(judged, own, np.ones(len(frames), bool), rasterizer))
+        w = w / (F(1) + F(judged.band * PointObject(frames).scale) * w)
         depth = np.round((F(1) - F(own.near) * w).astype(float) * DEPTH_STEPS) / DEPTH_STEPS
         left, top = k % columns * side, k // columns * side
         shadow_map[top : top + side, left : left + side] = depth

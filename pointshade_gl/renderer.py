@@ -321,8 +321,8 @@ def _seen_by(
 ) -> tuple[Camera, NDArray[np.float64]]:
     """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
     camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-    first = frame[0] if isinstance(frame, Sequence) else frame
-    return camera, viewing_pose(first if isinstance(first, Frame) else scene, pose, yaw, pitch, dolly)
+    mover = scene if isinstance(frame, Scene) else scene.things[0].content.frame  # of several frames the first
+    return camera, viewing_pose(mover, pose, yaw, pitch, dolly)
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:

@@ -35,7 +35,8 @@ Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for 
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    frame  or several frames of one thing, in a sequence: they are drawn as one object, by their poses
+    frame  or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
+           depth's own points
     look   how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
     The frame's own pose places it under the node's transform.

@@ -92,10 +92,10 @@ int end_around(sampler2D rows_map, ivec2 pixel) {
 }
 
 // x: 1 if a point is trusted; y: how good it is, more than 0 and at most 1. Points that more frames see through than
-// support float; those beside an edge that are seen flat, and that nobody supports, fly.
+// support float; those at an edge, or beside it and seen flat, that nobody supports fly.
 vec2 trust_in(vec2 votes, int edge, int border, float cosine) {
     bool floats = votes.y > votes.x + (edge >= 2 ? 1.0 : 0.0);
-    bool flies = edge <= 1 && cosine < FLAT_COSINE && votes.x == 0.0;
+    bool flies = (edge == 0 || (edge == 1 && cosine < FLAT_COSINE)) && votes.x == 0.0;
     float quality = float(edge) / float(EDGE_REACH) * float(min(border, BORDER_REACH)) / float(BORDER_REACH);
     return vec2(floats || flies ? 0.0 : 1.0, max(quality, 1.0 / 255.0));
 }

@@ -232,7 +232,7 @@ class Renderer:
         if isinstance(frame, Scene):
             _check_plain(options)
             return frame.framed()
-        if isinstance(frame, Frame | Sequence):
+        if isinstance(frame, Frame | Sequence) and not isinstance(frame, bytes):
             return self._scene_of(check_frames(frame), Look(*options))
         raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(frame)}")
 

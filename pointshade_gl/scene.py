@@ -35,9 +35,9 @@ Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for 
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    frame  or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
-           depth's own points
-    look   how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
+    frame   or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
+            depth's own points. Afterwards the first is `frame`, and these are the `others`.
+    look    how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
     The frame's own pose places it under the node's transform.
 
@@ -45,8 +45,9 @@ class PointObject:
     arrays with several frames.
     """
 
-    frames: tuple[Frame, ...]
+    frame: Frame
     look: Look
+    others: tuple[Frame, ...] = ()
 
     def __init__(
         self,
@@ -54,6 +55,7 @@ class PointObject:
         material: Material | None = None,
         *,
         look: Look | None = None,
+        others: Sequence[Frame] = (),
         **options: Any,
     ):
         if look is not None and (material is not None or options):
@@ -61,12 +63,12 @@ class PointObject:
         if look is None:
             look = Look(Material() if material is None else material, **options)
         check_type(look, Look, "look")
-        frames = check_frames(frame)
-        first = frames[0]
-        if len(frames) > 1 and not look.is_uniform:
+        frame, *rest = check_frames((*check_frames(frame), *others))
+        if rest and not look.is_uniform:
             raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
-        object.__setattr__(self, "frames", frames)
-        object.__setattr__(self, "look", look.for_frame(first.depth))
+        object.__setattr__(self, "frame", frame)
+        object.__setattr__(self, "look", look.for_frame(frame.depth))
+        object.__setattr__(self, "others", tuple(rest))
 
     def __repr__(self) -> str:
         return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
@@ -74,12 +76,12 @@ class PointObject:
     @property
     def is_single(self) -> bool:
         """One frame, not several of one thing."""
-        return len(self.frames) == 1
+        return not self.others
 
     @property
-    def frame(self) -> Frame:
-        """The frame; of several the first."""
-        return self.frames[0]
+    def frames(self) -> tuple[Frame, ...]:
+        """All of them."""
+        return self.frame, *self.others
 
     @cached_property
     def members(self) -> tuple[PointObject, ...]:
@@ -100,7 +102,7 @@ class PointObject:
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
     items = [frames] if isinstance(frames, Frame) else items_of(frames)
-    if items is None or isinstance(frames, str):
+    if items is None or isinstance(frames, str | bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
     if not 1 <= len(items) <= MOST_FRAMES:
         raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")

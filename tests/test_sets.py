@@ -169,6 +169,12 @@ def test_in_a_scene_they_are_one_object_that_a_node_moves_and_scales(renderer):
     assert len(scene.things) == 1 and scene.points_known == sum(view.points_known for view in views)
 
 
+def test_an_object_with_another_look_keeps_all_of_its_frames():
+    views = three_views()
+    changed = replace(ps.PointObject(views), look=ps.Look(shading="flat"))
+    assert changed.frames == tuple(views) and changed.frame is views[0] and changed.look.shading == "flat"
+
+
 def test_meshes_stand_before_and_behind_them_and_take_their_shadows(renderer):
     board = ps.Mesh(
         [(-0.6, 0.2, 0.8), (-0.2, 0.2, 0.8), (-0.2, 0.5, 0.8)], [(0, 1, 2)], color=(1, 0, 0), shading="none"

@@ -149,7 +149,7 @@ VALUES = {
     "look, shading": (lambda: ps.Look(shading=["flat"]), ValueError, r"unknown shading \['flat'\]"),
     "look, splat": (lambda: ps.Look(splat=np.zeros(2)), ValueError, "unknown splat"),
     "look, normals": (lambda: ps.Look(normals=None), TypeError, "normals must be a method's name"),
-    "object, frame": (lambda: ps.PointObject("vase"), TypeError, "frame must be a Frame or a sequence of frames, got 'vase'"),
+    "object, frame": (lambda: ps.PointObject("vase"), TypeError, "a Frame or a sequence of frames, got 'vase'"),
     "object, look": (lambda: ps.PointObject(FRAME, look="flat"), TypeError, "look must be a Look, got 'flat'"),
     "object, material": (lambda: ps.PointObject(FRAME, 0), TypeError, "material must be a Material, got 0"),
     "object, normals": (lambda: ps.PointObject(FRAME, normals={}), TypeError, "normals must be a method's name"),

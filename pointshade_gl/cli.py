@@ -28,6 +28,7 @@ from .cli_options import (
     Quiet,
     Small,
     ViewOptions,
+    Views,
     WindowOptions,
     spread,
 )
@@ -78,6 +79,7 @@ def render(
     look: LookOptions,
     place: ViewOptions,
     film: FilmOptions,
+    views: Views = None,
     small: Small = False,
     device: Device = 0,
     quiet: Quiet = False,
@@ -93,6 +95,8 @@ def render(
 
     view = place.view(look)
     if output.suffix.lower() == ".ply":
+        if views is not None:
+            raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
         _write_points(output, frame, view, film, device)
         return
     many = film.turntable is not None or is_series(output)
@@ -100,8 +104,11 @@ def render(
         check_series(output)
     else:
         _check_picture(output, film)
-    source = _load(frame, sequence=many and film.turntable is None, scene=True)
-    if isinstance(source, Scene):
+    if views is not None:
+        source = _load_views(frame, view.look, views)
+    else:
+        source = _load(frame, sequence=many and film.turntable is None, scene=True)
+    if isinstance(source, Scene) and views is None:
         _check_look(view.look)
         view = replace(view, lights=look.lights(shadow=True))
     if many:
@@ -305,6 +312,18 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
         raise ValueError(
             f"{option('frames')} is for many pictures and {output} is one: write an .mp4, a .gif or %04d{output.suffix}"
         )
+
+
+def _load_views(frame: FrameOptions, look: Look, views: str) -> Scene:
+    """Frames of a sequence as one object; who looks is the first one's camera."""
+    from .cli_parse import views_from
+    from .scene import Node, PointObject, Scene
+    from .sources import views_of
+
+    count = views_from(views)
+    _check_frame(frame)
+    frames = views_of(_load(frame, sequence=True), count)
+    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
 
 
 def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:

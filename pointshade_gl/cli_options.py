@@ -35,6 +35,14 @@ FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 Output = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write, such as out.png.")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Views = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N|all",
+        help="Merge N evenly chosen frames of a sequence with poses, or all, into one object.",
+        rich_help_panel=VIEW,
+    ),
+]
 Quiet = Annotated[
     bool,
     typer.Option(

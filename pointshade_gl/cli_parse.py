@@ -27,6 +27,15 @@ def picture_size_from(text: str | None) -> tuple[int, int] | str | None:
     return text if text in SIZES else size_from(text, SIZES)
 
 
+def views_from(text: str) -> int | None:
+    """How many views are merged; None for all. Raises ValueError for anything but 'all' and a number of 2 or more."""
+    if text == "all":
+        return None
+    if not (text.isdecimal() and int(text) >= 2):
+        raise ValueError(f"{option('views')} takes a whole number of 2 or more, or 'all', got {text!r}")
+    return int(text)
+
+
 def noise_from(text: str | None) -> float | str | None:
     """Metres if the text is a number, else the name of a sensor."""
     try:

@@ -8,17 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Camera, Eye
+from .consensus import importances
 from .frame import Frame
+from .gpu.consensus import ConsensusPass, Member
 from .gpu.context import Context
 from .gpu.frame_store import FrameStore
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
 from .gpu.mesh_objects import MeshObjects, PlacedMesh
-from .gpu.point_objects import PointObjects, Points, ShownPoints
+from .gpu.point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
-from .gpu.textures import SplatImage, SurfaceImage, Target, empty
+from .gpu.textures import SurfaceImage, Target, empty
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
 from .look import Material, check_sizes
@@ -31,7 +33,7 @@ LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, 
 # What a scene holds, on the GPU. A new kind of object is described beside mesh.py, may be placed by scene.py, has its
 # passes beside gpu/mesh_objects.py and its type here. It needs a branch wherever this module, shot.py, viewer/screen.py
 # and gltf/write.py ask whether something is a mesh: all others count as point objects.
-Thing = ShownPoints | PlacedMesh
+Thing = ShownPoints | ShownSet | PlacedMesh
 
 
 class Pipeline:
@@ -48,7 +50,8 @@ class Pipeline:
         rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
         self._points = PointObjects(context.gl, rasterizers)
         self._light = LightPass(context.gl)
-        self._meshes: MeshObjects | None = None  # these two are made for the first scene that needs them
+        self._consensus: ConsensusPass | None = None  # these three are made for the first scene that needs them
+        self._meshes: MeshObjects | None = None
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._target: Target | None = None
@@ -107,18 +110,39 @@ class Pipeline:
             self.steps.forget(of=unused)
         things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
-        steps = [self._coarser_step(p, shot) for p in objects]
-        frames = [self._coarser(p.content.frame, step) for p, step in zip(objects, steps, strict=True)]
+        singles = [member for p in objects for member in p.members]
+        shown = self._prepare_points(singles, shot, {p for p in objects if p.content.is_single})
+        for p in objects:
+            views = tuple(shown[member] for member in p.members)
+            things[p] = views[0] if p.content.is_single else self._as_one(p, views, shot)
+        return things
+
+    def _prepare_points(self, singles: list[Placed], shot: Shot, alone: set[Placed]) -> dict[Placed, ShownPoints]:
+        """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
+        shown = {}
+        steps = [self._coarser_step(p, shot) if p in alone else 1 for p in singles]
+        frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
-        for p, step, frame, textures in zip(objects, steps, frames, self.frames.upload(frames), strict=True):
+        for p, step, frame, textures in zip(singles, steps, frames, self.frames.upload(frames), strict=True):
             look = p.content.look
-            camera = finer_camera(frame, look, shot.eye.camera) if step == 1 else frame.camera
+            is_finer = step == 1 and p in alone
+            camera = finer_camera(frame, look, shot.eye.camera) if is_finer else frame.camera
             surface, lit, source = self.frames.find_points(textures, frame, look, camera)
             sizes = check_sizes(look.size, frame.depth.shape)
             sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
             points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
-            things[p] = ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
-        return things
+            shown[p] = ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
+        return shown
+
+    def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], shot: Shot) -> ShownSet:
+        """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
+        self._consensus = self._consensus or ConsensusPass(self._gl, self.steps)
+        frames = p.content.frames
+        members = [Member(view.textures, frame) for view, frame in zip(views, frames, strict=True)]
+        consensus = self._consensus.find(members)
+        trusts = tuple(view.textures.trust for view in views if view.textures.trust)
+        points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
+        return ShownSet(points, views, consensus, importances(frames, p.seen_from(shot.eye.pose)), views[0].shading)
 
     def _coarser_step(self, p: Placed, shot: Shot) -> int:
         """1 for all points: of a frame alone, and where an option is an array."""
@@ -136,7 +160,7 @@ class Pipeline:
         if self._target is None or self._target.size != size:
             if self._target is not None:
                 self._target.release()
-                self.steps.forget(of=[self._target.splats, self._target.surfaces])
+                self.steps.forget(of=[self._target, self._target.splats, self._target.surfaces])
             self._target = None  # stays so when the new one does not fit the GPU
             self._target = Target(self._gl, size)
         return self._target
@@ -154,12 +178,12 @@ class Pipeline:
         views, spans = shadow_views(lights, *shot.scene.bounds)
         if views:
             drawn = (things[p] for p in shot.casting)
-            shapes = tuple(thing.points if isinstance(thing, ShownPoints) else thing for thing in drawn)
+            shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
             self.steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
         return Lamps(lights, shot.scene.ambient, views, spans, shadow_map)
 
     def _fill_shadow_map(
-        self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PlacedMesh, ...]
+        self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PointSet | PlacedMesh, ...]
     ) -> None:
         shadow_map.fit(views)
         for k, (eye, _) in enumerate(views):
@@ -174,8 +198,9 @@ class Pipeline:
     def _light_points(self, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
         """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
         for p, thing in zip(shot.shown, shown, strict=True):
-            if isinstance(thing, ShownPoints) and thing.light:
-                self.steps.always("light", self._light_some, thing, p.content.look.material, shot.eye, lamps)
+            for view in thing.views if isinstance(thing, ShownSet) else (thing,):
+                if isinstance(view, ShownPoints) and view.light:
+                    self.steps.always("light", self._light_some, view, p.content.look.material, shot.eye, lamps)
 
     def _light_some(self, thing: ShownPoints, material: Material, eye: Eye, lamps: Lamps) -> None:
         points, light = thing.points, thing.light
@@ -211,11 +236,10 @@ class Pipeline:
         numbers = tuple(1 + materials.index(_material(p)) for p in shot.shown)
         early = any(isinstance(thing, PlacedMesh) and thing.mesh.shading in LIT_EARLY for thing in shown)
         lighting = lamps.seen_from(shot.eye.pose) if early else None
-        images = target.surfaces, target.splats
-        self.steps.run("surfaces", self._fill_surfaces, *images, shown, numbers, shot.eye, lighting)
+        self.steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, shot.eye, lighting)
 
     def _fill_surfaces(
-        self, surfaces: SurfaceImage, splats: SplatImage, shown: tuple[Thing, ...], numbers: tuple[int, ...], eye: Eye,
+        self, target: Target, surfaces: SurfaceImage, shown: tuple[Thing, ...], numbers: tuple[int, ...], eye: Eye,
         lighting: Lighting | None,
     ) -> None:  # fmt: skip
         """lighting: for meshes that are lit at their corners"""
@@ -225,8 +249,10 @@ class Pipeline:
         for thing, number in zip(shown, numbers, strict=True):
             if isinstance(thing, PlacedMesh):
                 self._mesh_objects().add_surface(surfaces, thing, eye, number, lights)
+            elif isinstance(thing, ShownSet):
+                self._points.add_set(target, thing, eye, number)
             else:
-                self._points.add_surface(surfaces, splats, thing, eye, number)
+                self._points.add_surface(surfaces, target.splats, thing, eye, number)
             self._count(thing)
         surfaces.raise_version()
 
@@ -242,13 +268,16 @@ class Pipeline:
         self._meshes = self._meshes or MeshObjects(self._gl)
         return self._meshes
 
-    def _count(self, thing: Points | Thing) -> None:
-        self.steps.counts["mesh" if isinstance(thing, PlacedMesh) else "splats"] += 1
+    def _count(self, thing: Points | PointSet | Thing) -> None:
+        points = thing.points if isinstance(thing, ShownSet) else thing
+        several = len(points.parts) if isinstance(points, PointSet) else 1
+        self.steps.counts["mesh" if isinstance(thing, PlacedMesh) else "splats"] += several
 
     def release(self) -> None:
         """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
-        for item in (self._target, self._shadow_map, self._meshes, self._light, self._points, self.frames):
+        made = self._target, self._shadow_map, self._meshes, self._consensus, self._light, self._points, self.frames
+        for item in made:
             if item is not None:
                 item.release()
 

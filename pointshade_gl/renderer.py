@@ -34,7 +34,7 @@ from .notebook import Picture
 from .pipeline import Pipeline
 from .point_cloud import PointCloud, cloud_of
 from .preview import draw_previews_by
-from .scene import Node, PointObject, Scene
+from .scene import Node, PointObject, Scene, check_frames
 from .sources import load_any
 from .view import viewing_pose
 
@@ -74,7 +74,7 @@ class Renderer:
             name = self.context.renderer
             self.context.release()
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
-        self._last: tuple[Frame, Look, Scene] | None = None
+        self._last: tuple[tuple[Frame, ...], Look, Scene] | None = None
         self.steps = Steps(self.context.gl, self.context.is_software)  # what ran, how often, and how long it took
         self._new_pipeline = partial(Pipeline, self.context, self.steps, can_compute, merge)
         self._pipeline = self._new_pipeline()
@@ -86,7 +86,7 @@ class Renderer:
 
     def render(
         self,
-        frame: Frame | Scene | FilePath,
+        frame: Frame | Sequence[Frame] | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -104,6 +104,10 @@ class Renderer:
         upsample: str = "vote",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
+
+        Several frames of one thing, in a sequence, are drawn as one object, by their poses: where they see the same
+        they are averaged, points that others see through are left out, and exposures are matched. Unless others are
+        given, camera and pose are those of the first.
 
         The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
         (which replaces its own) and who looks may be passed, because its objects have a look of their own. A path or a
@@ -135,7 +139,7 @@ class Renderer:
 
     def draw(
         self,
-        frame: Frame | Scene | FilePath,
+        frame: Frame | Sequence[Frame] | Scene | FilePath,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
@@ -166,7 +170,7 @@ class Renderer:
 
     def render_depth(
         self,
-        frame: Frame | Scene | FilePath,
+        frame: Frame | Sequence[Frame] | Scene | FilePath,
         camera: Camera | None = None,
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
@@ -217,26 +221,27 @@ class Renderer:
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
         scene = self._scene_of(
-            frame, Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise, upsample="none")
+            (frame,), Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise, upsample="none")
         )
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
 
-    def _shown(self, frame: Frame | Scene, options: tuple[Any, ...]) -> Scene:
+    def _shown(self, frame: Frame | Sequence[Frame] | Scene, options: tuple[Any, ...]) -> Scene:
         """What is drawn; options as in Look. Raises TypeError or ValueError."""
-        if isinstance(frame, Frame):
-            return self._scene_of(frame, Look(*options))
         if isinstance(frame, Scene):
             _check_plain(options)
             return frame.framed()
-        raise TypeError(f"frame must be a Frame, a Scene or a path, got {shown(frame)}")
+        if isinstance(frame, Frame | Sequence) and not isinstance(frame, bytes):
+            return self._scene_of(check_frames(frame), Look(*options))
+        raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(frame)}")
 
-    def _scene_of(self, frame: Frame, look: Look) -> Scene:
-        """The scene of one frame; the last one again if nothing has changed."""
-        if self._last is None or self._last[0] is not frame or not look.is_uniform or self._last[1] != look:
-            scene = Scene((Node(PointObject(frame, look=look)),), frame.picture_camera, frame.pose)
-            self._last = (frame, look, scene) if look.is_uniform else None
+    def _scene_of(self, frames: tuple[Frame, ...], look: Look) -> Scene:
+        """The scene of one object; the last one again if nothing has changed."""
+        if self._last is None or self._last[0] != frames or not look.is_uniform or self._last[1] != look:
+            first = frames[0]
+            scene = Scene((Node(PointObject(frames, look=look)),), first.picture_camera, first.pose)
+            self._last = (frames, look, scene) if look.is_uniform else None
             return scene
         return self._last[2]
 
@@ -300,13 +305,13 @@ class Renderer:
                 raise
 
 
-def _loaded(frame: Frame | Scene | FilePath) -> Frame | Scene:
+def _loaded(frame: Frame | Sequence[Frame] | Scene | FilePath) -> Frame | Sequence[Frame] | Scene:
     """The frame or scene itself; of a path or a built-in name, what is there."""
     return load_any(frame) if isinstance(frame, str | PathLike) else frame
 
 
 def _seen_by(
-    frame: Frame | Scene,
+    frame: Frame | Sequence[Frame] | Scene,
     scene: Scene,
     camera: Camera | None,
     pose: ArrayLike | None,
@@ -316,7 +321,8 @@ def _seen_by(
 ) -> tuple[Camera, NDArray[np.float64]]:
     """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
     camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-    return camera, viewing_pose(frame if isinstance(frame, Frame) else scene, pose, yaw, pitch, dolly)
+    mover = scene if isinstance(frame, Scene) else scene.things[0].content.frame  # of several frames the first
+    return camera, viewing_pose(mover, pose, yaw, pitch, dolly)
 
 
 def _check_plain(options: tuple[Any, ...]) -> None:

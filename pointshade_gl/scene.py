@@ -6,7 +6,7 @@ World axes are what the nodes' transforms make them; cameras look along z with y
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from .bounds import sphere_round
 from .camera import Camera, check_pose
 from .checks import LARGEST, as_array, check_color, check_flag, check_type, items_of
+from .consensus import MOST_FRAMES
 from .frame import Frame
 from .light import Light
 from .look import Look, Material
@@ -34,28 +35,78 @@ Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for 
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    look  how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
+    frame   or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
+            depth's own points. Afterwards the first is `frame`, and these are the `others`.
+    look    how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
     The frame's own pose places it under the node's transform.
 
-    Raises TypeError or ValueError as `Look` and `Look.for_frame`.
+    Raises TypeError or ValueError as `Look` and `Look.for_frame`, and for no frames, too many, or options that are
+    arrays with several frames.
     """
 
     frame: Frame
     look: Look
+    others: tuple[Frame, ...] = ()
 
-    def __init__(self, frame: Frame, material: Material | None = None, *, look: Look | None = None, **options: Any):
+    def __init__(
+        self,
+        frame: Frame | Sequence[Frame],
+        material: Material | None = None,
+        *,
+        look: Look | None = None,
+        others: Sequence[Frame] = (),
+        **options: Any,
+    ):
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
         if look is None:
             look = Look(Material() if material is None else material, **options)
-        check_type(frame, Frame, "frame")
         check_type(look, Look, "look")
+        frame, *rest = check_frames((*check_frames(frame), *others))
+        if rest and not look.is_uniform:
+            raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "look", look.for_frame(frame.depth))
+        object.__setattr__(self, "others", tuple(rest))
 
     def __repr__(self) -> str:
-        return f"PointObject({self.frame})"
+        return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
+
+    @property
+    def is_single(self) -> bool:
+        """One frame, not several of one thing."""
+        return not self.others
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """All of them."""
+        return self.frame, *self.others
+
+    @cached_property
+    def members(self) -> tuple[PointObject, ...]:
+        """Each frame as an object of its own."""
+        return (self,) if self.is_single else tuple(PointObject(frame, look=self.look) for frame in self.frames)
+
+    @property
+    def points_known(self) -> int:
+        """How many points the frames have."""
+        return sum(frame.points_known for frame in self.frames)
+
+    @cached_property
+    def scale(self) -> float:
+        """The frame's scale; of several, the median."""
+        return float(np.median([frame.scale for frame in self.frames]))
+
+
+def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
+    """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
+    items = [frames] if isinstance(frames, Frame) else items_of(frames)
+    if items is None or isinstance(frames, str | bytes):
+        raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
+    if not 1 <= len(items) <= MOST_FRAMES:
+        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")
+    return tuple(check_type(item, Frame, "frame" if len(items) == 1 else f"frame {k}") for k, item in enumerate(items))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,13 +199,23 @@ class Placed:
 
     @cached_property
     def axes(self) -> Matrix:
-        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes."""
+        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes, of
+        several frames those of the first."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
     @cached_property
+    def members(self) -> tuple[Placed, ...]:
+        """Each frame of a point object as if it was placed by itself."""
+        if self.content.is_single:
+            return (self,)
+        return tuple(Placed(member, self.world, self.node, self.way) for member in self.content.members)
+
+    @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """(8, 3) corners of a box round the content, world; (0, 3) when it has no points."""
+        """(n, 3) corners of a box round the content, of each frame one, world; (0, 3) when it has no points."""
         content: PointObject | Mesh = self.content
+        if isinstance(content, PointObject) and not content.is_single:
+            return np.concatenate([member.corners for member in self.members])
         if isinstance(content, PointObject):
             reach = content.look.farthest_reach
             return self._to_world(content.frame.corners if reach <= 0.5 else content.frame.splat_corners(reach))
@@ -164,7 +225,15 @@ class Placed:
     def main_corners(self) -> NDArray[np.float64]:
         """The same without a frame's stray points."""
         is_frame = isinstance(self.content, PointObject)
+        if is_frame and not self.content.is_single:
+            return np.concatenate([member.main_corners for member in self.members])
         return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
+
+    def seen_from(self, pose: Matrix) -> Matrix:
+        """(4, 4) the rigid pose of somebody in the world, as the frames of a point object have theirs."""
+        seen = np.linalg.inv(self.world) @ pose
+        seen[:3, :3] /= np.cbrt(np.linalg.det(seen[:3, :3]))
+        return seen
 
     def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         return points @ self.axes[:3, :3].T + self.axes[:3, 3]
@@ -216,7 +285,7 @@ class Scene(Preview):
     def __repr__(self) -> str:
         """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
         meshes = [p.content for p in self._placed if isinstance(p.content, Mesh)]
-        frames = sum(isinstance(p.content, PointObject) for p in self._placed)
+        frames = sum(len(p.content.frames) for p in self._placed if isinstance(p.content, PointObject))
         found = {
             f"{counted(self.points_known, 'point')} in {counted(frames, 'frame')}": frames,
             f"{counted(sum(len(m.faces) for m in meshes), 'triangle')} in {counted(len(meshes), 'mesh')}": len(meshes),
@@ -275,7 +344,7 @@ class Scene(Preview):
     @property
     def points_known(self) -> int:
         """How many points the visible frames have."""
-        return sum(p.content.frame.points_known for p in self.placed() if isinstance(p.content, PointObject))
+        return sum(p.content.points_known for p in self.placed() if isinstance(p.content, PointObject))
 
     @property
     def pivot(self) -> NDArray[np.float64]:

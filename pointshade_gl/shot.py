@@ -36,7 +36,7 @@ def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix)
 
 
 def is_alone(things: Sequence[Placed]) -> bool:
-    """Whether this is a single frame: that is always drawn, from all of its points, at any size of the picture."""
+    """Whether this is a single object: that is always drawn, from all of its points, at any size of the picture."""
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
@@ -48,7 +48,7 @@ def looking_distance(scene: Scene, pose: Matrix) -> float:
     """
     if is_alone(scene.things):
         alone = scene.things[0]
-        return alone.content.frame.scale * alone.rigid_axes[1]
+        return alone.content.scale * alone.rigid_axes[1]
     centre, radius = scene.bounds
     return max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 

@@ -11,6 +11,7 @@ from os import PathLike
 from typing import Any, TypeGuard
 
 from .checks import shown
+from .consensus import MOST_FRAMES
 from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
 from .files.frames import load_frame
@@ -18,7 +19,7 @@ from .files.parts import ReadOptions
 from .files.sequences import FrameSequence, first_readable, open_frames
 from .frame import Frame
 from .gltf import load_scene
-from .notes import once, print_note
+from .notes import Note, once, print_note
 from .scene import Scene
 from .wording import option
 
@@ -61,6 +62,34 @@ def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
     if given := [option(name) for name in options if name not in _LIMITS]:
         raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
     return load_scene(source, **options)
+
+
+def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> list[Frame]:
+    """Frames of a sequence that are drawn as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+
+    Frames without a pose are left out, and those that cannot be read; a note says so. Raises ValueError where fewer
+    than two are left, for then there is nothing to merge.
+    """
+    if isinstance(source, Frame):
+        raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
+    posed = [k for k, one in enumerate(source.parts) if one.pose is not None]
+    if 0 < len(posed) < len(source):
+        note(f"{source.folder}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
+    if len(posed) < 2:
+        raise ValueError(f"{source.folder} has poses for {len(posed)} frames: {option('views')} needs two at least")
+    if count is None and len(posed) > MOST_FRAMES:
+        note(f"{source.folder}: only {MOST_FRAMES} of {len(posed)} frames are merged, evenly chosen")
+    most = min(MOST_FRAMES if count is None else count, len(posed))
+    chosen = [posed[k * (len(posed) - 1) // max(most - 1, 1)] for k in range(most)]
+    found = []
+    for k in chosen:
+        try:
+            found.append(source[k])
+        except (ValueError, OSError) as error:
+            note(f"{error}: left out")
+    if len(found) < 2:
+        raise ValueError(f"{source.folder}: fewer than two of the {most} chosen frames can be read")
+    return found
 
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:

@@ -8,6 +8,9 @@
 #ifndef WINDOW
 #define WINDOW 0  // 1: note how far the splats come
 #endif
+#ifndef SET
+#define SET 0     // 1: one of several frames
+#endif
 #include "carried.glsl"
 
 layout(local_size_x = 32) in;

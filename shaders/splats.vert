@@ -20,6 +20,9 @@ flat out vec4 to_source;
 flat out vec2 bend;
 flat out float reach;
 flat out int id;
+flat out float inverse_depth;  // these three for set_splats.frag
+flat out vec2 tilt;
+flat out vec4 to_target;
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -41,6 +44,9 @@ void main() {
     to_source = invert_footprint(splat.to_target);
     bend = splat_bend(splat, reach);
     id = first_id + gl_VertexID;
+    inverse_depth = splat.inverse_depth;
+    tilt = splat.tilt;
+    to_target = splat.to_target;
     // Window depth 1 - near/z is linear in 1/z and keeps its sharpness relative to distance.
     vec2 middle = (low + high + 1.0) / target_size - 1.0;
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);

@@ -11,7 +11,7 @@ import numpy as np
 from pointshade_gl.gpu.programs import build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
-_FUNCTION = re.compile(r"^(?:void|bool|int|float|[iub]?vec[234]|mat[34]|[A-Z]\w+)\s+(\w+)\s*\(", re.MULTILINE)
+_FUNCTION = re.compile(r"^(?:void|bool|u?int|float|[iub]?vec[234]|mat[34]|[A-Z]\w+)\s+(\w+)\s*\(", re.MULTILINE)
 
 
 def functions_of(path: Path) -> list[str]:

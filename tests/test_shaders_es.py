@@ -9,6 +9,7 @@ from itertools import product
 import pytest
 
 from pointshade_gl.estimators import PLANE_FITS
+from pointshade_gl.gpu.consensus import STRIDE
 from pointshade_gl.gpu.programs import shader_folder, splice
 
 from .test_renderer import egl_address
@@ -18,17 +19,22 @@ COMPILE_STATUS = 0x8B81
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
+    "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG},
     "light.frag": {"POINTS": FLAG, "SHADOWS": FLAG, "MATERIALS": FLAG},
+    "merged.frag": {"LOOK_UP": FLAG},
+    "part.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
     "resolve_lit.frag": {"LOOK_UP": FLAG},
     "resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2)},
     "resolve_surfaces.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
+    "set_shadow.frag": {"LOOK_UP": FLAG},
     "shadow.frag": {"LOOK_UP": FLAG},
-    "large_splats.comp": {"WINDOW": FLAG},
-    "splats.comp": {"WINDOW": FLAG},
+    "large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "splats.comp": {"SET": FLAG, "WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
     "surface_star.frag": {"RESIDUAL": FLAG},
+    "trust.frag": {"STAGE": (0, 1, 2)},
 }
 ENTRIES = sorted(path.name for path in shader_folder().iterdir() if path.suffix in STAGES)
 

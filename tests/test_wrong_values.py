@@ -149,7 +149,7 @@ VALUES = {
     "look, shading": (lambda: ps.Look(shading=["flat"]), ValueError, r"unknown shading \['flat'\]"),
     "look, splat": (lambda: ps.Look(splat=np.zeros(2)), ValueError, "unknown splat"),
     "look, normals": (lambda: ps.Look(normals=None), TypeError, "normals must be a method's name"),
-    "object, frame": (lambda: ps.PointObject("vase"), TypeError, "frame must be a Frame, got 'vase'"),
+    "object, frame": (lambda: ps.PointObject("vase"), TypeError, "a Frame or a sequence of frames, got 'vase'"),
     "object, look": (lambda: ps.PointObject(FRAME, look="flat"), TypeError, "look must be a Look, got 'flat'"),
     "object, material": (lambda: ps.PointObject(FRAME, 0), TypeError, "material must be a Material, got 0"),
     "object, normals": (lambda: ps.PointObject(FRAME, normals={}), TypeError, "normals must be a method's name"),
@@ -223,7 +223,11 @@ VALUES = {
 }  # fmt: skip
 
 DRAWN = {
-    "frame": (lambda r: r.render(None), TypeError, "frame must be a Frame, a Scene or a path, got None"),
+    "frame": (
+        lambda r: r.render(None),
+        TypeError,
+        "frame must be a Frame, a sequence of frames, a Scene or a path, got None",
+    ),
     "camera": (lambda r: r.render(FRAME, camera=(5, 5)), TypeError, r"camera must be a Camera, got \(5, 5\)"),
     "camera 0": (lambda r: r.render(FRAME, camera=0), TypeError, "camera must be a Camera, got 0"),
     "pose": (lambda r: r.render(FRAME, pose="above"), TypeError, "pose must be numbers of shape"),

@@ -108,6 +108,8 @@ class _Writer:
         return len(self.gltf.nodes) - 1
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
+        if not points.is_single:
+            raise ValueError(f"cannot write an object of {len(points.frames)} frames: make one node for each frame")
         file = self.path.name.replace(".", "_") if self.is_binary else self.path.stem  # of room.gltf and room.glb each
         plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"
         folder, k = plain, 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import moderngl
@@ -10,6 +11,7 @@ import numpy as np
 from ..camera import Camera
 from .memory import Owner
 from .programs import build_compute, set_uniforms, source_and_target
+from .set_splats import SetSplats, union
 from .textures import Box, PointSurface, SplatImage
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
@@ -31,9 +33,8 @@ class ComputeSplatPass(Owner):
         super().__init__(context)
         self._is_software = is_software
         self._tolerance = tolerance
-        self._large_program: moderngl.ComputeShader | None = None  # made when there may be a large splat
+        self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
-            self._program = self._keep(build_compute(context, "splats.comp", WINDOW=int(is_software)))
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
 
     def draw(
@@ -47,34 +48,68 @@ class ComputeSplatPass(Owner):
         *_: object,
     ) -> None:
         """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
+        self._clear(image)
+        image.window = self._add(points, source, image, camera, view, near)
+        image.raise_version()
+
+    def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
+        """The keys of several frames' splats. Returns the part of the view that each comes to."""
+        self._clear(image)
+        windows = []
+        for part in parts:
+            part.trust.use(1)
+            inputs = {"trust_map": 1, "is_primary": part.is_primary}
+            windows.append(self._add(part.surface, part.source, image, camera, part.view, part.near, inputs))
+        image.window = union(windows)
+        image.raise_version()
+        return windows
+
+    def _clear(self, image: SplatImage) -> None:
+        self._wait_for_readers()
+        image.nearest.clear()
+
+    def _add(
+        self,
+        points: PointSurface,
+        source: Camera,
+        image: SplatImage,
+        camera: Camera,
+        view: np.ndarray,
+        near: float,
+        of_set: dict[str, Any] | None = None,
+    ) -> Box:
+        """of_set: inputs of one of several frames."""
         left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
         inputs = {"surface_map": 0, "target_size": image.size, "near": near, "tolerance": self._tolerance}
-        inputs |= {"list_length": LIST_LENGTH} | source_and_target(source, camera, view)
-        set_uniforms(self._program, **inputs, corner=corner, most_groups=MOST_GROUPS)
+        inputs |= {"list_length": LIST_LENGTH} | source_and_target(source, camera, view) | (of_set or {})
+        program = self._program("splats.comp", of_set is not None)
+        set_uniforms(program, **inputs, corner=corner, most_groups=MOST_GROUPS)
         points.texture.use(0)
-        self._wait_for_readers()
-        image.nearest.clear()
         image.nearest.bind_to_storage_buffer(0)
         groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*groups, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
-        self._program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
+        program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        image.window, large = self._read_header(*image.size) if self._is_software else ((0, 0, *image.size), None)
+        window, large = self._read_header(*image.size) if self._is_software else ((0, 0, *image.size), None)
         if large != 0:
-            self._draw_large(inputs)
-            image.window = self._read_header(*image.size)[0] if self._is_software else image.window
-        image.raise_version()
+            self._draw_large(inputs, of_set is not None)
+            window = self._read_header(*image.size)[0] if self._is_software else window
+        return window
 
-    def _draw_large(self, inputs: dict[str, Any]) -> None:
+    def _draw_large(self, inputs: dict[str, Any], is_set: bool) -> None:
         """The splats that the first step has put on its list."""
-        if self._large_program is None:
-            made = build_compute(self._context, "large_splats.comp", WINDOW=int(self._is_software))
-            self._large_program = self._keep(made)
-        set_uniforms(self._large_program, **inputs)
-        self._large_program.run_indirect(self._large)
+        program = self._program("large_splats.comp", is_set)
+        set_uniforms(program, **inputs)
+        program.run_indirect(self._large)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def _program(self, name: str, is_set: bool) -> moderngl.ComputeShader:
+        if (name, is_set) not in self._programs:
+            made = build_compute(self._context, name, WINDOW=int(self._is_software), SET=int(is_set))
+            self._programs[name, is_set] = self._keep(made)
+        return self._programs[name, is_set]
 
     def _read_header(self, width: int, height: int) -> tuple[Box, int]:
         """The part of the view that has splats, to which later passes are confined; how many blocks are on the list.

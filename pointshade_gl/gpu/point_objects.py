@@ -9,14 +9,29 @@ import numpy as np
 
 from ..camera import Camera, Eye
 from .compute_splats import ComputeSplatPass
+from .consensus import Consensus
+from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
 from .point_splats import PointSplatPass
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
+from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
-from .textures import FrameTextures, PointLight, PointSurface, SplatImage, SurfaceImage, confine
+from .textures import (
+    Box,
+    FrameTextures,
+    PointLight,
+    PointSurface,
+    SplatImage,
+    SurfaceImage,
+    Target,
+    TrustImage,
+    confine,
+)
+
+ALMOST_1 = 0.999  # the importance of primary views, but for rounding
 
 
 class Points(NamedTuple):
@@ -39,13 +54,36 @@ class ShownPoints(NamedTuple):
     shading: str
 
 
+class PointSet(NamedTuple):
+    """The points of several frames of one thing."""
+
+    parts: tuple[Points, ...]
+    trusts: tuple[TrustImage, ...]
+    differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
+
+    @property
+    def scale(self) -> float:
+        return self.parts[0].scale
+
+
+class ShownSet(NamedTuple):
+    """Several frames that are drawn as one thing."""
+
+    points: PointSet
+    views: tuple[ShownPoints, ...]
+    consensus: Consensus
+    importances: np.ndarray  # (n,) of the frames in this view
+    shading: str
+
+
 class PointObjects:
     """Draws point objects into views and into shadow maps."""
 
     def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
         self._context, self._rasterizers = context, rasterizers
         self._resolve = ResolvePass(context)
-        self._shadow_passes: dict[bool, FullscreenPass] = {}
+        self._shadow_passes: dict[tuple[str, bool], FullscreenPass] = {}
+        self._merge: MergePass | None = None  # made for the first set of frames
         self._scratch: SplatImage | None = None  # of the size of a shadow view
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
@@ -84,25 +122,56 @@ class PointObjects:
         looking = self._looking(splats, shown, eye)
         self._resolve.draw_surfaces(surfaces.shared_target, looking, shown.shading, number, depth)
 
-    def add_shadow(self, tile: Tile, points: Points, eye: Eye) -> None:
+    def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
+        """The same for several frames of one thing: their splats into one picture, their parts added up."""
+        self._merge = self._merge or MergePass(self._context)
+        points, splats, (band, gains) = shown.points, target.splats, shown.consensus
+        windows = self._draw_set(splats, points, eye, shown.importances > ALMOST_1)
+        looking = [self._looking(splats, view, eye) for view in shown.views]
+        trusts = [trust.texture for trust in points.trusts]
+        gains = [tuple(gain.tolist()) for gain in gains]
+        parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
+        self._merge.add_up(target.sums, parts, shown.shading, band)
+        inputs = looking[0].look_up, number, (eye.near, points.scale)
+        self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
+
+    def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
+        near = eye.near / points.scale
+        parts = [
+            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, bool(is_primary))
+            for p, trust, is_primary in zip(points.parts, points.trusts, primary, strict=True)
+        ]
+        return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
+
+    def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
         """The object's depth in a light's view. The eye is the light's."""
         if self._scratch is None or self._scratch.size != (tile.side, tile.side):
             if self._scratch is not None:
                 self._scratch.release()
             self._scratch = SplatImage(self._context, (tile.side, tile.side))
-        self.draw_splats(self._scratch, points, eye)
-        inputs: dict[str, Any] = {"first": tile.first}
-        look_up = self._rasterizer(points).look_up
-        if look_up:
-            self._scratch.nearest.bind_to_storage_buffer(0)
-            inputs |= {"side": tile.side, "near": eye.near / points.scale}
+        if isinstance(points, PointSet):
+            fragment, (look_up, inputs) = "set_shadow.frag", self._set_depths(points, self._scratch, eye)
         else:
-            inputs["depth_map"] = self._scratch.depth
+            fragment, (look_up, inputs) = "shadow.frag", self._depths(points, self._scratch, eye)
         left, top, width, height = self._scratch.window
         confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
         with enabled(self._context, DEPTH_TEST):
-            self._shadow_pass(look_up).draw(tile.target, {}, **inputs)
+            self._shadow_pass(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
         confine(tile.target, None)
+
+    def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
+        """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
+        self.draw_splats(image, points, eye)
+        if not self._rasterizer(points).look_up:
+            return False, {"depth_map": image.depth}
+        image.nearest.bind_to_storage_buffer(0)
+        return True, {"side": image.size[0], "near": eye.near / points.scale}
+
+    def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
+        """The same of several frames, for set_shadow.frag."""
+        self._draw_set(image, points, eye, np.ones(len(points.parts), bool))
+        look_up = self._rasterizer(points.parts[0]).look_up
+        return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
 
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
         points = shown.points
@@ -113,15 +182,16 @@ class PointObjects:
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
 
-    def _shadow_pass(self, look_up: bool) -> FullscreenPass:
-        if look_up not in self._shadow_passes:
+    def _shadow_pass(self, fragment: str, look_up: bool) -> FullscreenPass:
+        if (fragment, look_up) not in self._shadow_passes:
             version = 430 if look_up else 330
-            made = FullscreenPass(self._context, "shadow.frag", version, LOOK_UP=int(look_up))
-            self._shadow_passes[look_up] = made
-        return self._shadow_passes[look_up]
+            made = FullscreenPass(self._context, fragment, version, LOOK_UP=int(look_up))
+            self._shadow_passes[fragment, look_up] = made
+        return self._shadow_passes[fragment, look_up]
 
     def release(self) -> None:
-        for item in (self._scratch, *self._shadow_passes.values(), self._resolve, self._rasterizers):
+        items = self._scratch, *self._shadow_passes.values(), self._merge, self._resolve, self._rasterizers
+        for item in items:
             if item is not None:
                 item.release()
 

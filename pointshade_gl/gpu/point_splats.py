@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import moderngl
 import numpy as np
 
@@ -9,8 +12,9 @@ from ..camera import Camera
 from .memory import Owner
 from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from .set_splats import SetSplats
 from .state import enabled
-from .textures import PointSurface, SplatImage
+from .textures import Box, PointSurface, SplatImage
 
 
 class PointSplatPass(Owner):
@@ -26,6 +30,8 @@ class PointSplatPass(Owner):
         with self._all_or_nothing():
             self._program = self._keep(build_program(context, "splats.vert", "splats.frag"))
             self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
+        self._set_program: moderngl.Program | None = None  # these two for the first set of frames
+        self._set_vertices: Vertices | None = None
 
     def draw(
         self,
@@ -43,25 +49,56 @@ class PointSplatPass(Owner):
             vertices = Vertices(self._context, self._program, sizes)
             self._vertices.release()
             self._vertices = vertices
-        set_uniforms(
-            self._program,
-            surface_map=0,
-            target_size=image.size,
-            near=near,
-            **source_and_target(source, camera, view),
-            is_round=splat == "round",
-            first_id=1,
-        )
-        points.texture.use(0)
+        self._clear(image)
+        self._add(self._program, self._vertices, points, source, image, camera, view, near, is_round=splat == "round")
+        image.raise_version()
+
+    def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
+        """The keys of several frames' splats, all of one size. Returns the part of the view that each comes to."""
+        if self._set_program is None:
+            self._set_program = self._keep(build_program(self._context, "splats.vert", "set_splats.frag"))
+        if self._set_vertices is None or not np.array_equal(parts[0].sizes, self._set_vertices.sizes):
+            vertices = Vertices(self._context, self._set_program, parts[0].sizes)
+            if self._set_vertices is not None:
+                self._set_vertices.release()
+            self._set_vertices = vertices
+        self._clear(image)
+        for part in parts:
+            part.trust.use(1)
+            inputs = {"trust_map": 1, "is_primary": part.is_primary, "side": float(part.sizes[0])}
+            inputs["is_round"] = part.splat == "round"
+            warp = image, camera, part.view, part.near
+            self._add(self._set_program, self._set_vertices, part.surface, part.source, *warp, **inputs)
+        image.raise_version()
+        return [image.window] * len(parts)
+
+    def _clear(self, image: SplatImage) -> None:
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
+
+    def _add(
+        self,
+        program: moderngl.Program,
+        vertices: Vertices,
+        points: PointSurface,
+        source: Camera,
+        image: SplatImage,
+        camera: Camera,
+        view: np.ndarray,
+        near: float,
+        **inputs: Any,
+    ) -> None:
+        warp = source_and_target(source, camera, view)
+        set_uniforms(program, surface_map=0, target_size=image.size, near=near, **warp, first_id=1, **inputs)
+        points.texture.use(0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            self._vertices.array.render(moderngl.POINTS, vertices=source.width * source.height)
-        image.raise_version()
+            vertices.array.render(moderngl.POINTS, vertices=source.width * source.height)
 
     def release(self) -> None:
-        self._vertices.release()
+        for vertices in (self._set_vertices, self._vertices):
+            if vertices is not None:
+                vertices.release()
         super().release()
 
 

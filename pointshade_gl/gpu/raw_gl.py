@@ -18,10 +18,12 @@ C_TYPES = {
 FUNCTIONS = {  # what each returns, then what it takes
     "ActiveTexture": "-u", "BindBuffer": "-uu", "BindBufferBase": "-uuu", "BindBufferRange": "-uuuqq",
     "BindFramebuffer": "-uu", "BindRenderbuffer": "-uu", "BindSampler": "-uu", "BindTexture": "-uu",
-    "BindVertexArray": "-u", "ClearColor": "-ffff", "ClearDepth": "-d", "ClipControl": "-uu", "ColorMask": "-bbbb",
+    "BindVertexArray": "-u", "BlendEquationSeparate": "-uu", "BlendEquationSeparatei": "-uuu",
+    "BlendFuncSeparate": "-uuuu", "BlendFuncSeparatei": "-uuuuu",
+    "ClearColor": "-ffff", "ClearDepth": "-d", "ClipControl": "-uu", "ColorMask": "-bbbb",
     "ColorMaski": "-ubbbb", "DepthFunc": "-u", "DepthMask": "-b", "DepthRange": "-dd", "Disable": "-u",
     "Enable": "-u", "Enablei": "-uu", "GetBooleani_v": "-uup", "GetDoublev": "-up", "GetError": "u",
-    "GetFloatv": "-up", "GetInteger64i_v": "-uup", "GetIntegerv": "-up", "IsEnabled": "bu",
+    "GetFloatv": "-up", "GetInteger64i_v": "-uup", "GetIntegeri_v": "-uup", "GetIntegerv": "-up", "IsEnabled": "bu",
     "IsEnabledi": "buu", "IsProgram": "bu", "IsTexture": "bu", "PixelStorei": "-ui", "PolygonMode": "-uu",
     "Scissor": "-iiii", "UseProgram": "-u", "Viewport": "-iiii",
 }  # fmt: skip

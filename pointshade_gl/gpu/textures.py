@@ -63,6 +63,7 @@ class FrameTextures(DepthTextures):
             self.lit = self._keep(PointLight(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # made for the first view that shows them
+        self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color
@@ -80,11 +81,13 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        return [self, self.surface, self.lit, *(self.large.images if self.large else ())]
+        made = [self.trust] if self.trust else []
+        return [self, self.surface, self.lit, *made, *(self.large.images if self.large else ())]
 
     def release(self) -> None:
-        if self.large:
-            self.large.release()
+        for made in (self.large, self.trust):
+            if made:
+                made.release()
         super().release()
 
 
@@ -100,6 +103,22 @@ class LargePoints(Images):
     @property
     def images(self) -> list[Images]:
         return [self.surface, self.lit]
+
+
+class TrustImage(Images):
+    """Whether a frame's points are trusted, 0 or 1, and how good they are (RG8), see shaders/common/consensus.glsl."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(2)
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 2) uint8, read-only"""
+        return np.frombuffer(self.texture.read(alignment=1), np.uint8).reshape(*self.size[::-1], 2)
 
 
 class PointSurface(Images):
@@ -164,7 +183,7 @@ class SplatImage(Images):
 
     @cached_property
     def source_ids(self) -> moderngl.Texture:
-        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none."""
+        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none. Of several frames, keys."""
         return self._texture(1, "i4")
 
     @cached_property
@@ -209,6 +228,24 @@ class SurfaceImage(Images):
         return _read(self._context, self.surface, np.float32)[..., 3].copy()
 
 
+class SumImage(Images):
+    """What several frames add up to in a view (both RGBA32F: 16 bits lose the smallest weights), see part.frag."""
+
+    @cached_property
+    def geometry(self) -> moderngl.Texture:
+        """Normal, and by how much 1/z differs from the nearest splat's, times the weights."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def albedo(self) -> moderngl.Texture:
+        """Linear albedo times the weights, and their sum."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.geometry, self.albedo)
+
+
 class Target(Images):
     """The images of one view: the picture, and what it is made from."""
 
@@ -216,6 +253,7 @@ class Target(Images):
         super().__init__(context, size)
         self.splats = self._keep(SplatImage(context, size))
         self.surfaces = self._keep(SurfaceImage(context, size))
+        self.sums = self._keep(SumImage(context, size))
 
     @cached_property
     def color(self) -> moderngl.Texture:

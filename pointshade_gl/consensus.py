@@ -1,0 +1,112 @@
+"""How several frames of one thing are weighed: which are compared, the band, exposures, and primary views."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .frame import Frame
+
+MOST_FRAMES = 200
+COMPARED = 16  # others that a frame is compared with, at most: those seen from nearest by
+NARROWEST, WIDEST = 0.004, 0.04  # of the band, a share of 1/z
+SPREADS = 3.0  # of the differences between frames that the band holds
+FARTHEST = 0.1  # a greater difference is another surface
+FEWEST = 20  # samples that are enough for a median
+LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
+PRIMARY = 3  # views that carry the picture
+FADING = 2.5  # times as far as these, others have faded out
+FAINT = 0.02  # their weight then
+CONTRADICTS = 3.0  # times the usual spread, by which a frame is off all others whose pose is wrong
+Matrix = NDArray[np.float64]
+
+
+class Comparison(NamedTuple):
+    """What one frame's depth and colours are beside another's."""
+
+    spread: float  # standard deviation of the depths' differences, as a share of the depth; infinite without overlap
+    log_ratios: NDArray[np.float64]  # (3,) of linear colours; NaN where unknown
+
+
+def compared(samples: NDArray[np.float32]) -> Comparison:
+    """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours."""
+    close = np.abs(samples[:, 0]) < FARTHEST
+    if close.sum() < FEWEST:
+        return Comparison(np.inf, _fixed([np.nan] * 3))
+    near = samples[close].astype(np.float64)
+    spread = 1.4826 * float(np.median(np.abs(near[:, 0])))
+    ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
+    known = [float(np.median(ratio)) if len(ratio) >= FEWEST else np.nan for ratio in ratios]
+    return Comparison(spread, _fixed(known))
+
+
+def _fixed(values: list[float]) -> NDArray[np.float64]:
+    """Read-only: then steps know it by its identity, for NaN equals nothing."""
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
+
+
+def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
+    """(n,) how differently each frame's camera saw things from one at this pose: angles, and shifts over the depth."""
+    there = np.linalg.inv(pose) @ np.stack([frame.pose for frame in frames])
+    turns = np.arccos(np.clip((np.trace(there[:, :3, :3], axis1=1, axis2=2) - 1) / 2, -1, 1))
+    return turns + np.linalg.norm(there[:, :3, 3], axis=1) / np.array([frame.scale for frame in frames])
+
+
+def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
+    """The frames that each is compared with."""
+    found = []
+    for k, frame in enumerate(frames):
+        order = np.argsort(distances(frames, frame.pose), kind="stable")
+        found.append([int(other) for other in order if other != k][:COMPARED])
+    return found
+
+
+def band_of(comparisons: Mapping[tuple[int, int], Comparison]) -> float:
+    """By which share of 1/z two frames may differ on one surface: noise and errors of poses need not be told."""
+    spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
+    widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
+    return float(f"{np.clip(widest, NARROWEST, WIDEST):.2g}")  # rounded: a new frame seldom changes it
+
+
+def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
+    """(count, 3) what each frame's linear colours are multiplied by, so that overlaps are equally bright."""
+    logs = np.zeros((count, 3))
+    for channel in range(3):
+        known = [(i, j, one.log_ratios[channel]) for (i, j), one in comparisons.items()]
+        known = [(i, j, ratio) for i, j, ratio in known if np.isfinite(ratio)]
+        if not known:
+            continue
+        system = np.zeros((len(known), count))
+        for row, (i, j, _) in zip(system, known, strict=True):
+            row[[i, j]] = 1, -1
+        logs[:, channel] = np.linalg.lstsq(system, [-ratio for _, _, ratio in known], rcond=None)[0]
+    return np.where(np.abs(logs).max() < LEAST_GAIN, 1.0, np.exp(logs))
+
+
+def contradicting(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> list[int]:
+    """The frames whose depth fits none of the others', though these fit each other."""
+    found = []
+    for k in range(count):
+        own = [one.spread for pair, one in comparisons.items() if k in pair and np.isfinite(one.spread)]
+        others = [one.spread for pair, one in comparisons.items() if k not in pair and np.isfinite(one.spread)]
+        if own and others and min(own) > CONTRADICTS * max(float(np.median(others)), NARROWEST / SPREADS):
+            found.append(k)
+    return found
+
+
+def importances(frames: Sequence[Frame], eye: Matrix) -> NDArray[np.float64]:
+    """(n,) the weights of frames in a view from this pose, in the world of the frames: 1 for the primary ones.
+
+    The others fade with their distance, so that nothing pops as the viewer moves.
+    """
+    away = distances(frames, eye)
+    if len(frames) <= PRIMARY:
+        return np.ones(len(frames))
+    reach = max(float(np.sort(away)[PRIMARY - 1]), 1e-9)
+    share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
+    return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)

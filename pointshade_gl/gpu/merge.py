@@ -1,0 +1,84 @@
+"""Merge pass: what several frames show at each pixel of a view is added up, then made one surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import moderngl
+
+from ..look import SHADINGS
+from .adding import Adding
+from .passes import FullscreenPass
+from .raw_gl import DEPTH_TEST
+from .resolve import Looking
+from .state import enabled
+from .textures import Box, SplatImage, SumImage, SurfaceImage, confine, empty
+
+
+class Part(NamedTuple):
+    """One of several frames in a view."""
+
+    looking: Looking
+    trust: moderngl.Texture
+    window: Box  # where its splats come to
+    importance: float  # of the frame in this view
+    gain: tuple[float, ...]
+
+
+class MergePass:
+    """One program for each shading model and rasteriser."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context, self._adding = context, Adding(context)
+        self._passes: dict[tuple[str, str, bool], FullscreenPass] = {}
+
+    def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
+        """The sums of all parts at each pixel of the view that shows a splat."""
+        empty(sums.target, parts[0].looking.splats.window)
+        for part in parts:
+            looking = part.looking
+            maps = {"surface_map": looking.surface, "color_map": looking.colors, "trust_map": part.trust}
+            inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
+            inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
+            confine(sums.target, part.window)
+            with self._adding.on():
+                self._pass("part.frag", shading, looking.look_up).draw(sums.target, maps, **inputs)
+        confine(sums.target, None)
+
+    def draw_surfaces(
+        self,
+        surfaces: SurfaceImage,
+        sums: SumImage,
+        splats: SplatImage,
+        look_up: bool,
+        number: int,
+        depth: tuple[float, float],
+    ) -> None:
+        """The sums -> surfaces among others. number: of the material; depth: (near, scale)."""
+        maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
+        inputs |= {"material_number": number / 65535}
+        confine(surfaces.shared_target, splats.window)
+        with enabled(self._context, DEPTH_TEST):
+            self._pass("merged.frag", "", look_up).draw(surfaces.shared_target, maps, **inputs)
+        confine(surfaces.shared_target, None)
+
+    def _pass(self, fragment: str, shading: str, look_up: bool) -> FullscreenPass:
+        key = fragment, shading, look_up
+        if key not in self._passes:
+            constants = {"LOOK_UP": int(look_up)} | ({"SHADING": SHADINGS.index(shading)} if shading else {})
+            self._passes[key] = FullscreenPass(self._context, fragment, 430 if look_up else 330, **constants)
+        return self._passes[key]
+
+    def release(self) -> None:
+        for item in self._passes.values():
+            item.release()
+
+
+def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:
+    """Where shaders/keys.glsl finds what the splats of several frames left."""
+    if not look_up:
+        return {"keys": splats.source_ids}
+    splats.nearest.bind_to_storage_buffer(0)
+    return {"target_size": splats.size}

@@ -1,0 +1,84 @@
+#include "common/resolve.glsl"
+
+// Several frames of one thing, merged in a view. At each pixel the nearest splat of all frames decides what is seen; each
+// frame that has the same surface there adds its part, by weight. Merging in the target: cf. Pulli et al. 1997.
+
+const float STRETCHED = 6.0;           // target pixels for each source pixel that a splat's half may cover
+const float SEEN_ALIKE = 0.2;          // radians between two directions that see a surface much alike
+const float LEAST_ALIKE = 0.0005;      // weight of a frame that saw it from quite elsewhere
+const float FALLBACK = 1e-11;          // weight of a frame that has no part in the surface: it only closes holes
+const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, beyond which more say no more
+const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
+
+// What the splats leave at a pixel: the level of the nearest, then its 1/z. A higher level hides all lower ones.
+uint splat_key(float inverse_depth, int level) {
+    return (floatBitsToUint(inverse_depth) >> 1) | (uint(level) << 30);
+}
+
+float key_inverse_depth(uint key) {
+    return uintBitsToFloat((key & INVERSE_DEPTH) << 1);
+}
+
+// Is a splat of so many source pixels, with this half width and height, seen from so near that it spreads over others?
+bool is_stretched(vec2 extent, float side) {
+    return max(extent.x, extent.y) > STRETCHED * side;
+}
+
+// 0 to 3: what is trusted hides all that is not, and of either the primary views hide the others.
+int splat_level(float trust, bool stretched, bool primary) {
+    return (trust > 0.5 && !stretched ? 2 : 0) + (primary ? 1 : 0);
+}
+
+// Where the ray of a target pixel meets the tangent plane of a source pixel: 1/z in the target view.
+float plane_inverse_depth(vec4 own, vec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+    vec3 ray = pixel_ray(target_pixel, target) * mat3(view);
+    vec3 point = pixel_ray(pixel, source) * own.w + view[3].xyz * mat3(view);
+    return dot(own.xyz, ray) / dot(own.xyz, point);
+}
+
+// As look_up, but where the ray meets the plane of the pixel that it hits first, if that is near; and 1/z is the plane's.
+Seen look_twice(
+    sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
+) {
+    vec2 last = vec2(textureSize(surface_map, 0) - 1);
+    vec2 first = clamp(floor(carry_back(target_pixel, inverse_depth, target, view, source).xy + 0.5), vec2(0.0), last);
+    vec4 hit = surface_at(surface_map, ivec2(first));
+    float met = plane_inverse_depth(hit, first, target_pixel, source, view, target);
+    float start = abs(met - inverse_depth) < band * inverse_depth ? met : inverse_depth;
+    Seen seen = look_up(surface_map, start, target_pixel, source, view, target);
+    seen.inverse_depth = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
+    return seen;
+}
+
+// Whether a frame has a point at the position that was looked up.
+bool part_is_known(Seen seen, vec2 size) {
+    bool inside = all(greaterThan(seen.at, vec2(-0.61))) && all(lessThan(seen.at, size - 0.39));
+    return inside && seen.own.w > 0.0;
+}
+
+// 1 where two depths agree, falling to 0 where they differ by the band; both are shares of 1/z.
+float agreement(float off, float band) {
+    float share = off / band;
+    float rest = max(1.0 - share * share, 0.0);
+    return rest * rest;
+}
+
+// How much a frame can say about what a target pixel shows: more if it saw it from near, from ahead, and from where the
+// target sees it.
+float view_weight(Seen seen, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+    vec3 point = pixel_ray(seen.at, source) * seen.own.w;
+    vec3 away = point + view[3].xyz * mat3(view);  // from the target's camera, source axes
+    vec3 from_source = normalize(point), from_target = normalize(away);
+    float ours = max(-dot(seen.own.xyz, from_source), 0.0), theirs = max(-dot(seen.own.xyz, from_target), MIN_COSINE);
+    float target_z = dot(away, vec3(view[0].z, view[1].z, view[2].z));
+    float closer = target_z / seen.own.w;
+    float detail = abs(source.x * source.y / (target.x * target.y)) * closer * closer * ours / theirs;
+    float turned = 2.0 * (1.0 - dot(from_source, from_target));  // angle squared, nearly
+    return min(detail, MOST_DETAIL) * ours * max(exp(-turned / (SEEN_ALIKE * SEEN_ALIKE)), LEAST_ALIKE);
+}
+
+// The weight of a frame's part that has no say: it counts only where nobody has.
+float fallback_weight(float off, float band) {
+    float share = min(abs(off) / band, 1e4);
+    return FALLBACK / (1.0 + share * share * share * share);
+}

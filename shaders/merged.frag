@@ -1,0 +1,27 @@
+#version 330 core
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+// The sums of part.frag over all frames -> what the light pass reads, as resolve_surfaces.frag does of one frame.
+#include "common/parts.glsl"
+#include "keys.glsl"
+
+uniform sampler2D geometry_map;
+uniform sampler2D albedo_map;
+uniform float near;
+uniform float scale;  // of the object; the view does not contain it
+uniform float material_number;
+
+layout(location = 0) out vec4 surface;
+layout(location = 1) out vec4 albedo;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 geometry = texelFetch(geometry_map, pixel, 0), colors = texelFetch(albedo_map, pixel, 0);
+    if (colors.w == 0.0) discard;
+    float inverse_depth = key_inverse_depth(key_at(pixel)) * (1.0 + geometry.w / colors.w);
+    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
+    surface = vec4(normal, scale / inverse_depth);
+    albedo = vec4(colors.rgb / colors.w, material_number);
+    gl_FragDepth = 1.0 - near * inverse_depth / scale;
+}

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -34,12 +34,12 @@ from .cli_options import (
 )
 from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
+from .cli_read import check_frame, check_look, load, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
 if TYPE_CHECKING:
     from .frame import Frame
-    from .look import Look
     from .scene import Scene
     from .view import View
 
@@ -105,11 +105,11 @@ def render(
     else:
         _check_picture(output, film)
     if views is not None:
-        source = _load_views(frame, view.look, views)
+        source = load_views(frame, view.look, views)
     else:
-        source = _load(frame, sequence=many and film.turntable is None, scene=True)
+        source = load(frame, sequence=many and film.turntable is None, scene=True)
     if isinstance(source, Scene) and views is None:
-        _check_look(view.look)
+        check_look(view.look)
         view = replace(view, lights=look.lights(shadow=True))
     if many:
         _render_series(source, view, output, film, device)
@@ -147,7 +147,7 @@ def normals(
 
     check_normals_path(first_of(output), axes, bits)
     view = ViewOptions().view(LookOptions(**vars(options)))
-    write_normals(_load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
+    write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
 
 
 @app.command()
@@ -171,9 +171,9 @@ def depth(
 
     check_depth_path(first_of(output))
     view = place.view(LookOptions(**vars(options)))
-    source = _load(frame, sequence=is_numbered(output), scene=True)
+    source = load(frame, sequence=is_numbered(output), scene=True)
     if isinstance(source, Scene):
-        _check_look(view.look)
+        check_look(view.look)
     write_depth(source, view, output, device)
 
 
@@ -190,9 +190,9 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Q
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
     lights = look.lights(shadow=True)
-    source = _load(frame, sequence=True, scene=True)
+    source = load(frame, sequence=True, scene=True)
     if isinstance(source, Scene):
-        _check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
+        check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
     viewer = Viewer(
         source,
         title=f"pointshade: {frame.input or frame.depth or 'vase'}",
@@ -224,7 +224,7 @@ def info(
     if frame.input or frame.depth or frame.color:
         from .cli_info import show_input
 
-        _check_frame(frame)
+        check_frame(frame)
         frame.check_exist()
         show_input(frame, output, as_json, device)
         return
@@ -283,23 +283,6 @@ def _interrupt(*_: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
-    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
-    from .files.builtin import FRAMES
-    from .files.frames import load_frame
-    from .sources import is_scene, load_any, open_source
-
-    source, options = frame.input, frame.load_options
-    if not scene:
-        _check_frame(frame)
-    frame.check_exist()
-    if source is None and frame.color is None and frame.depth is None:
-        source = FRAMES[0]
-    if is_scene(source):
-        return load_any(source, **options)
-    return (open_source if sequence else load_frame)(source, **options)
-
-
 def _check_picture(output: Path, film: FilmOptions) -> None:
     """Raises ValueError or OSError unless a single picture can be written there."""
     from .files.pictures import check_writable
@@ -314,18 +297,6 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
         )
 
 
-def _load_views(frame: FrameOptions, look: Look, views: str) -> Scene:
-    """Frames of a sequence as one object; who looks is the first one's camera."""
-    from .cli_parse import views_from
-    from .scene import Node, PointObject, Scene
-    from .sources import views_of
-
-    count = views_from(views)
-    _check_frame(frame)
-    frames = views_of(_load(frame, sequence=True), count)
-    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
-
-
 def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:
     """`render -o points.ply`: the points of a frame, or of each frame of a sequence, in world coordinates."""
     from .cli_write import write_points
@@ -336,29 +307,10 @@ def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptio
     check_points_path(first_of(output))
     if view.size is not None:
         raise ValueError(f"{output} holds points, {option('size')} is of a picture: leave it out")
-    source = _load(frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
+    source = load(frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {frame.input} is a scene: write a picture of it")
     write_points(source, view, output, film.turntable, film.frames, device)
-
-
-def _check_frame(frame: FrameOptions) -> None:
-    """Raises ValueError for a scene."""
-    from .sources import is_scene
-
-    if is_scene(frame.input):
-        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
-
-
-def _check_look(look: Look) -> None:
-    """Raises ValueError for options about the look of objects: those of a scene have their own."""
-    from .look import Look
-
-    given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
-    changed = [name for name in given if name != "material" and given[name] != plain[name]]
-    if changed:
-        options = ", ".join(map(option, changed))
-        raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
 
 
 def _render_series(

@@ -1,0 +1,60 @@
+"""What the command line reads: the frame, the sequence or the scene that the options name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .cli_options import FrameOptions
+from .wording import option
+
+if TYPE_CHECKING:
+    from .look import Look
+    from .scene import Scene
+
+
+def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
+    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
+    from .files.builtin import FRAMES
+    from .files.frames import load_frame
+    from .sources import is_scene, load_any, open_source
+
+    source, options = frame.input, frame.load_options
+    if not scene:
+        check_frame(frame)
+    frame.check_exist()
+    if source is None and frame.color is None and frame.depth is None:
+        source = FRAMES[0]
+    if is_scene(source):
+        return load_any(source, **options)
+    return (open_source if sequence else load_frame)(source, **options)
+
+
+def load_views(frame: FrameOptions, look: Look, views: str) -> Scene:
+    """Frames of a sequence as one object; who looks is the first one's camera."""
+    from .cli_parse import views_from
+    from .scene import Node, PointObject, Scene
+    from .sources import views_of
+
+    count = views_from(views)
+    check_frame(frame)
+    frames = views_of(load(frame, sequence=True), count)
+    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+
+
+def check_frame(frame: FrameOptions) -> None:
+    """Raises ValueError for a scene."""
+    from .sources import is_scene
+
+    if is_scene(frame.input):
+        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
+
+
+def check_look(look: Look) -> None:
+    """Raises ValueError for options about the look of objects: those of a scene have their own."""
+    from .look import Look
+
+    given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
+    changed = [name for name in given if name != "material" and given[name] != plain[name]]
+    if changed:
+        options = ", ".join(map(option, changed))
+        raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")

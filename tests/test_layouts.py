@@ -7,6 +7,7 @@ a note; with that option the result must be right.
 from __future__ import annotations
 
 import re
+import threading
 
 import numpy as np
 import pytest
@@ -39,6 +40,16 @@ def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, room, tmp
     if expected.poses and not (expected.or_notes and said(expected.or_notes, notes)):
         check_poses(frames, expected)
         check_overlap(frames)
+
+
+def test_a_video_ends_with_the_sequence_that_reads_it(room, tmp_path):
+    from .layouts.capture_apps import stray_scanner_video
+
+    frames = ps.open_source(stray_scanner_video(tmp_path, room).source, notes=lambda _: None)
+    assert frames[0].color is not None
+    before = threading.active_count()
+    del frames
+    assert threading.active_count() == before - 1 == 1
 
 
 def test_the_views_of_the_room_overlap_by_themselves(room):

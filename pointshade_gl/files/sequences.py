@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -19,7 +20,7 @@ from .containers.contents import Contents
 from .depth_kinds import Coding
 from .folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from .foreign import check_readable, what_else
-from .known import COLOR_SUFFIXES, DEPTH_SUFFIXES
+from .known import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
 from .listing import list_files
 from .names import Folder
 from .parts import Assembled, Parts, ReadOptions
@@ -49,6 +50,8 @@ class FrameSequence(Sequence[Frame]):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
         self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
         self._place, self._options = place, options
+        if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
+            weakref.finalize(self, _end_video)
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
 
     def __len__(self) -> int:
@@ -121,6 +124,13 @@ class FrameSequence(Sequence[Frame]):
             if len(found) == _COMPARED:
                 break
         return found
+
+
+def _end_video() -> None:
+    """A video is decoded by a process of its own, which ends with the sequence."""
+    from .video import close_video  # only here
+
+    close_video()
 
 
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:

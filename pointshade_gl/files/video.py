@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Generator
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -49,7 +49,7 @@ class _Open:
             self._pictures.close()
 
 
-_lock = Lock()
+_lock = RLock()  # of one thread, too: a sequence may be thrown away while another is read
 _last: list[_Open] = []  # at most one
 
 
@@ -71,5 +71,6 @@ def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS
 
 def close_video() -> None:
     """Ends the decoding of the last video."""
-    while _last:
-        _last.pop().close()
+    with _lock:
+        while _last:
+            _last.pop().close()

@@ -46,7 +46,7 @@ def test_an_error_comes_after_the_count(typed, monkeypatch):
             print_note(str(k))
         raise ValueError("no more")
 
-    monkeypatch.setattr(cli, "_load", load)
+    monkeypatch.setattr(cli, "load", load)
     code, _, errors = typed("render -o out.png")
     assert code == 2 and errors.splitlines()[5:] == [
         "note: 2 more notes: see all with pointshade info INPUT, none with --quiet",

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import pointshade_gl as ps
 from pointshade_gl.files.colmap import is_colmap_depth, read_colmap_depth
 from pointshade_gl.files.containers.matlab import read_matrix_mat
 from pointshade_gl.files.containers.opening import open_container
@@ -53,6 +54,18 @@ class TestHdf5:
         (frame,) = open_container(path, notes.append)
         assert frame.depth_kind == frame.intrinsics.depth_kind == "ray" and frame.depth.dtype == np.float16
         assert frame.intrinsics.numbers == (886.81, 886.81, 511.5, 383.5) and "Hypersim's usual" in notes[0]
+
+    def test_a_folder_of_hypersim_is_read_along_the_axis(self, tmp_path):
+        h5py = pytest.importorskip("h5py")
+        folder = tmp_path / "scene_cam_00_geometry_hdf5"
+        folder.mkdir()
+        v, u = np.mgrid[:768, :1024]
+        longer = np.sqrt(((u - 511.5) / 886.81) ** 2 + ((v - 383.5) / 886.81) ** 2 + 1)
+        with h5py.File(folder / "frame.0000.depth_meters.hdf5", "w") as file:
+            file["dataset"] = (2 * longer).astype(np.float16)
+        frame = ps.load_frame(tmp_path, notes=lambda _: None)
+        assert frame.camera.fx == 886.81
+        np.testing.assert_allclose(frame.depth, 2, rtol=2e-3)
 
     def test_nyu_is_turned_and_has_its_camera(self, hdf5):
         """The labelled set, as MATLAB 7.3 has it: (n, 3, w, h) and (n, w, h)."""

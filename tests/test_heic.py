@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import pointshade_gl as ps
 from pointshade_gl.files.colors import read_color
 from pointshade_gl.files.containers.opening import open_container
 from pointshade_gl.files.exif import camera_from_exif
@@ -37,6 +38,15 @@ def load(tmp_path):
         return frame, notes
 
     return call
+
+
+def test_a_photograph_typed_alone_brings_its_own_colour_and_camera(tmp_path):
+    (tmp_path / "IMG_0001.heic").write_bytes(heic(COLOR, CODES, apple=APPLE))
+    notes = []
+    frame = ps.load_frame(tmp_path / "IMG_0001.heic", notes=notes.append)
+    assert frame.color is not None and frame.color.shape == (H, W, 3) and frame.camera.fx == 50
+    np.testing.assert_allclose(frame.depth, 1 / (0.5 + CODES / 255 * 1.5), rtol=1e-5)
+    assert len(notes) == 1 and "scaled to the depth's 64x48" in notes[0]
 
 
 def test_apples_disparity_is_in_metres_and_has_its_camera(load):

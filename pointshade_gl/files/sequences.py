@@ -126,6 +126,10 @@ class FrameSequence(Sequence[Frame]):
         return found
 
 
+def _unheard(_: str) -> None:
+    """Of a container, which may hold the colours itself, that none lie beside it is no news."""
+
+
 def _end_video() -> None:
     """A video is decoded by a process of its own, which ends with the sequence."""
     from .video import close_video  # only here
@@ -146,7 +150,12 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
     place = Folder(source.parent, allow_outside)
-    return _from_files(place, [FrameFiles(source, find_color(place.path, source, note))], options, note)
+    return _from_files(
+        place,
+        [FrameFiles(source, find_color(place.path, source, _unheard if is_container(source) else note))],
+        options,
+        note,
+    )
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:

@@ -21,7 +21,7 @@ from .cli_parse import noise_from, picture_size_from
 from .estimators import METHODS
 from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
-from .look import SHADINGS, SPLATS, UPSAMPLINGS
+from .look import NORMALS_AT, SHADINGS, SPLATS, UPSAMPLINGS
 from .noise import SENSORS
 from .notes import silence
 
@@ -204,6 +204,15 @@ class LookOptions(NormalOptions):
             rich_help_panel=VIEW,
         ),
     ] = "vote"
+    normals_at: Annotated[
+        str,
+        typer.Option(
+            metavar="PLACE",
+            help="Of --views, normals are estimated in each view (source) or in the picture (target).",
+            autocompletion=one_of(NORMALS_AT),
+            rich_help_panel=VIEW,
+        ),
+    ] = "source"
 
     def look(self) -> Look:
         """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
@@ -217,6 +226,7 @@ class LookOptions(NormalOptions):
             max_depth_step=self.max_depth_step,
             noise=self.noise_value(),
             upsample=self.upsample,
+            normals_at=self.normals_at,
         )
 
     def lights(self, shadow: bool = False) -> list[Light]:

@@ -16,6 +16,7 @@ from .wording import option
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
 UPSAMPLINGS = ("vote", "none")
+NORMALS_AT = ("source", "target")
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ class Look:
     max_depth_step, noise  as for `Renderer.estimate_normals`
     upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
               where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.
+    normals_at  of several frames of one thing: "source" estimates normals in each frame and mixes them in the view;
+              "target" estimates them in the view, on the depth that the frames give together, in every new view. Only
+              phong shading shows the difference, and of a single frame there is none.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -65,12 +69,14 @@ class Look:
     max_depth_step: float | str | None = None
     noise: float | ArrayLike | str | None = None
     upsample: str = "vote"
+    normals_at: str = "source"
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
         check_choice(option("shading"), self.shading, SHADINGS)
         check_choice(option("splat"), self.splat, SPLATS)
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
+        check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

@@ -20,6 +20,7 @@ from .gpu.point_objects import PointObjects, Points, PointSet, ShownPoints, Show
 from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
+from .gpu.target_normals import target_estimator
 from .gpu.textures import SurfaceImage, Target, empty
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
@@ -142,7 +143,8 @@ class Pipeline:
         consensus = self._consensus.find(members)
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
-        return ShownSet(points, views, consensus, importances(frames, p.seen_from(shot.eye.pose)), views[0].shading)
+        weights = importances(frames, p.seen_from(shot.eye.pose))
+        return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
 
     def _coarser_step(self, p: Placed, shot: Shot) -> int:
         """1 for all points: of a frame alone, and where an option is an array."""

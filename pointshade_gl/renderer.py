@@ -102,6 +102,7 @@ class Renderer:
         pitch: float = 0.0,
         dolly: float = 0.0,
         upsample: str = "vote",
+        normals_at: str = "source",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -124,6 +125,7 @@ class Renderer:
         max_depth_step, noise  as for `estimate_normals`
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
         upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
+        normals_at  of several frames: "source" estimates normals in each and mixes them, "target" in the view
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -132,8 +134,8 @@ class Renderer:
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, yaw=yaw, pitch=pitch,
-                dolly=dolly,
+                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
+                yaw=yaw, pitch=pitch, dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -155,6 +157,7 @@ class Renderer:
         pitch: float = 0.0,
         dolly: float = 0.0,
         upsample: str = "vote",
+        normals_at: str = "source",
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
@@ -162,7 +165,8 @@ class Renderer:
         """
         material = Material() if material is None else material
         frame = _loaded(frame)
-        scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise, upsample))
+        options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at
+        scene = self._shown(frame, options)
         lights = check_lights(light if light is not None else scene.lights or None)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -190,7 +194,8 @@ class Renderer:
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = _loaded(frame)
-        scene = self._shown(frame, (Material(), normals, "phong", size, splat, max_depth_step, noise, upsample))
+        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source"
+        scene = self._shown(frame, options)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.read_depth(scene, *seen)

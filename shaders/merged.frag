@@ -2,12 +2,16 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
+#ifndef AT_TARGET
+#define AT_TARGET 0  // 1: normals that were found in the view, on the depth that merged_depth.frag makes
+#endif
 // The sums of part.frag over all frames -> what the light pass reads, as resolve_surfaces.frag does of one frame.
 #include "common/parts.glsl"
 #include "keys.glsl"
 
 uniform sampler2D geometry_map;
 uniform sampler2D albedo_map;
+uniform sampler2D target_map;  // unit normal, depth (0: not known)
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
 uniform float material_number;
@@ -19,8 +23,12 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 geometry = texelFetch(geometry_map, pixel, 0), colors = texelFetch(albedo_map, pixel, 0);
     if (colors.w == 0.0) discard;
-    float inverse_depth = key_inverse_depth(key_at(pixel)) * (1.0 + geometry.w / colors.w);
+    float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
     vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
+    if (AT_TARGET == 1) {
+        vec4 found = texelFetch(target_map, pixel, 0);
+        if (found.w > 0.0) normal = found.xyz;
+    }
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
     gl_FragDepth = 1.0 - near * inverse_depth / scale;

@@ -48,6 +48,16 @@ def test_keys_keep_the_level_above_the_depth_and_the_depth_to_a_bit(gpu):
     assert (key[level == 3].min() > key[level == 2].max()) and (key[level == 1].min() > key[level == 0].max())
 
 
+def test_merged_inverse_depth(gpu):
+    rng = np.random.default_rng(11)
+    w, off, weight = (rng.uniform(low, high, (COUNT, 1)).astype(F) for low, high in ((0.1, 10), (-0.04, 0.04), (1e-9, 9)))
+    inputs = {"w": w, "o": weight * off, "t": weight}
+    answer = gpu("parts.glsl", "merged_inverse_depth(splat_key(w, 3), o, t), 0, 0, 0", **inputs)[:, 0]
+    expected = parts.merged_inverse_depth(parts.splat_key(w, np.full_like(w, 3)), weight * off, weight)[:, 0]
+    np.testing.assert_allclose(answer, expected, rtol=1e-6)
+    np.testing.assert_allclose(expected, (w * (1 + off))[:, 0], rtol=1e-6)
+
+
 def test_is_stretched_and_splat_level(gpu):
     rng = np.random.default_rng(2)
     extent, side = rng.uniform(0, 12, (COUNT, 2)).astype(F), rng.choice([1, 2, 4], (COUNT, 1)).astype(F)

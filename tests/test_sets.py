@@ -10,6 +10,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
 from pointshade_gl.camera import Eye
+from pointshade_gl.gpu.target_normals import target_estimator
 from pointshade_gl.reference.render_set import judge, render_set
 from pointshade_gl.shot import looking_distance
 
@@ -47,13 +48,16 @@ def scored(image, pose, views):
     return 10 * np.log10(255**2 / max((error**2).mean(), 1e-9))
 
 
-@pytest.mark.parametrize("name", ["unlit", "lit", "sun"])
+@pytest.mark.parametrize("name", ["unlit", "lit", "sun", "target"])
 def test_three_views_are_drawn_as_the_mirror_draws_them(rasterizer, golden, name):
     kind, renderer = rasterizer
     look = ps.Look(shading="none" if name == "unlit" else "phong", normals="star")
-    lights = [SUN] if name == "sun" else [ps.Light(position=(-1, -1, 0))]
+    if name == "target":
+        look = ps.Look(normals_at="target")
+    lights = [ps.Light(position=(-1, -1, 0))] if name in ("unlit", "lit") else [SUN]
     views = three_views()
-    actual = renderer.render(views, lights, camera=frames.CAMERA, pose=BETWEEN, shading=look.shading, normals="star")
+    options = {"shading": look.shading, "normals": look.normals, "normals_at": look.normals_at}
+    actual = renderer.render(views, lights, camera=frames.CAMERA, pose=BETWEEN, **options)
     golden(f"views_{name}", actual, mirrored(renderer, views, lights, look, kind), stored=kind == "compute")
 
 
@@ -73,6 +77,64 @@ def test_merged_views_are_nearer_to_the_truth_than_their_point_objects_in_a_scen
     piled = renderer.render(ps.Scene(nodes, camera=frames.CAMERA, pose=BETWEEN))
     assert scored(merged, BETWEEN, views) >= max(scored(piled, BETWEEN, views) + 1, 33)
     assert (merged[..., 3] > 0).mean() >= (piled[..., 3] > 0).mean()  # distrusted points still close holes
+
+
+class TestNormalsAtTheTarget:
+    """They come from the merged depth; those at the source are mixed."""
+
+    LIGHT = ps.Light(position=(-1, -1, 0))
+
+    def both(self, renderer, views, **options):
+        options = {"light": self.LIGHT, "camera": frames.CAMERA, "pose": BETWEEN} | options
+        return [renderer.render(views, normals_at=place, **options).astype(int) for place in ps.look.NORMALS_AT]
+
+    def test_of_noisy_views_light_nearly_as_those_at_the_source(self, rasterizer):
+        _, renderer = rasterizer
+        views = [noisy(view, seed) for seed, view in enumerate(three_views())]
+        source, target = self.both(renderer, views)
+        assert (source[..., 3] == target[..., 3]).all() and (source != target).any()
+        assert np.abs(source - target).mean() < 1 and (np.abs(source - target).max(-1) > 16).mean() < 0.02
+
+    @pytest.mark.parametrize("options", [{"shading": "none"}, {"shading": "flat"}, {"shading": "gouraud"}])
+    def test_make_no_difference_where_they_are_not_lit(self, renderer, options):
+        source, target = self.both(renderer, three_views(), **options)
+        assert (source == target).all()
+
+    def test_make_no_difference_to_a_single_frame(self, renderer):
+        for frame in (three_views()[0], [three_views()[0]]):
+            first = renderer.render(frame, normals_at="target", pose=BETWEEN)
+            renderer.render(frame)
+            assert (renderer.render(frame, pose=BETWEEN) == first).all()
+
+    def test_are_found_by_the_method_and_step_of_the_frames_and_measure_their_noise(self):
+        options = {"normals": "triangles-8", "max_depth_step": 0.05, "noise": "kinect"}
+        assert target_estimator(ps.Look(normals_at="target", **options)) == ("triangles-8", (0.05, 0.0), None)
+        assert target_estimator(ps.Look(normals_at="source", **options)) is None
+
+    def test_a_new_light_only_lights(self, renderer):
+        views = three_views()
+        options = {"camera": frames.CAMERA, "pose": BETWEEN, "normals_at": "target"}
+        renderer.render(views, **options)
+        before = renderer.steps.counts.copy()
+        renderer.render(views, self.LIGHT, **options)
+        assert renderer.steps.counts - before == {"light": 1}
+
+    def test_in_scenes_objects_choose_and_scale(self, renderer):
+        """Beside others, and twice as large: the depth is that of the object's own metres."""
+        transform = np.diag((2.0, 2.0, 2.0, 1.0))
+        node = ps.Node(ps.PointObject(three_views(), normals_at="target"), transform=transform)
+        moved = BETWEEN.copy()
+        moved[:3, 3] *= 2
+        light = replace(self.LIGHT, position=tuple(2 * np.array(self.LIGHT.position)))
+        image = renderer.render(ps.Scene((node,), camera=frames.CAMERA), light, pose=moved)
+        _, target = self.both(renderer, three_views())
+        assert not compare_images(image, target)
+
+    def test_an_unknown_place_lists_the_known_ones(self, renderer, typed):
+        with pytest.raises(ValueError, match="unknown normals_at 'frame'.*known are source, target"):
+            renderer.render(three_views(), normals_at="frame")
+        code, _, err = typed("render vase -o a.png --normals-at frame")
+        assert code == 2 and "--normals-at" in err
 
 
 @pytest.mark.parametrize("shading", ps.look.SHADINGS)

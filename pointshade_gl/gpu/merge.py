@@ -31,7 +31,7 @@ class MergePass:
 
     def __init__(self, context: moderngl.Context):
         self._context, self._adding = context, Adding(context)
-        self._passes: dict[tuple[str, str, bool], FullscreenPass] = {}
+        self._passes: dict[str, FullscreenPass] = {}
 
     def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
@@ -43,7 +43,8 @@ class MergePass:
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
             with self._adding.on():
-                self._pass("part.frag", shading, looking.look_up).draw(sums.target, maps, **inputs)
+                part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+                part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 
     def draw_surfaces(
@@ -54,21 +55,29 @@ class MergePass:
         look_up: bool,
         number: int,
         depth: tuple[float, float],
+        normals: moderngl.Texture | None,
     ) -> None:
-        """The sums -> surfaces among others. number: of the material; depth: (near, scale)."""
+        """The sums -> surfaces among others.
+
+        number   of the material
+        depth    (near, scale)
+        normals  that were found in the view; None takes those of the frames
+        """
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        maps |= {} if normals is None else {"target_map": normals}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
         inputs |= {"material_number": number / 65535}
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
-            self._pass("merged.frag", "", look_up).draw(surfaces.shared_target, maps, **inputs)
+            merged = self._pass("merged.frag", look_up, AT_TARGET=int(normals is not None))
+            merged.draw(surfaces.shared_target, maps, **inputs)
         confine(surfaces.shared_target, None)
 
-    def _pass(self, fragment: str, shading: str, look_up: bool) -> FullscreenPass:
-        key = fragment, shading, look_up
+    def _pass(self, fragment: str, look_up: bool, **constants: int) -> FullscreenPass:
+        key = f"{fragment} {look_up} {constants}"
         if key not in self._passes:
-            constants = {"LOOK_UP": int(look_up)} | ({"SHADING": SHADINGS.index(shading)} if shading else {})
-            self._passes[key] = FullscreenPass(self._context, fragment, 430 if look_up else 330, **constants)
+            version = 430 if look_up else 330
+            self._passes[key] = FullscreenPass(self._context, fragment, version, LOOK_UP=int(look_up), **constants)
         return self._passes[key]
 
     def release(self) -> None:

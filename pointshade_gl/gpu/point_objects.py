@@ -19,6 +19,8 @@ from .resolve import Looking, ResolvePass
 from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
+from .surface import Estimator
+from .target_normals import TargetNormals
 from .textures import (
     Box,
     FrameTextures,
@@ -74,6 +76,7 @@ class ShownSet(NamedTuple):
     consensus: Consensus
     importances: np.ndarray  # (n,) of the frames in this view
     shading: str
+    estimator: Estimator | None  # of normals in the view; None takes those of the frames
 
 
 class PointObjects:
@@ -84,6 +87,7 @@ class PointObjects:
         self._resolve = ResolvePass(context)
         self._shadow_passes: dict[tuple[str, bool], FullscreenPass] = {}
         self._merge: MergePass | None = None  # made for the first set of frames
+        self._target_normals: TargetNormals | None = None  # and for the first whose normals are found in the view
         self._scratch: SplatImage | None = None  # of the size of a shadow view
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
@@ -132,7 +136,11 @@ class PointObjects:
         gains = [tuple(gain.tolist()) for gain in gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
         self._merge.add_up(target.sums, parts, shown.shading, band)
-        inputs = looking[0].look_up, number, (eye.near, points.scale)
+        look_up, normals = looking[0].look_up, None
+        if shown.estimator:
+            self._target_normals = self._target_normals or TargetNormals(self._context)
+            normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
+        inputs = look_up, number, (eye.near, points.scale), normals
         self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
@@ -190,7 +198,8 @@ class PointObjects:
         return self._shadow_passes[fragment, look_up]
 
     def release(self) -> None:
-        items = self._scratch, *self._shadow_passes.values(), self._merge, self._resolve, self._rasterizers
+        merging = self._target_normals, self._merge
+        items = self._scratch, *self._shadow_passes.values(), *merging, self._resolve, self._rasterizers
         for item in items:
             if item is not None:
                 item.release()

@@ -27,6 +27,10 @@ def key_inverse_depth(key: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray((key & INVERSE_DEPTH) << np.uint32(1)).view(F)
 
 
+def merged_inverse_depth(key: np.ndarray, weighted_off: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    return key_inverse_depth(key) * (F(1) + weighted_off / weight)
+
+
 def is_stretched(extent: np.ndarray, side: np.ndarray) -> np.ndarray:
     return extent.max(-1) > STRETCHED * side
 

@@ -26,6 +26,7 @@ from .parts import (
     is_stretched,
     key_inverse_depth,
     look_twice,
+    merged_inverse_depth,
     part_is_known,
     splat_key,
     splat_level,
@@ -38,6 +39,7 @@ from .resolve import Seen, color_position, mix_normal, seen_weights, stored
 from .resolve_pass import surface_map_of
 from .shadowed_lights import light_surface_shadowed
 from .splat import footprint_extent, footprint_inverse_depth, splat_reach
+from .surface_pass import surface_by_noise
 from .vectors import normalize, texel
 
 F = np.float32
@@ -73,7 +75,7 @@ def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
 
 
 def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
-    """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8."""
+    """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8; at the target normals "auto"."""
     camera, target = eye.camera, np.array(eye.camera.intrinsics, F)
     weights = importances([view.frame for view in judged.views], eye.pose)
     key = _keys(judged, eye, weights > 0.999, rasterizer)
@@ -83,14 +85,19 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
     for view, trust, weight, gain in zip(judged.views, judged.trusts, weights, judged.gains, strict=True):
         sums += _part(view, trust, float(weight), gain.astype(F), inverse_depth, pixel, eye, judged.band)
     known = sums[:, 7] > 0
-    u, v, pixel, sums, inverse_depth = u[known], v[known], pixel[known], sums[known], inverse_depth[known]
-    z = F(1) / (inverse_depth * (F(1) + sums[:, 3] / sums[:, 7]))
+    u, v, pixel, sums = u[known], v[known], pixel[known], sums[known]
+    z = F(1) / merged_inverse_depth(key[v, u], sums[:, 3], sums[:, 7])
     albedo = stored(sums[:, 4:7] / sums[:, 7:])
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
     image[v, u, 3] = 255
     lit = albedo
     if look.shading == "phong":
         point, normal = pixel_ray(pixel, target) * z[:, None], normalize(sums[:, :3])
+        if look.normals_at == "target":
+            depth = np.zeros(key.shape, F)
+            depth[v, u] = z
+            found = surface_by_noise(depth, target)[v, u]
+            normal = np.where(found[:, 3:] > 0, found[:, :3], normal)
         lit = _light(point, normal, albedo, judged, lights, look, eye, rasterizer)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image

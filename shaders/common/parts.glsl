@@ -19,6 +19,11 @@ float key_inverse_depth(uint key) {
     return uintBitsToFloat((key & INVERSE_DEPTH) << 1);
 }
 
+// Where several frames see the surface: 1/z of the nearest splat, moved by the mean of what they say, weighted.
+float merged_inverse_depth(uint key, float weighted_off, float weight) {
+    return key_inverse_depth(key) * (1.0 + weighted_off / weight);
+}
+
 // Is a splat of so many source pixels, with this half width and height, seen from so near that it spreads over others?
 bool is_stretched(vec2 extent, float side) {
     return max(extent.x, extent.y) > STRETCHED * side;

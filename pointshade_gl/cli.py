@@ -245,10 +245,13 @@ def info(
 def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from .bench.command import bench as run_bench
-    from .bench.command import bench_speed
+    from .bench.command import bench_speed, bench_views
 
     if options.speed:
         print(bench_speed(options.output, options.quick, device))
+        return
+    if options.views:
+        print(bench_views(options.output, options.quick, options.seed, device))
         return
     print(run_bench(options.output, options.quick, options.only or [], options.images, options.seed, device))
 

@@ -329,6 +329,9 @@ class BenchOptions:
     ] = None
     images: Annotated[bool, typer.Option("--images", help="Also measure complete lit pictures.")] = False
     speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
+    views: Annotated[
+        bool, typer.Option("--views", help="Measure several views of one thing instead: normals, flicker, cost.")
+    ] = False
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the noise and the holes.")] = 0
 
 

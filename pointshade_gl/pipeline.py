@@ -72,14 +72,15 @@ class Pipeline:
             self._light_pixels(target, shot, lamps)
         return target
 
-    def read_depth(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
-        """(h, w), z of the surfaces that a camera at a pose (4, 4) sees, world units; 0 where there is none."""
+    def read_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
+        """(h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, its axes, world
+        units. z is 0 where there is none, the normal where no light is wanted."""
         shot = compose(scene, (), camera, pose)
         things = self._prepare(shot)
         lamps = self._draw_shadows(shot, things)
         target = self._fit_target(camera)
         self._draw_surfaces(target, tuple(things[p] for p in shot.shown), shot, lamps)
-        return target.surfaces.read_depth()
+        return target.surfaces.read()
 
     def read_points(
         self, scene: Scene, lights: Sequence[Light], pose: Matrix

@@ -198,7 +198,14 @@ class Renderer:
         scene = self._shown(frame, options)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
-            return self._pipeline.read_depth(scene, *seen)
+            return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()
+
+    def render_normals(self, scene: Scene) -> NDArray[np.float32]:
+        """Unit normals of what a scene's camera sees: (h, w, 3) float32, its axes; NaN where nothing is to be lit."""
+        framed = check_type(scene, Scene, "scene").framed()
+        with self._in_use():
+            surfaces = self._pipeline.read_surfaces(framed, *_seen_by(framed, framed, None, None, 0, 0, 0))
+        return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
 
     def render_points(
         self,

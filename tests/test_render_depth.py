@@ -88,3 +88,20 @@ def test_wrong_arguments_are_refused(renderer):
     scene = ps.Scene((ps.Node(ps.PointObject(frames.sphere())),), frames.CAMERA)
     with pytest.raises(ValueError, match="the objects of a scene have a look of their own: leave out normals"):
         renderer.render_depth(scene, normals="star")
+
+
+class TestNormals:
+    def test_a_plane_has_one_normal_in_the_axes_of_who_looks(self, renderer):
+        frame, pose = frames.tilted_plane(), ps.orbit_pose(None, (0, 0, 1.5), 20, 5)
+        single = renderer.estimate_normals(frame)[60, 80]
+        for content in (ps.PointObject(frame), ps.PointObject([frame, frame])):
+            normals = renderer.render_normals(ps.Scene((ps.Node(content),), frame.camera, pose))
+            known = np.isfinite(normals).all(-1)
+            assert known.mean() > 0.5 and np.abs(normals[known] - single @ pose[:3, :3]).max() < 0.01
+
+    def test_where_nothing_is_to_be_lit_there_is_none(self, renderer):
+        node = ps.Node(ps.PointObject(frames.holes(), shading="none"))
+        assert np.isnan(renderer.render_normals(ps.Scene((node,)))).all()
+        assert np.isnan(renderer.render_normals(ps.Scene())).all()
+        with pytest.raises(TypeError, match="scene must be a Scene"):
+            renderer.render_normals(frames.holes())

@@ -50,7 +50,9 @@ def test_keys_keep_the_level_above_the_depth_and_the_depth_to_a_bit(gpu):
 
 def test_merged_inverse_depth(gpu):
     rng = np.random.default_rng(11)
-    w, off, weight = (rng.uniform(low, high, (COUNT, 1)).astype(F) for low, high in ((0.1, 10), (-0.04, 0.04), (1e-9, 9)))
+    w, off, weight = (
+        rng.uniform(low, high, (COUNT, 1)).astype(F) for low, high in ((0.1, 10), (-0.04, 0.04), (1e-9, 9))
+    )
     inputs = {"w": w, "o": weight * off, "t": weight}
     answer = gpu("parts.glsl", "merged_inverse_depth(splat_key(w, 3), o, t), 0, 0, 0", **inputs)[:, 0]
     expected = parts.merged_inverse_depth(parts.splat_key(w, np.full_like(w, 3)), weight * off, weight)[:, 0]

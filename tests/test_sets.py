@@ -131,7 +131,7 @@ class TestNormalsAtTheTarget:
         assert not compare_images(image, target)
 
     def test_an_unknown_place_lists_the_known_ones(self, renderer, typed):
-        with pytest.raises(ValueError, match="unknown normals_at 'frame'.*known are source, target"):
+        with pytest.raises(ValueError, match=r"unknown normals_at 'frame'.*known are source, target"):
             renderer.render(three_views(), normals_at="frame")
         code, _, err = typed("render vase -o a.png --normals-at frame")
         assert code == 2 and "--normals-at" in err

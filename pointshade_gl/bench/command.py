@@ -12,7 +12,7 @@ from rich.progress import Progress
 
 from ..estimators import METHODS
 from ..files.whole import written_whole
-from ..notes import print_note
+from ..notes import print_note, silence
 from ..renderer import Renderer
 from ..suggestions import did_you_mean
 from ..wording import option
@@ -72,6 +72,26 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
     write_bytes(output / "speed.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
     show_speed(results, wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
+
+
+def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
+    """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
+    from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, steps_of
+    from .views_report import show_views, views_chart
+
+    check_matplotlib()
+    check_folder(output)
+    plan = QUICK_VIEWS if quick else FULL_VIEWS
+    silence()  # poses are wrong on purpose
+    console = Console(stderr=True)
+    output.mkdir(parents=True, exist_ok=True)  # before the long work: it may be impossible
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("measuring", total=steps_of(plan))
+        results = measure_views(device, plan, seed, lambda: progress.advance(task))
+    write_bytes(output / "chart.png", views_chart(results))
+    write_bytes(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    show_views(results, wide_console())
+    return f"{output}: chart.png, results.json: up to {max(plan.counts)} views on {results['gl']['renderer']}"
 
 
 def check_folder(output: Path) -> None:

@@ -172,11 +172,12 @@ def as_frame(hits: Hits, camera: Camera, pose: ArrayLike | None = None) -> Frame
     return Frame(np.round(encode(hits.albedo)).astype(np.uint8), hits.depth, camera, pose)
 
 
+def waves(points: Array) -> Array:
+    """A texture of slow waves."""
+    x, y, z = points[..., 0], points[..., 1], points[..., 2]
+    return 0.5 + 0.25 * np.stack([np.sin(9 * x + 4 * y), np.sin(7 * y - 5 * z), np.cos(8 * x - 6 * z)], -1)
+
+
 def sphere_and_wall() -> list[Surface]:
-    """The scene of the picture tests: a smooth sphere in front of a slanted wall, with a texture of slow waves."""
-
-    def waves(points: Array) -> Array:
-        x, y, z = points[..., 0], points[..., 1], points[..., 2]
-        return 0.5 + 0.25 * np.stack([np.sin(9 * x + 4 * y), np.sin(7 * y - 5 * z), np.cos(8 * x - 6 * z)], -1)
-
+    """The scene of the picture tests: a smooth sphere in front of a slanted wall."""
     return [sphere((0.05, 0.02, 1.5), 0.4, waves), plane((0.15, -0.1, -1), (0, 0, 2.4), waves)]

@@ -223,9 +223,9 @@ class SurfaceImage(Images):
         depth = self._allocate(self._context.depth_renderbuffer, self.size)
         return self._framebuffer(self.surface, self.albedo, depth=depth)
 
-    def read_depth(self) -> np.ndarray:
-        """(h, w) float32, z in target axes; 0 is nothing"""
-        return _read(self._context, self.surface, np.float32)[..., 3].copy()
+    def read(self) -> np.ndarray:
+        """(h, w, 4) float32, read-only: `surface`"""
+        return _read(self._context, self.surface, np.float32)
 
 
 class SumImage(Images):

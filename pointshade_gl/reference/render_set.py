@@ -75,7 +75,7 @@ def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
 
 
 def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
-    """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8; at the target normals "auto"."""
+    """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8; target normals are "auto"."""
     camera, target = eye.camera, np.array(eye.camera.intrinsics, F)
     weights = importances([view.frame for view in judged.views], eye.pose)
     key = _keys(judged, eye, weights > 0.999, rasterizer)

@@ -82,6 +82,7 @@ def everything():
         splat="round",
         max_depth_step="2%",
         noise="kinect",
+        normals_at="target",
     )
     meshes = ps.Node((FLAT, SMOOTH, spot), "meshes", transform(0.3, 2.5, (1, 2, 3)))
     below = (

@@ -26,5 +26,5 @@ def bold(method: str) -> str | None:
 
 
 def brief(value: float | None) -> str:
-    """Two digits, three from 100 on; a dash for None."""
-    return "-" if value is None else f"{value:.3g}" if value >= 100 else f"{value:.2g}"
+    """Two digits, whole numbers from 100 on; a dash for None."""
+    return "-" if value is None else f"{value:.0f}" if value >= 100 else f"{value:.2g}"

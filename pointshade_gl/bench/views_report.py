@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 COLORS = {"source": "#3f7fb5", "target": "#d03a2b", "normals": "#3d9463", "votes": "#8a4f9e", "gpu_mb": "#c98a2e"}
 QUALITIES = {  # what is measured, and the label of its panels
-    "normals": "error of normals, degrees: low is good",
-    "psnr": "lit picture, PSNR in dB: high is good",
-    "flicker": "flicker, 8-bit steps: low is good",
+    "normals": "error of normals, degrees\n(low is good)",
+    "psnr": "lit picture, PSNR in dB\n(high is good)",
+    "flicker": "flicker, 8-bit steps\n(low is good)",
 }
 ONCE = "normals", "votes"
 HELD = ("gpu_mb",)
@@ -37,21 +37,17 @@ def show_views(results: dict[str, Any], console: Console) -> None:
     name = results["gl"]["renderer"]
     where = f"{name}, a software renderer: times are CPU time, of all cores" if results["is_software"] else name
     console.print(where, soft_wrap=True)
-    table = new_table(
-        "normals at the source / at the target: error in degrees, PSNR of the lit picture, flicker", "views"
-    )
     conditions = results["quality"]
-    for condition in conditions:
-        for quality in QUALITIES:
-            table.add_column(f"{condition}\n{quality}", justify="right")
-    for k, count in enumerate(results["counts"]):
-        cells = [
-            " / ".join(f"{rows[place][k][quality]:.{1 if quality == 'psnr' else 2}f}" for place in NORMALS_AT)
-            for rows in conditions.values()
-            for quality in QUALITIES
-        ]
-        table.add_row(str(count), *cells)
-    console.print(table)
+    for quality, label in QUALITIES.items():
+        table = new_table(f"{' '.join(label.split())}: source / target", "views")
+        for condition in conditions:
+            table.add_column(condition, justify="right")
+        for k, count in enumerate(results["counts"]):
+            cells = (
+                " / ".join(f"{rows[place][k][quality]:.2f}" for place in NORMALS_AT) for rows in conditions.values()
+            )
+            table.add_row(str(count), *cells)
+        console.print(table)
     width, height = results["size"]
     table = new_table(f"milliseconds and memory for views and pictures of {width}x{height} pixels", "views")
     for column in ("new view, source", "new view, target", "once: upload, normals", "once: votes", "pairs", "GPU MB"):
@@ -61,7 +57,7 @@ def show_views(results: dict[str, Any], console: Console) -> None:
         table.add_row(str(row["count"]), *(brief(row[key]) for key in keys))
     console.print(table)
     for name, fit in results["fits"].items():
-        console.print(f"{straight_line(name, fit)}; no more than {100 * fit['off']:.1f} % off this line")
+        console.print(f"{straight_line(name, fit)}; off this line by at most {100 * fit['off']:.1f} % of the largest")
 
 
 def straight_line(name: str, fit: dict[str, float]) -> str:
@@ -129,8 +125,9 @@ def _plain(axes: Axes, label: str) -> None:
 def _share_height(row: np.ndarray, from_zero: bool) -> None:
     """Equal heights mean equal values in a row of panels."""
     low, high = np.transpose([axes.get_ylim() for axes in row])
+    top = high.max() + 0.03 * np.ptp([low, high])
     for axes in row:
-        axes.set_ylim(0 if from_zero else low.min(), high.max())
+        axes.set_ylim(0 if from_zero else low.min(), top)
 
 
 def _headline(figure: Any, results: dict[str, Any]) -> None:

@@ -178,24 +178,26 @@ def measure_cost(
     rows = []
     with Renderer(device=device) as renderer:
         for count in plan.counts:
-            laps: dict[str, list[float]] = {name: [] for name in (*NORMALS_AT, "normals", "votes")}
-            for turn in range(plan.rounds + 1):  # the first one compiles shaders
-                new = [Frame(frame.color, frame.depth, frame.camera, frame.pose) for frame in frames[:count]]
-                scenes = {place: stage.scene(new, place) for place in NORMALS_AT}
-                first = clocked(renderer, scenes["source"], stage.path[0])
-                for name in ("agreement", "trust", "gains"):
-                    renderer.steps.forget(name)
-                again = clocked(renderer, scenes["source"], stage.path[0])
-                turns = NORMALS_AT if turn % 2 else NORMALS_AT[::-1]
-                view = {place: clocked(renderer, scenes[place], stage.path[k]) for k, place in enumerate(turns, 1)}
-                if turn:
-                    votes = max(again - view["source"], 0.0), max(first - again, 0.0)
-                    for name, took in (view | dict(zip(("votes", "normals"), votes, strict=True))).items():
-                        laps[name].append(took)
+            laps = [lap(renderer, stage, frames[:count], turn) for turn in range(plan.rounds + 1)][
+                1:
+            ]  # first: compiles
             row = {"count": count, "pairs": count * min(count - 1, COMPARED), "gpu_mb": gpu_bytes(renderer) / 1e6}
-            rows.append(row | {name: median(times) for name, times in laps.items()})
+            rows.append(row | {name: median(one[name] for one in laps) for name in laps[0]})
             advance()
     return rows
+
+
+def lap(renderer: Renderer, stage: Stage, frames: Sequence[Frame], turn: int) -> dict[str, float]:
+    """The times of `measure_cost`, once each; from turn to turn another place is the first."""
+    new = [Frame(frame.color, frame.depth, frame.camera, frame.pose) for frame in frames]
+    scenes = {place: stage.scene(new, place) for place in NORMALS_AT}
+    first = clocked(renderer, scenes["source"], stage.path[0])
+    for name in ("agreement", "trust", "gains"):
+        renderer.steps.forget(name)
+    again = clocked(renderer, scenes["source"], stage.path[0])
+    turns = NORMALS_AT if turn % 2 else NORMALS_AT[::-1]
+    views = {place: clocked(renderer, scenes[place], stage.path[k]) for k, place in enumerate(turns, 1)}
+    return views | {"normals": max(first - again, 0.0), "votes": max(again - views["source"], 0.0)}
 
 
 def clock_of(renderer: Renderer) -> Callable[[], float]:

@@ -25,10 +25,7 @@ void main() {
     if (colors.w == 0.0) discard;
     float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
     vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
-    if (AT_TARGET == 1) {
-        vec4 found = texelFetch(target_map, pixel, 0);
-        if (found.w > 0.0) normal = found.xyz;
-    }
+    if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
     gl_FragDepth = 1.0 - near * inverse_depth / scale;

@@ -4,7 +4,7 @@ import numpy as np
 
 from pointshade_gl.reference import camera, consensus, parts
 from pointshade_gl.reference.splat import carry_footprint
-from pointshade_gl.reference.vectors import texel
+from pointshade_gl.reference.vectors import normalize, texel
 
 from .test_resolve_functions import EDGE, HEIGHT, WIDTH, K, close, positions, seen_at, two_planes
 from .test_shader_functions import COUNT, TARGET, VIEW, VIEW_GLSL, F
@@ -58,6 +58,20 @@ def test_merged_inverse_depth(gpu):
     expected = parts.merged_inverse_depth(parts.splat_key(w, np.full_like(w, 3)), weight * off, weight)[:, 0]
     np.testing.assert_allclose(answer, expected, rtol=1e-6)
     np.testing.assert_allclose(expected, (w * (1 + off))[:, 0], rtol=1e-6)
+
+
+def test_target_normal_gives_way_where_the_frames_contradict_it(gpu):
+    rng = np.random.default_rng(12)
+    mixed = normalize(rng.normal(0, 1, (COUNT, 3)).astype(F))
+    turned = normalize(
+        mixed + rng.uniform(0, 1.4, (COUNT, 1)).astype(F) * normalize(rng.normal(0, 1, (COUNT, 3)).astype(F))
+    )
+    found = np.concatenate([turned, rng.choice([0, 2.5], (COUNT, 1), p=(0.2, 0.8))], -1).astype(F)
+    expected = parts.target_normal(found, mixed)
+    close(gpu("parts.glsl", "target_normal(f, m), 0", f=found, m=mixed), expected, missed=1)
+    kept = (expected == turned).all(-1)
+    assert 0.3 < kept.mean() < 0.7 and not kept[found[:, 3] == 0].any()
+    assert kept[(found[:, 3] > 0) & ((turned * mixed).sum(-1) > 0.71)].all()
 
 
 def test_is_stretched_and_splat_level(gpu):

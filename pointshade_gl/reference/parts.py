@@ -14,7 +14,7 @@ from .vectors import dot, normalize
 F = np.float32
 STRETCHED = F(6)
 SEEN_ALIKE, LEAST_ALIKE = F(0.2), F(0.0005)
-FALLBACK, MOST_DETAIL = F(1e-11), F(4)
+FALLBACK, MOST_DETAIL, UNLIKE = F(1e-11), F(4), F(0.7)
 INVERSE_DEPTH = np.uint32(0x3FFFFFFF)
 
 
@@ -29,6 +29,11 @@ def key_inverse_depth(key: np.ndarray) -> np.ndarray:
 
 def merged_inverse_depth(key: np.ndarray, weighted_off: np.ndarray, weight: np.ndarray) -> np.ndarray:
     return key_inverse_depth(key) * (F(1) + weighted_off / weight)
+
+
+def target_normal(found: np.ndarray, mixed: np.ndarray) -> np.ndarray:
+    likely = (found[..., 3:] > 0) & (dot(found[..., :3], mixed) > UNLIKE)
+    return np.where(likely, found[..., :3], mixed)
 
 
 def is_stretched(extent: np.ndarray, side: np.ndarray) -> np.ndarray:

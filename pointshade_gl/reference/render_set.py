@@ -30,6 +30,7 @@ from .parts import (
     part_is_known,
     splat_key,
     splat_level,
+    target_normal,
     view_weight,
 )
 from .picture import picture_at
@@ -96,8 +97,7 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
         if look.normals_at == "target":
             depth = np.zeros(key.shape, F)
             depth[v, u] = z
-            found = surface_by_noise(depth, target)[v, u]
-            normal = np.where(found[:, 3:] > 0, found[:, :3], normal)
+            normal = target_normal(surface_by_noise(depth, target)[v, u], normal)
         lit = _light(point, normal, albedo, judged, lights, look, eye, rasterizer)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image

@@ -8,6 +8,7 @@ const float SEEN_ALIKE = 0.2;          // radians between two directions that se
 const float LEAST_ALIKE = 0.0005;      // weight of a frame that saw it from quite elsewhere
 const float FALLBACK = 1e-11;          // weight of a frame that has no part in the surface: it only closes holes
 const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, beyond which more say no more
+const float UNLIKE = 0.7;              // cosine of two normals, below which they contradict each other
 const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
 
 // What the splats leave at a pixel: the level of the nearest, then its 1/z. A higher level hides all lower ones.
@@ -22,6 +23,12 @@ float key_inverse_depth(uint key) {
 // Where several frames see the surface: 1/z of the nearest splat, moved by the mean of what they say, weighted.
 float merged_inverse_depth(uint key, float weighted_off, float weight) {
     return key_inverse_depth(key) * (1.0 + weighted_off / weight);
+}
+
+// The normal that was found in a view (and depth, 0 where none was), unless the frames' own contradict it: then the merged
+// depth has an outlier there, or a step where another frame begins.
+vec3 target_normal(vec4 found, vec3 mixed) {
+    return found.w > 0.0 && dot(found.xyz, mixed) > UNLIKE ? found.xyz : mixed;
 }
 
 // Is a splat of so many source pixels, with this half width and height, seen from so near that it spreads over others?

@@ -58,7 +58,9 @@ Axes = Annotated[
     ),
 ]
 Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
-Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print which estimator ran, and why; of --views also what they agree on.")
+]
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
+from .explain import explain
 from .files.content import FilePath
 from .files.frames import load_frame
 from .files.pictures import encode_png
@@ -83,6 +84,16 @@ class Renderer:
     def choice(self) -> Choice | None:
         """What estimated the last normals, and why."""
         return self._pipeline.frames.choice
+
+    def explain(self, names: Sequence[str] = ()) -> list[str]:
+        """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
+
+        names  of these frames; by default their numbers
+
+        It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
+        """
+        with self._in_use():
+            return explain(self._pipeline.findings(), names)
 
     def render(
         self,

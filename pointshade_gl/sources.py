@@ -64,32 +64,41 @@ def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
     return load_scene(source, **options)
 
 
-def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> list[Frame]:
-    """Frames of a sequence that are drawn as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> dict[int, Frame]:
+    """Frames of a sequence that are drawn as one object, by their numbers: those that `choose_views` chooses.
 
-    Frames without a pose are left out, and those that cannot be read; a note says so. Raises ValueError where fewer
-    than two are left, for then there is nothing to merge.
+    Those that cannot be read are left out; a note says so. Raises ValueError where fewer than two are left, for then
+    there is nothing to merge.
     """
     if isinstance(source, Frame):
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
+    chosen = choose_views(source, count, note)
+    found = {}
+    for k in chosen:
+        try:
+            found[k] = source[k]
+        except (ValueError, OSError) as error:
+            note(f"{error}: left out")
+    if len(found) < 2:
+        raise ValueError(f"{source.folder}: fewer than two of the {len(chosen)} chosen frames can be read")
+    return found
+
+
+def choose_views(source: FrameSequence, count: int | None, note: Note = print_note) -> list[int]:
+    """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+
+    Frames without a pose are left out; a note says so. Raises ValueError for fewer than two.
+    """
     posed = [k for k, one in enumerate(source.parts) if one.pose is not None]
     if 0 < len(posed) < len(source):
         note(f"{source.folder}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
     if len(posed) < 2:
         raise ValueError(f"{source.folder} has poses for {len(posed)} frames: {option('views')} needs two at least")
-    if count is None and len(posed) > MOST_FRAMES:
-        note(f"{source.folder}: only {MOST_FRAMES} of {len(posed)} frames are merged, evenly chosen")
-    most = min(MOST_FRAMES if count is None else count, len(posed))
-    chosen = [posed[k * (len(posed) - 1) // max(most - 1, 1)] for k in range(most)]
-    found = []
-    for k in chosen:
-        try:
-            found.append(source[k])
-        except (ValueError, OSError) as error:
-            note(f"{error}: left out")
-    if len(found) < 2:
-        raise ValueError(f"{source.folder}: fewer than two of the {most} chosen frames can be read")
-    return found
+    wanted = len(posed) if count is None else min(count, len(posed))
+    if wanted > MOST_FRAMES:
+        note(f"{source.folder}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")
+    most = min(wanted, MOST_FRAMES)
+    return [posed[k * (len(posed) - 1) // (most - 1)] for k in range(most)]
 
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:

@@ -8,6 +8,8 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
+from ..consensus import are_primary
+from ..explain import SetReport
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
@@ -30,8 +32,6 @@ from .textures import (
     TrustImage,
     confine,
 )
-
-ALMOST_1 = 0.999  # the importance of primary views, but for rounding
 
 
 class Points(NamedTuple):
@@ -74,6 +74,16 @@ class ShownSet(NamedTuple):
     consensus: Consensus
     importances: np.ndarray  # (n,) of the frames in this view
     shading: str
+
+    def report(self) -> SetReport:
+        """What was found out about the frames. Reads back how far their points are trusted."""
+        textures = [view.textures for view in self.views]
+        known = [one.frame.depth > 0 for one in textures if one.frame]
+        trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
+        distrusted = [np.count_nonzero(points & ~sure) for points, sure in zip(known, trusted, strict=True)]
+        choices = tuple(one.choice for one in textures)
+        points = np.array([np.count_nonzero(points) for points in known])
+        return SetReport(choices, *self.consensus, points, np.array(distrusted), self.importances)
 
 
 class PointObjects:
@@ -126,7 +136,7 @@ class PointObjects:
         """The same for several frames of one thing: their splats into one picture, their parts added up."""
         self._merge = self._merge or MergePass(self._context)
         points, splats, (band, gains) = shown.points, target.splats, shown.consensus
-        windows = self._draw_set(splats, points, eye, shown.importances > ALMOST_1)
+        windows = self._draw_set(splats, points, eye, are_primary(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in gains]

@@ -33,7 +33,7 @@ from .cli_options import (
     spread,
 )
 from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
-from .cli_parse import size_from
+from .cli_parse import size_from, views_from
 from .cli_read import check_frame, check_look, load, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
@@ -183,8 +183,13 @@ def depth(
 
 @app.command()
 @spread
-def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Quiet = False) -> None:
-    """Open a window where the light follows the mouse; H lists the keys. A folder with a sequence is played."""
+def view(
+    frame: FrameOptions, look: LookOptions, window: WindowOptions, views: Views = None, quiet: Quiet = False
+) -> None:
+    """Open a window where the light follows the mouse; H lists the keys.
+
+    A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged.
+    """
     from .scene import Scene
     from .viewer import Viewer
     from .viewer.panel import MISSING
@@ -194,7 +199,8 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Q
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
     lights = look.lights(shadow=True)
-    source = load(frame, sequence=True, scene=True)
+    count = None if views is None else views_from(views) or "all"
+    source = load(frame, sequence=True, scene=views is None)
     if isinstance(source, Scene):
         check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
     viewer = Viewer(
@@ -204,6 +210,7 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Q
         state=state,
         lights=lights,
         fps=window.fps,
+        views=count,
         record=window.record,
         panel=window.panel,
     )

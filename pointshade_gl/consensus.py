@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +113,6 @@ def importances(frames: Sequence[Frame], eye: Matrix) -> NDArray[np.float64]:
     return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)
 
 
-def are_primary(importances: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(n,) which views carry the picture, by their weights; the others fill gaps."""
-    return importances > ALMOST_1
+def is_primary(importance: Any) -> Any:
+    """Whether a view of this weight carries the picture, or only fills gaps; of an array, each."""
+    return importance > ALMOST_1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .consensus import are_primary
+from .consensus import is_primary
 from .noise import Choice, describe
 from .wording import counted
 
@@ -19,8 +19,10 @@ MOST = 5  # frames that a line names
 
 
 class SetReport(NamedTuple):
-    """What was found out about n frames that one picture shows as one object."""
+    """What was found out about the n frames of an object that one picture shows."""
 
+    numbers: list[int]  # which of the object's frames these are: those whose pose is wrong may be left out
+    left_out: list[int]  # all others
     choices: tuple[Choice, ...]  # what estimated each frame's normals
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
@@ -44,13 +46,14 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
 
 def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
     """The report in lines."""
-    names = names or [str(k) for k in range(len(report.points))]
+    shown, left = ([names[k] if names else str(k) for k in some] for some in (report.numbers, report.left_out))
     return [
         *_explain_normals(report.choices),
+        *([f"left out: {_frames(left[:MOST], len(left) - MOST)}"] if left else []),
         f"band: depths within {100 * report.band:.2g} % of each other are one surface",
-        _explain_gains(report.gains, names),
-        _explain_trust(report, names),
-        _explain_primary(report.importances, names),
+        _explain_gains(report.gains, shown),
+        _explain_trust(report, shown),
+        _explain_primary(report.importances, shown),
     ]
 
 
@@ -97,7 +100,7 @@ def _percent(share: float) -> str:
 
 
 def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> str:
-    primary = [name for name, is_primary in zip(names, are_primary(importances), strict=True) if is_primary]
+    primary = [name for name, carries in zip(names, is_primary(importances), strict=True) if carries]
     if len(primary) == len(importances):
         return f"primary views: all {len(primary)}"
     rest = len(importances) - len(primary)

@@ -107,10 +107,20 @@ class Pipeline:
     def findings(self) -> list[tuple[str, Choice | SetReport]]:
         """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
         return [
-            (p.node.name, thing.report() if isinstance(thing, ShownSet) else thing.textures.choice)
+            (p.node.name, thing.report(p.content.frames) if isinstance(thing, ShownSet) else thing.textures.choice)
             for p, thing in self._things.items()
             if not isinstance(thing, PlacedMesh)
         ]
+
+    def weights(self) -> dict[Frame, float]:
+        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        found: dict[Frame | None, float] = {}
+        for thing in self._things.values():
+            if isinstance(thing, ShownSet):
+                found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
+            elif isinstance(thing, ShownPoints):
+                found[thing.textures.frame] = 1.0
+        return {frame: weight for frame, weight in found.items() if frame}
 
     def _prepare(self, shot: Shot) -> dict[Placed, Thing]:
         """Puts what is shown or casts a shadow on the GPU: points with their normals, as many as the view needs."""

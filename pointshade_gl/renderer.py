@@ -85,6 +85,11 @@ class Renderer:
         """What estimated the last normals, and why."""
         return self._pipeline.frames.choice
 
+    @property
+    def weights(self) -> dict[Frame, float]:
+        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        return self._pipeline.weights()
+
     def explain(self, names: Sequence[str] = ()) -> list[str]:
         """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
 

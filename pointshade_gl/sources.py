@@ -10,6 +10,8 @@ from itertools import islice, repeat
 from os import PathLike
 from typing import Any, TypeGuard
 
+import numpy as np
+
 from .checks import shown
 from .consensus import MOST_FRAMES
 from .files.builtin import SCENES, builtin_folder
@@ -84,21 +86,30 @@ def views_of(source: Frame | FrameSequence, count: int | None, note: Note = prin
     return found
 
 
-def choose_views(source: FrameSequence, count: int | None, note: Note = print_note) -> list[int]:
+def choose_views(
+    source: Sequence[Frame], count: int | None, note: Note = print_note, among: int | None = None
+) -> list[int]:
     """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
 
-    Frames without a pose are left out; a note says so. Raises ValueError for fewer than two.
+    among  a frame that is chosen in any case, if it has a pose
+
+    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two.
     """
-    posed = [k for k, one in enumerate(source.parts) if one.pose is not None]
+    posed, name = list(range(len(source))), "the source"
+    if isinstance(source, FrameSequence):
+        posed, name = [k for k, one in enumerate(source.parts) if one.pose is not None], str(source.folder)
     if 0 < len(posed) < len(source):
-        note(f"{source.folder}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
+        note(f"{name}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
     if len(posed) < 2:
-        raise ValueError(f"{source.folder} has poses for {len(posed)} frames: {option('views')} needs two at least")
+        raise ValueError(f"{name} has poses for {len(posed)} frames: {option('views')} needs two at least")
     wanted = len(posed) if count is None else min(count, len(posed))
     if wanted > MOST_FRAMES:
-        note(f"{source.folder}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")
+        note(f"{name}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")
     most = min(wanted, MOST_FRAMES)
-    return [posed[k * (len(posed) - 1) // (most - 1)] for k in range(most)]
+    chosen = [posed[k * (len(posed) - 1) // (most - 1)] for k in range(most)]
+    if among in posed:
+        chosen[int(np.argmin(np.abs(np.array(chosen) - among)))] = among
+    return chosen
 
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:

@@ -21,6 +21,8 @@ def own(renderer):
 
 def report(count, **changes):
     values = {
+        "numbers": list(range(count)),
+        "left_out": [],
         "choices": (STAR,) * count,
         "band": 0.0123,
         "gains": np.ones((count, 3)),

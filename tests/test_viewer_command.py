@@ -14,6 +14,7 @@ from PIL import Image
 import pointshade_gl as ps
 
 from . import frames
+from .view_sets import pose_at, seen_from, write_views
 
 if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
@@ -179,6 +180,24 @@ def test_ctrl_c_in_the_terminal_ends_it(user, folder):
     assert code == 130 and "Traceback" not in " ".join(errors)
 
 
+def test_views_are_merged_and_m_plays_the_frames(user, tmp_path):
+    walk = write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in (-8, 0, 8)])
+    someone = user(walk, "--views", "all", "--depth-scale", "1000", "--fps", "3", "--shading", "none")
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    someone.press("m")
+
+    def changes():
+        before = someone.see()
+        time.sleep(0.5)
+        return np.abs(someone.see() - before).mean() > 3 or None
+
+    someone.wait_for(changes)
+    someone.press("m")
+    someone.wait_for(lambda: changes() is None or None)
+    someone.press("q")
+    assert someone.leave() == (0, "", [])
+
+
 def run_without_display(*arguments):
     gone = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run([*COMMAND, *map(str, arguments)], env=gone, capture_output=True, text=True, timeout=PATIENCE)
@@ -208,6 +227,8 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--size", "big"], "--size takes WIDTHxHEIGHT"),
         (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
         (["--record", "no/film.gif"], "create it first"),
+        (["--views", "1"], "--views takes a whole number of 2 or more, or 'all', got '1'"),
+        (["--views", "3"], "--views merges the frames of a sequence, and this is a single frame: leave it out"),
     ],
 )
 def test_a_wrong_option_is_one_sentence_before_any_window(folder, options, complaint):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ..consensus import is_primary
 from ..estimators import METHODS
 from ..gpu.steps import Lap
 from ..look import SHADINGS, SPLATS, Material
 from ..scene import Scene
 from .events import Event
+from .views import Views
 
 if TYPE_CHECKING:
     from .viewer import Viewer
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 SETTLE = 3  # pictures after an event until the panel stops changing
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+ROWS = 6  # of the list of views that are seen without scrolling
+GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
 
 
@@ -31,6 +35,7 @@ class Panel:
 
         self._imgui: Any = imgui
         self._context = imgui.create_context()
+        imgui.set_current_context(self._context)  # another window may have its own
         self._io = imgui.get_io()
         self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
         imgui.style_colors_dark()
@@ -41,6 +46,7 @@ class Panel:
         style.window_rounding = 6 * scale
         imgui.backends.opengl3_init("#version 330")
         self._width = 250 * scale
+        self._why: tuple[Any, list[str]] | None = None
         self.settling = SETTLE
 
     def handle(self, event: Event) -> bool:
@@ -71,6 +77,8 @@ class Panel:
         flags = imgui.WindowFlags_
         imgui.begin("pointshade", None, flags.no_title_bar | flags.no_move | flags.always_auto_resize)
         imgui.push_item_width(0.55 * self._width)
+        if isinstance(viewer.frame, Views):
+            self._views(viewer, viewer.frame)
         self._controls(viewer)
         if isinstance(viewer.frame, Scene):
             self._nodes(viewer, viewer.frame)
@@ -117,6 +125,38 @@ class Panel:
             size=look.size if size == state.point_size else size,
             max_depth_step=look.max_depth_step if step == before else None if step == "off" else step,
         )  # fmt: skip
+
+    def _views(self, viewer: Viewer, views: Views) -> None:
+        """A switch for each view, and how much it counts; below, if it is opened, what the views agree on."""
+        imgui, weights = self._imgui, viewer.renderer.weights
+        opened = imgui.TreeNodeFlags_.default_open
+        if imgui.collapsing_header(f"{len(views.shown)} of {len(views.frames)} views as one###views", opened):
+            height = min(len(views.frames), ROWS) * imgui.get_frame_height_with_spacing()
+            imgui.begin_child("rows", imgui.ImVec2(0, height))
+            for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
+                on = imgui.checkbox(f"frame {name}##{k}", before)[1]
+                imgui.same_line(0.55 * self._width)
+                self._weight(weights.get(frame, 0.0) if before else 0.0)
+                if on != before:
+                    viewer.frame = views.switched(k, on)
+            imgui.end_child()
+            if not all(views.on) and imgui.button("all on"):
+                viewer.frame = views.all_on()
+        if imgui.collapsing_header("why"):
+            imgui.text_wrapped("\n".join(self._explained(viewer, views)))
+
+    def _weight(self, weight: float) -> None:
+        if is_primary(weight):
+            self._imgui.text_colored(GOLD, "primary")
+        else:
+            self._imgui.text_disabled(f"{100 * weight:.0f} %" if weight else "off")
+
+    def _explained(self, viewer: Viewer, views: Views) -> list[str]:
+        """Asked for once, not for each picture: it is read from the GPU."""
+        key = views.shown, viewer.state.look
+        if self._why is None or self._why[0] != key:
+            self._why = key, viewer.renderer.explain(views.shown_names)
+        return self._why[1]
 
     def _nodes(self, viewer: Viewer, scene: Scene) -> None:
         self._imgui.separator_text("scene")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from .cli_mistakes import Commands, UsageError, sentence_of
+from .cli_mistakes import Commands, UsageError, check_folders, sentence_of
 from .cli_options import (
     Axes,
     BenchOptions,
@@ -23,6 +23,7 @@ from .cli_options import (
     FilmOptions,
     FrameOptions,
     LookOptions,
+    MoreInputs,
     NormalOptions,
     Output,
     Quiet,
@@ -33,8 +34,8 @@ from .cli_options import (
     spread,
 )
 from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
-from .cli_parse import size_from, views_from
-from .cli_read import check_frame, check_look, load, load_views
+from .cli_parse import rates_from, size_from, views_from
+from .cli_read import check_frame, check_look, load, load_others, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
@@ -184,11 +185,16 @@ def depth(
 @app.command()
 @spread
 def view(
-    frame: FrameOptions, look: LookOptions, window: WindowOptions, views: Views = None, quiet: Quiet = False
+    frame: FrameOptions,
+    look: LookOptions,
+    window: WindowOptions,
+    more: MoreInputs = None,
+    views: Views = None,
+    quiet: Quiet = False,
 ) -> None:
     """Open a window where the light follows the mouse; H lists the keys.
 
-    A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged.
+    A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     """
     from .scene import Scene
     from .viewer import Viewer
@@ -199,8 +205,13 @@ def view(
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
     lights = look.lights(shadow=True)
-    count = None if views is None else views_from(views) or "all"
-    source = load(frame, sequence=True, scene=views is None)
+    count, inputs = None if views is None else views_from(views) or "all", more or []
+    check_folders(inputs)
+    rates = rates_from(window.fps, 1 + len(inputs))
+    if inputs and views:
+        raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
+    source = load(frame, sequence=True, scene=not (views or inputs))
+    others = load_others(frame, source, inputs)
     if isinstance(source, Scene):
         check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
     viewer = Viewer(
@@ -209,7 +220,8 @@ def view(
         size=size,
         state=state,
         lights=lights,
-        fps=window.fps,
+        others=others,
+        fps=rates,
         views=count,
         record=window.record,
         panel=window.panel,

@@ -134,7 +134,7 @@ class Panel:
             height = min(len(views.frames), ROWS) * imgui.get_frame_height_with_spacing()
             imgui.begin_child("rows", imgui.ImVec2(0, height))
             for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
-                on = imgui.checkbox(f"frame {name}##{k}", before)[1]
+                on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
                 imgui.same_line(0.55 * self._width)
                 self._weight(weights.get(frame, 0.0) if before else 0.0)
                 if on != before:

@@ -15,20 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..checks import check_flag, check_fps, check_path, check_size, check_type, shown
+from ..checks import check_flag, check_path, check_size, check_type, shown
 from ..files.pictures import save_image
 from ..frame import Frame
 from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
-from ..wording import option
 from .controls import Mouse, press_key
 from .events import Event
 from .panel import MISSING
 from .playback import Playback
 from .record import RATE, Recorder
 from .screen import Screen
+from .sources import check_rates, check_sources
 from .state import OWN_LIGHT, Stage, State
+from .together import Together
 from .views import VIEWS, Merger, Views, check_views
 from .window import Window, window_size
 
@@ -48,7 +49,9 @@ class Viewer:
     state   what the window shows at first: view, light, look
     lights  the mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
             casts any
-    fps     frames of a stream per second; None: as fast as they come
+    others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
+            their poses
+    fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
     views   how many frames of a sequence, evenly chosen, or "all", are drawn as one object, by their poses; the key M
             switches between that and playing. None plays them at first, and M draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
@@ -69,22 +72,19 @@ class Viewer:
         size: tuple[int, int] | None = None,
         state: State | None = None,
         lights: Sequence[Light] = (),
-        fps: float | None = None,
+        others: Sequence[Frame | Iterable[Frame]] = (),
+        fps: float | Sequence[float | None] | None = None,
         views: int | str | None = None,
         record: str | Path | None = None,
         panel: bool = False,
     ):
-        if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
-            raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+        others = check_sources(source, others, views)
         if not isinstance(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
         size = None if size is None else check_size(size)
-        if views is not None and (isinstance(source, Frame) or not isinstance(source, Sequence)):
-            got = "a single frame" if isinstance(source, Frame) else f"a {type(source).__name__}"
-            raise ValueError(f"{option('views')} merges the frames of a sequence, and this is {got}: leave it out")
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
-        fps = None if fps is None else check_fps(fps, option("fps"), "frames")
+        rates = check_rates(fps, 1 + len(others))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self._events: list[Event] = []
@@ -95,20 +95,24 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
-            self._recorder = None if record is None else Recorder(check_path(record), fps or RATE)
+            self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
             self._playback = self._merger = None
             self.frame: Frame | Scene | Views
             self.state = state
-            if isinstance(source, Frame):
-                self.frame = source
-            elif isinstance(source, Scene):
+            if isinstance(source, Scene):
                 self.frame = source.framed()
                 self.state = replace(self.state, shadows=True)
                 lights = lights or source.lights
+            elif others:
+                self._playback = Together([source, *others], rates, self._said.append)
+                undo.callback(self._playback.close)
+                self.frame = self._playback.first()
+            elif isinstance(source, Frame):
+                self.frame = source
             else:
-                self._playback = Playback(source, fps, self._said.append)
+                self._playback = Playback(source, rates[0], self._said.append)
                 undo.callback(self._playback.close)
                 if isinstance(source, Sequence):
                     self._merger = Merger(source, count, self._said.append)
@@ -170,7 +174,7 @@ class Viewer:
         if self._merger and self._merger.is_reading:
             self._merge(self._merger)
         elif self._playback and self._plays and (frame := self._playback.advance(now)):
-            self.frame = frame
+            self._show(frame)
         if self._animates:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
@@ -200,8 +204,8 @@ class Viewer:
 
     @property
     def _plays(self) -> bool:
-        """Frames of a stream are shown one by one, though it may be paused."""
-        return not (isinstance(self.frame, Views) or (self._merger and self._merger.is_reading))
+        """What is shown comes from a stream, which may be paused."""
+        return not (self._merger and (isinstance(self.frame, Views) or self._merger.is_reading))
 
     @property
     def _own(self) -> Frame | Scene:
@@ -257,7 +261,7 @@ class Viewer:
         """Pauses a stream, or continues it."""
         if self._playback is None:
             self.say("a single frame: nothing to play")
-        elif isinstance(self.frame, Views):
+        elif not self._plays:
             self.say(MERGED)
         else:
             self._playback.toggle()
@@ -267,18 +271,25 @@ class Viewer:
         """Pauses a stream and steps one frame forwards (1) or back (-1)."""
         if self._playback is None:
             self.say("a single frame: nothing to step through")
-        elif isinstance(self.frame, Views):
+        elif not self._plays:
             self.say(MERGED)
         else:
-            self.frame = self._playback.step(direction) or self.frame
+            self._show(self._playback.step(direction) or self.frame)
             self.say(f"frame {self._playback.index}" if self._playback.index >= 0 else "paused")
+
+    def _show(self, new: Frame | Scene | Views) -> None:
+        """New frames of a stream; views stay switched as they are."""
+        if isinstance(new, Views) and isinstance(self.frame, Views):
+            new = replace(new, on=self.frame.on)
+        self.frame = new
 
     def toggle_views(self) -> None:
         """Draws several frames of a sequence as one object, or plays them again."""
         if self._playback is None:
             self.say("a single frame: nothing to merge")
         elif self._merger is None:
-            self.say("only frames of a sequence can be merged")
+            live = isinstance(self.frame, Views)
+            self.say("these sources are always merged" if live else "only frames of a sequence can be merged")
         elif isinstance(self.frame, Views):
             self.frame = self.frame.home
             self.say("paused" if self._playback.is_paused else "playing")

@@ -24,12 +24,14 @@ class Views:
     names   of the frames, for the panel
     home    the frame whose camera and pose the viewer starts from
     on      the switch of each frame; one at least is on
+    kind    what the names are of, in front of each name
     """
 
     frames: tuple[Frame, ...]
     names: tuple[str, ...]
     home: Frame
     on: tuple[bool, ...]
+    kind: str = "frame"
 
     @classmethod
     def of(cls, found: Mapping[int, Frame], home: int = -1) -> Views:
@@ -58,6 +60,11 @@ class Views:
 
     def all_on(self) -> Views:
         return replace(self, on=(True,) * len(self.on))
+
+    def with_frames(self, new: Sequence[Frame | None]) -> Views:
+        """The same with new frames in the place of some (None: it stays). Home is the first one then."""
+        frames = tuple(after or before for before, after in zip(self.frames, new, strict=True))
+        return replace(self, frames=frames, home=frames[0])
 
 
 class Merger:

@@ -216,7 +216,7 @@ def view(
         check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
     viewer = Viewer(
         source,
-        title=f"pointshade: {frame.input or frame.depth or 'vase'}",
+        title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
         size=size,
         state=state,
         lights=lights,

@@ -46,7 +46,7 @@ Views = Annotated[
 MoreInputs = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="INPUT...",
+        metavar="MORE",
         help="More folders with frames of the same thing, with poses: all play at once, merged into one object.",
         autocompletion=complete_input,
     ),

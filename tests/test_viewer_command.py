@@ -14,7 +14,7 @@ from PIL import Image
 import pointshade_gl as ps
 
 from . import frames
-from .view_sets import pose_at, seen_from, write_views
+from .view_sets import pose_at, replaced, seen_from, write_views
 
 if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
@@ -194,6 +194,22 @@ def test_views_are_merged_and_m_plays_the_frames(user, tmp_path):
     someone.wait_for(changes)
     someone.press("m")
     someone.wait_for(lambda: changes() is None or None)
+    someone.press("q")
+    assert someone.leave() == (0, "", [])
+
+
+def test_several_folders_play_at_once_as_one_object(user, tmp_path):
+    """Unlit, one camera's pictures get darker, the other's get brighter again."""
+    folders = []
+    for name, yaw in (("left", -8), ("right", 8)):
+        view = seen_from(pose_at(yaw))
+        film = [replaced(view, color=(view.color * share).astype(np.uint8)) for share in (1, 0.3)]
+        folders.append(write_views(tmp_path / name, film))
+    someone = user(*folders, "--fps", "6,3", "--depth-scale", "1000", "--shading", "none")
+    assert f"{folders[0]} and {folders[1]}" in someone.window.get_wm_name()
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    greys = set()
+    someone.wait_for(lambda: greys.add(round(someone.see().mean() / 8)) or (len(greys) > 2 or None))
     someone.press("q")
     assert someone.leave() == (0, "", [])
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 SETTLE = 3  # pictures after an event until the panel stops changing
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
+SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
@@ -131,15 +133,19 @@ class Panel:
         imgui, weights = self._imgui, viewer.renderer.weights
         opened = imgui.TreeNodeFlags_.default_open
         if imgui.collapsing_header(f"{len(views.shown)} of {len(views.frames)} views as one###views", opened):
-            height = min(len(views.frames), ROWS) * imgui.get_frame_height_with_spacing()
-            imgui.begin_child("rows", imgui.ImVec2(0, height))
+            row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
+            size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
+            imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size)
+            imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch)
+            imgui.table_setup_column("weight", imgui.TableColumnFlags_.width_fixed)
             for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
+                imgui.table_next_column()
                 on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
-                imgui.same_line(0.55 * self._width)
+                imgui.table_next_column()
                 self._weight(weights.get(frame, 0.0) if before else 0.0)
                 if on != before:
                     viewer.frame = views.switched(k, on)
-            imgui.end_child()
+            imgui.end_table()
             if not all(views.on) and imgui.button("all on"):
                 viewer.frame = views.all_on()
         if imgui.collapsing_header("why"):
@@ -171,10 +177,8 @@ class Panel:
     def _facts(self, viewer: Viewer, present: Lap | None) -> None:
         imgui, laps = self._imgui, viewer.renderer.steps.laps
         imgui.separator_text("this picture")
-        shown = [
-            (name, laps.get(name)) for name in ("surface", "splats", "resolve", "shadows", "surfaces", "light")
-        ] + [("present", present)]
-        for name, lap in shown:
+        names = SET_STEPS if isinstance(viewer.frame, Views) else FRAME_STEPS
+        for name, lap in [*((name, laps.get(name)) for name in names), ("present", present)]:
             imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
         choice = viewer.renderer.choice
         imgui.text(f"{viewer.frame.points_known} points" + (f", {choice.method}" if choice else ""))

@@ -68,12 +68,7 @@ def check_folders(inputs: Sequence[str]) -> None:
     """Raises ValueError for an INPUT after the first that is no folder: it was meant for an option."""
     for path in inputs:
         if not Path(path).is_dir():
-            raise ValueError(one_input(path))
-
-
-def one_input(extra: str) -> str:
-    """That there is one INPUT, and what to do with a word that was taken for another."""
-    return f"there is one INPUT, got also {extra}: {_way_out(extra)}"
+            raise ValueError(f"more INPUTs must be folders of frames, got {path}: {_way_out(path)}")
 
 
 def sentence_of(error: Any) -> str:
@@ -86,7 +81,7 @@ def sentence_of(error: Any) -> str:
     elif hasattr(error, "possibilities"):  # an option that does not exist
         message = _no_option(error.option_name, error.ctx)
     elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
-        message = one_input(extra[1])
+        message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
     more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
     return f"{message[:1].lower()}{message[1:]}{more}"
 

@@ -57,7 +57,7 @@ class Pipeline:
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._target: Target | None = None
-        self._things: dict[Placed, Thing] = {}  # of the last picture
+        self.drawn: dict[Placed, Thing] = {}  # what the last picture shows or casts shadows in it
 
     def draw(self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Target:
         """The scene under these lights, as a camera at a pose (4, 4) sees it."""
@@ -108,14 +108,14 @@ class Pipeline:
         """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
         return [
             (p.node.name, thing.report(p.content.frames) if isinstance(thing, ShownSet) else thing.textures.choice)
-            for p, thing in self._things.items()
+            for p, thing in self.drawn.items()
             if not isinstance(thing, PlacedMesh)
         ]
 
     def weights(self) -> dict[Frame, float]:
         """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
         found: dict[Frame | None, float] = {}
-        for thing in self._things.values():
+        for thing in self.drawn.values():
             if isinstance(thing, ShownSet):
                 found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
             elif isinstance(thing, ShownPoints):
@@ -136,7 +136,7 @@ class Pipeline:
         for p in objects:
             views = tuple(shown[member] for member in p.members)
             things[p] = views[0] if p.content.is_single else self._as_one(p, views, shot)
-        self._things = things
+        self.drawn = things
         return things
 
     def _prepare_points(self, singles: list[Placed], shot: Shot, alone: set[Placed]) -> dict[Placed, ShownPoints]:

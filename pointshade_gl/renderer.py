@@ -285,6 +285,7 @@ class Renderer:
         frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
+            self._pipeline.drawn = {}  # its textures may be freed now
             (textures,) = self._pipeline.frames.upload([frame])
             self._pipeline.frames.find_normals(textures, frame, look)
             normals = textures.surface.read()[..., :3].copy()

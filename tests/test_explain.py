@@ -102,7 +102,8 @@ class TestRenderer:
         assert "most in frame 1 (" in lines[3] and lines[4] == "primary views: all 3"
 
     def test_flying_pixels_are_distrusted(self, own):
-        clean, rough = ([f(view, k) for k, view in enumerate(three_views())] for f in (lambda view, _: view, noisy))
+        clean = three_views()
+        rough = [noisy(view, seed) for seed, view in enumerate(clean)]
         shares = []
         for views in (clean, rough):
             own.render(views)
@@ -118,6 +119,19 @@ class TestRenderer:
         lines = own.explain(names=["left", "middle"])
         assert lines[-1] == "object: central: as requested"
         assert len(lines) == 6 and all(line.startswith("pair: ") for line in lines[:-1])
+
+    def test_normals_estimated_since_leave_nothing_to_explain(self, own):
+        views = three_views()
+        own.render(views)
+        own.estimate_normals(replaced(views[0], color=None))
+        assert own.explain() == [] and own.weights == {}
+
+    def test_the_weights_of_a_picture_s_views(self, own):
+        views = [seen_from(pose_at(yaw)) for yaw in (-12, -6, 0, 6, 12)]
+        own.render(views, pose=pose_at(-7))
+        assert [own.weights[view] for view in views[:3]] == [1, 1, 1] and own.weights[views[4]] < 0.5
+        own.render(views[4])
+        assert own.weights == {views[4]: 1}
 
     def test_it_draws_and_changes_nothing(self, own):
         views = three_views()

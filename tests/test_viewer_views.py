@@ -86,6 +86,13 @@ class TestChoice:
             check_views(views)
 
 
+def read(merger):
+    merger.start(-1)
+    while not merger.is_ready:
+        threading.Event().wait(0.001)
+    return merger.finish()
+
+
 class TestMerger:
     def test_frames_are_read_by_threads_and_each_tells(self):
         source, woken = Files(), threading.Semaphore(0)
@@ -101,12 +108,12 @@ class TestMerger:
 
     def test_what_cannot_be_read_is_told_and_left_out(self):
         told = []
-        views = Merger(Files(broken=(4,)), 3, told.append).read()
+        views = read(Merger(Files(broken=(4,)), 3, told.append))
         assert views.frames == (WALK[0], WALK[8]) and told == ["frame 4 is cut off"]
 
     def test_fewer_than_two_are_refused(self):
         with pytest.raises(ValueError, match="fewer than two of 3 frames can be read"):
-            Merger(Files(broken=(0, 8)), 3).read()
+            read(Merger(Files(broken=(0, 8)), 3))
 
     def test_it_can_be_given_up(self):
         source = Files()
@@ -132,11 +139,16 @@ def far_from_marker(viewer):
 
 
 def merge(viewer):
-    """Presses M, and waits until the views are there."""
+    """Presses M. The views, as soon as they are shown."""
     press(viewer, "M")
+    return merged(viewer).frame
+
+
+def merged(viewer):
+    """The viewer, as soon as it shows the views."""
     while not isinstance(viewer.frame, Views):
         viewer.step()
-    return viewer.frame
+    return viewer
 
 
 @pytest.fixture
@@ -211,7 +223,7 @@ class TestKey:
 
     def test_light_look_shadows_reset_and_saving_work_on_the_merged_object(self, open_viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
-        viewer = open_viewer(WALK, views=3)
+        viewer = merged(open_viewer(WALK, views=3))
         seen = [shown(quiet(viewer))]
         for name in ("1", "2", "S", "+"):
             press(viewer, name)
@@ -224,7 +236,7 @@ class TestKey:
 
 class TestStart:
     def test_it_may_begin_merged_and_play_afterwards(self, open_viewer):
-        viewer = open_viewer(WALK, views=3, fps=500)
+        viewer = merged(open_viewer(WALK, views=3, fps=500))
         assert viewer.frame.frames == (WALK[0], WALK[4], WALK[8]) and viewer.frame.home is WALK[0]
         for _ in range(3):
             viewer.step(wait=False)
@@ -234,8 +246,16 @@ class TestStart:
             viewer.step()
         assert len(merge(viewer).frames) == 3
 
+    def test_while_they_are_read_the_first_frame_is_seen(self, open_viewer):
+        source = Files()
+        source.gate.clear()
+        threading.Timer(0.3, source.gate.set).start()
+        viewer = open_viewer(source, views=2)
+        assert viewer.frame is WALK[0]
+        assert merged(viewer).frame.frames == (WALK[0], WALK[8])
+
     def test_all_of_them(self, open_viewer):
-        assert open_viewer(WALK[:4], views="all").frame.frames == tuple(WALK[:4])
+        assert merged(open_viewer(WALK[:4], views="all")).frame.frames == tuple(WALK[:4])
 
     @pytest.mark.parametrize("source", [frames.sphere(), ps.Scene(camera=frames.CAMERA), iter(WALK)])
     def test_only_a_sequence_can(self, source):
@@ -252,7 +272,7 @@ def counted_in(viewer, work):
 
 class TestSwitches:
     def test_a_view_that_is_off_is_not_drawn(self, open_viewer):
-        viewer = open_viewer(WALK, views=3)
+        viewer = merged(open_viewer(WALK, views=3))
         full = shown(quiet(viewer))
         ran = counted_in(viewer, lambda: setattr(viewer, "frame", viewer.frame.switched(1, False)))
         assert "upload" not in ran and "surface" not in ran and ran["splats"] == 2
@@ -281,14 +301,14 @@ class TestPanel:
             viewer.step(wait=False)
 
     def test_a_click_on_a_box_switches_a_view(self, open_viewer):
-        viewer = open_viewer(WALK, views=3, size=(640, 480), panel=True)
+        viewer = merged(open_viewer(WALK, views=3, size=(640, 480), panel=True))
         self.click(viewer, 398, 46)
         assert viewer.frame.on == (False, True, True)
         self.click(viewer, 398, 46)
         assert viewer.frame.on == (True, True, True)
 
     def test_the_primary_ones_are_marked_and_change_with_the_view(self, open_viewer):
-        viewer = open_viewer(WALK, views="all", size=(640, 480), panel=True)
+        viewer = merged(open_viewer(WALK, views="all", size=(640, 480), panel=True))
         told = []
         viewer.screen.panel._weight = told.append
         for yaw in (0, 18):
@@ -300,7 +320,7 @@ class TestPanel:
         assert np.argmax(last) > 3 and sum(weight == 1 for weight in last) == 3
 
     def test_why_is_asked_once_and_only_where_it_is_open(self, open_viewer, monkeypatch):
-        viewer = open_viewer(WALK, views=3, size=(640, 480), panel=True)
+        viewer = merged(open_viewer(WALK, views=3, size=(640, 480), panel=True))
         asked, explain = [], viewer.renderer.explain
         monkeypatch.setattr(viewer.renderer, "explain", lambda names: asked.append(names) or explain(names))
         for _ in range(4):
@@ -318,7 +338,7 @@ class TestPanel:
     def test_200_views_leave_room_for_the_rest(self, open_viewer):
         camera = ps.Camera(8, 8, 3.5, 2.5, 8, 6)
         many = {k: ps.Frame(None, np.full((6, 8), 1.5), camera, pose_at(k / 20)) for k in range(200)}
-        viewer = open_viewer(list(many.values()), views=6, size=(640, 900), panel=True)
+        viewer = merged(open_viewer(list(many.values()), views=6, size=(640, 900), panel=True))
         heights = []
         for views in (viewer.frame, Views.of(many)):
             viewer.frame = replace(views, on=(True, True, *[False] * (len(views.frames) - 2)))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
-SETTLE = 3  # pictures after an event until the panel stops changing
+SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
 FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
@@ -47,7 +47,7 @@ class Panel:
         style.font_scale_main = scale
         style.window_rounding = 6 * scale
         imgui.backends.opengl3_init("#version 330")
-        self._width = 250 * scale
+        self._width, self._height = 250 * scale, 0.0
         self._why: tuple[Any, list[str]] | None = None
         self.settling = SETTLE
 
@@ -86,10 +86,11 @@ class Panel:
             self._nodes(viewer, viewer.frame)
         self._facts(viewer, present)
         imgui.pop_item_width()
+        height, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        self.settling = max(self.settling - 1, 0)
+        self.settling = SETTLE if height != self._height else max(self.settling - 1, 0)
 
     def _controls(self, viewer: Viewer) -> None:
         imgui, state = self._imgui, viewer.state

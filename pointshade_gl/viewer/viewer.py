@@ -52,8 +52,8 @@ class Viewer:
     others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
             their poses
     fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
-    views   how many frames of a sequence, evenly chosen, or "all", are drawn as one object, by their poses; the key M
-            switches between that and playing. None plays them at first, and M draws 8 as one object
+    views   how many frames of a sequence, evenly chosen, or "all", are drawn as one object, by their poses, as soon as
+            they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
 
@@ -117,7 +117,9 @@ class Viewer:
                 if isinstance(source, Sequence):
                     self._merger = Merger(source, count, self._said.append)
                     undo.callback(self._merger.close)
-                self.frame = self._merger.read() if self._merger and views is not None else self._playback.first()
+                self.frame = self._playback.first()
+                if self._merger and views is not None:
+                    self._merger.start(self._playback.index)
             self.stage = Stage.of(self._own)
             if lights:
                 self.state = self.state.with_light(lights[0], self.stage, self.pose)

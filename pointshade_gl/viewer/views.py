@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -86,14 +86,6 @@ class Merger:
         self._pool: ThreadPoolExecutor | None = None
         self._jobs: dict[int, Future[Frame]] = {}
         self._home = -1
-
-    def read(self) -> Views:
-        """Reads them now. Raises ValueError for fewer than two frames."""
-        self.start(-1)
-        wait(self._jobs.values())
-        views = self.finish()
-        assert views is not None
-        return views
 
     def start(self, index: int) -> None:
         """Begins to read frames, among them the one with this number. Raises ValueError if there is none to merge."""

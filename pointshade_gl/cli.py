@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from .cli_mistakes import Commands, UsageError, sentence_of
+from .cli_mistakes import Commands, UsageError, check_folders, sentence_of
 from .cli_options import (
     Axes,
     BenchOptions,
@@ -23,6 +23,7 @@ from .cli_options import (
     FilmOptions,
     FrameOptions,
     LookOptions,
+    MoreInputs,
     NormalOptions,
     Output,
     Quiet,
@@ -32,14 +33,15 @@ from .cli_options import (
     WindowOptions,
     spread,
 )
-from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
-from .cli_parse import size_from
-from .cli_read import check_frame, check_look, load, load_views
+from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
+from .cli_parse import rates_from, size_from, views_from
+from .cli_read import check_frame, check_look, load, load_others, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
 if TYPE_CHECKING:
     from .frame import Frame
+    from .renderer import Renderer
     from .scene import Scene
     from .view import View
 
@@ -80,6 +82,7 @@ def render(
     place: ViewOptions,
     film: FilmOptions,
     views: Views = None,
+    explain: Explain = False,
     small: Small = False,
     device: Device = 0,
     quiet: Quiet = False,
@@ -97,7 +100,7 @@ def render(
     if output.suffix.lower() == ".ply":
         if views is not None:
             raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
-        _write_points(output, frame, view, film, device)
+        _write_points(output, frame, view, film, device, explainer(explain))
         return
     many = film.turntable is not None or is_series(output)
     if many:
@@ -105,20 +108,22 @@ def render(
     else:
         _check_picture(output, film)
     if views is not None:
-        source = load_views(frame, view.look, views)
+        source, names = load_views(frame, view.look, views)
     else:
-        source = load(frame, sequence=many and film.turntable is None, scene=True)
+        source, names = load(frame, sequence=many and film.turntable is None, scene=True), []
+    tell = explainer(explain, names)
     if isinstance(source, Scene) and views is None:
         check_look(view.look)
         view = replace(view, lights=look.lights(shadow=True))
     if many:
-        _render_series(source, view, output, film, device)
+        _render_series(source, view, output, film, device, tell)
         return
     with open_renderer(device) as renderer, spinner("rendering"):
         start = time.perf_counter()
         image = renderer.render(source, **view.of(source))
         spent = time.perf_counter() - start
         save_image(output, image, small)
+        tell(renderer)
         if not image.any():
             print_note("nothing is in view, the picture is empty")
         what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
@@ -179,8 +184,18 @@ def depth(
 
 @app.command()
 @spread
-def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Quiet = False) -> None:
-    """Open a window where the light follows the mouse; H lists the keys. A folder with a sequence is played."""
+def view(
+    frame: FrameOptions,
+    look: LookOptions,
+    window: WindowOptions,
+    more: MoreInputs = None,
+    views: Views = None,
+    quiet: Quiet = False,
+) -> None:
+    """Open a window where the light follows the mouse; H lists the keys.
+
+    A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
+    """
     from .scene import Scene
     from .viewer import Viewer
     from .viewer.panel import MISSING
@@ -190,16 +205,24 @@ def view(frame: FrameOptions, look: LookOptions, window: WindowOptions, quiet: Q
         raise ValueError(MISSING)
     state, size = State(look=look.look()), size_from(window.size)
     lights = look.lights(shadow=True)
-    source = load(frame, sequence=True, scene=True)
+    count, inputs = None if views is None else views_from(views) or "all", more or []
+    check_folders(inputs)
+    rates = rates_from(window.fps, 1 + len(inputs))
+    if inputs and views:
+        raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
+    source = load(frame, sequence=True, scene=not (views or inputs))
+    others = load_others(frame, source, inputs)
     if isinstance(source, Scene):
         check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
     viewer = Viewer(
         source,
-        title=f"pointshade: {frame.input or frame.depth or 'vase'}",
+        title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
         size=size,
         state=state,
         lights=lights,
-        fps=window.fps,
+        others=others,
+        fps=rates,
+        views=count,
         record=window.record,
         panel=window.panel,
     )
@@ -300,7 +323,14 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
         )
 
 
-def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptions, device: int) -> None:
+def _write_points(
+    output: Path,
+    frame: FrameOptions,
+    view: View,
+    film: FilmOptions,
+    device: int,
+    tell: Callable[[Renderer], None],
+) -> None:
     """`render -o points.ply`: the points of a frame, or of each frame of a sequence, in world coordinates."""
     from .cli_write import write_points
     from .files.numbering import first_of, is_numbered
@@ -313,11 +343,16 @@ def _write_points(output: Path, frame: FrameOptions, view: View, film: FilmOptio
     source = load(frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {frame.input} is a scene: write a picture of it")
-    write_points(source, view, output, film.turntable, film.frames, device)
+    write_points(source, view, output, film.turntable, film.frames, device, tell)
 
 
 def _render_series(
-    source: Frame | Scene | Sequence[Frame], view: View, output: Path, film: FilmOptions, device: int
+    source: Frame | Scene | Sequence[Frame],
+    view: View,
+    output: Path,
+    film: FilmOptions,
+    device: int,
+    tell: Callable[[Renderer], None],
 ) -> None:
     from .series import jobs_of, write_series
 
@@ -325,6 +360,11 @@ def _render_series(
     with open_renderer(device) as renderer:
         start = time.perf_counter()
         with progress(count) as advance:
-            count, (width, height) = write_series(renderer, jobs, output, film.fps, advance)
+
+            def done() -> None:
+                advance()
+                tell(renderer)
+
+            count, (width, height) = write_series(renderer, jobs, output, film.fps, done)
         spent = time.perf_counter() - start
         report(output, f"{count} pictures of {width}x{height} pixels", renderer, spent)

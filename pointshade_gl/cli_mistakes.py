@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,13 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
             inside = Path(folder or "", path)
             told = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
             raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
+
+
+def check_folders(inputs: Sequence[str]) -> None:
+    """Raises ValueError for an INPUT after the first that is no folder: it was meant for an option."""
+    for path in inputs:
+        if not Path(path).is_dir():
+            raise ValueError(f"more INPUTs must be folders of frames, got {path}: {_way_out(path)}")
 
 
 def sentence_of(error: Any) -> str:

@@ -43,6 +43,14 @@ Views = Annotated[
         rich_help_panel=VIEW,
     ),
 ]
+MoreInputs = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="MORE",
+        help="More folders with frames of the same thing, with poses: all play at once, merged into one object.",
+        autocompletion=complete_input,
+    ),
+]
 Quiet = Annotated[
     bool,
     typer.Option(
@@ -58,7 +66,9 @@ Axes = Annotated[
     ),
 ]
 Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
-Explain = Annotated[bool, typer.Option("--explain", help="Print which estimator ran, and why.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print which estimator ran, and why; of --views also what they agree on.")
+]
 
 
 @dataclass(frozen=True)
@@ -309,9 +319,14 @@ class WindowOptions:
 
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None
     panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
-    fps: Annotated[float, typer.Option(metavar="N", help="Frames of a sequence per second.", rich_help_panel=FILM)] = (
-        30.0
-    )
+    fps: Annotated[
+        str,
+        typer.Option(
+            metavar="N[,N...]",
+            help="Frames of a sequence per second; of several INPUTs also one number for each.",
+            rich_help_panel=FILM,
+        ),
+    ] = "30"
     record: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Record the window as a film: .mp4 or .gif.", rich_help_panel=FILM),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -21,6 +21,23 @@ def warn_skipped(text: str) -> None:
 def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
     """The line about a written file: what is in it, what drew it, in how many seconds."""
     print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
+
+
+def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], None]:
+    """A function for after each picture: if wanted, it prints what drew it and why, but no line of the last one again.
+
+    names  of the frames that are drawn as one object
+    """
+    before: list[str] = []
+
+    def tell(renderer: Renderer) -> None:
+        lines = renderer.explain(names) if wanted else []
+        for line in lines:
+            if line not in before:
+                print(line)
+        before[:] = lines
+
+    return tell
 
 
 def fail(error: str, code: int) -> NoReturn:

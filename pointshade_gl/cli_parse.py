@@ -36,6 +36,14 @@ def views_from(text: str) -> int | None:
     return int(text)
 
 
+def rates_from(text: str, count: int) -> list[float]:
+    """Frames per second of each of `count` inputs: one number for all, or one for each."""
+    expected = f"{option('fps')} must be a number of frames per second"
+    expected += ", or one for each INPUT" if count > 1 else ""
+    rates = _numbers(text, count if "," in text else 1, ",", expected)
+    return rates * (count if len(rates) == 1 else 1)
+
+
 def noise_from(text: str | None) -> float | str | None:
     """Metres if the text is a number, else the name of a sensor."""
     try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .cli_options import FrameOptions
@@ -29,16 +31,31 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> An
     return (open_source if sequence else load_frame)(source, **options)
 
 
-def load_views(frame: FrameOptions, look: Look, views: str) -> Scene:
-    """Frames of a sequence as one object; who looks is the first one's camera."""
+def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list[str]]:
+    """Frames of a sequence as one object, and their numbers; who looks is the first one's camera."""
     from .cli_parse import views_from
     from .scene import Node, PointObject, Scene
     from .sources import views_of
 
     count = views_from(views)
     check_frame(frame)
-    frames = views_of(load(frame, sequence=True), count)
-    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+    found = views_of(load(frame, sequence=True), count)
+    first, *others = found.values()
+    node = Node(PointObject(first, look=look, others=others))
+    return Scene((node,), first.picture_camera, first.pose), list(map(str, found))
+
+
+def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
+    """More sources of frames of what the first shows, read with its options. Raises ValueError without poses."""
+    from .files.sequences import FrameSequence
+
+    if inputs and (frame.depth or frame.color):
+        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
+    found = [load(replace(frame, input=path), sequence=True) for path in inputs]
+    for source in (first, *found) if inputs else ():
+        if isinstance(source, FrameSequence) and not source.posed:
+            raise ValueError(f"{source.folder} has no poses: several INPUTs are merged by their poses")
+    return found
 
 
 def check_frame(frame: FrameOptions) -> None:

@@ -63,13 +63,21 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
 
 
 def write_points(
-    source: Source, view: View, output: Path, turntable: str | None, frames: int | None, device: int
+    source: Source,
+    view: View,
+    output: Path,
+    turntable: str | None,
+    frames: int | None,
+    device: int,
+    tell: Callable[[Renderer], None],
 ) -> None:
-    """Writes the points of frames in the light of a view, as `save_points` does."""
+    """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
         names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise"
-        return renderer.render_points(frame, **_chosen(arguments, *names))
+        cloud = renderer.render_points(frame, **_chosen(arguments, *names))
+        tell(renderer)
+        return cloud
 
     def what(cloud: Any) -> str:
         return f"{len(cloud)} points"

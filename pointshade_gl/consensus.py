@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
 PRIMARY = 3  # views that carry the picture
 FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
+ALMOST_1 = 0.999  # the weight of primary views, but for rounding
 CONTRADICTS = 3.0  # times the usual spread, by which a frame is off all others whose pose is wrong
 Matrix = NDArray[np.float64]
 
@@ -110,3 +111,8 @@ def importances(frames: Sequence[Frame], eye: Matrix) -> NDArray[np.float64]:
     reach = max(float(np.sort(away)[PRIMARY - 1]), 1e-9)
     share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
     return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)
+
+
+def is_primary(importance: Any) -> Any:
+    """Whether a view of this weight carries the picture, or only fills gaps; of an array, each."""
+    return importance > ALMOST_1

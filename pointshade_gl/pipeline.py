@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .camera import Camera, Eye
 from .consensus import importances
+from .explain import SetReport
 from .frame import Frame
 from .gpu.consensus import ConsensusPass, Member
 from .gpu.context import Context
@@ -26,6 +27,7 @@ from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
+from .noise import Choice
 from .scene import Matrix, Placed, PointObject, Scene
 from .shadow_views import ShadowView, shadow_views
 from .shot import Shot, compose, is_alone
@@ -56,6 +58,7 @@ class Pipeline:
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._target: Target | None = None
+        self.drawn: dict[Placed, Thing] = {}  # what the last picture shows or casts shadows in it
 
     def draw(self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Target:
         """The scene under these lights, as a camera at a pose (4, 4) sees it."""
@@ -103,6 +106,24 @@ class Pipeline:
         assert self._target is not None, "nothing was drawn"
         return self._target.read()
 
+    def findings(self) -> list[tuple[str, Choice | SetReport]]:
+        """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
+        return [
+            (p.node.name, thing.report(p.content.frames) if isinstance(thing, ShownSet) else thing.textures.choice)
+            for p, thing in self.drawn.items()
+            if not isinstance(thing, PlacedMesh)
+        ]
+
+    def weights(self) -> dict[Frame, float]:
+        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        found: dict[Frame | None, float] = {}
+        for thing in self.drawn.values():
+            if isinstance(thing, ShownSet):
+                found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
+            elif isinstance(thing, ShownPoints):
+                found[thing.textures.frame] = 1.0
+        return {frame: weight for frame, weight in found.items() if frame}
+
     def _prepare(self, shot: Shot) -> dict[Placed, Thing]:
         """Puts what is shown or casts a shadow on the GPU: points with their normals, as many as the view needs."""
         self.steps.counts["culled"] += len(shot.scene.things) - len(shot.shown)
@@ -117,6 +138,7 @@ class Pipeline:
         for p in objects:
             views = tuple(shown[member] for member in p.members)
             things[p] = views[0] if p.content.is_single else self._as_one(p, views, shot)
+        self.drawn = things
         return things
 
     def _prepare_points(self, singles: list[Placed], shot: Shot, alone: set[Placed]) -> dict[Placed, ShownPoints]:

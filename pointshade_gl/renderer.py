@@ -20,6 +20,7 @@ from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
+from .explain import explain
 from .files.content import FilePath
 from .files.frames import load_frame
 from .files.pictures import encode_png
@@ -83,6 +84,21 @@ class Renderer:
     def choice(self) -> Choice | None:
         """What estimated the last normals, and why."""
         return self._pipeline.frames.choice
+
+    @property
+    def weights(self) -> dict[Frame, float]:
+        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        return self._pipeline.weights()
+
+    def explain(self, names: Sequence[str] = ()) -> list[str]:
+        """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
+
+        names  of these frames; by default their numbers
+
+        It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
+        """
+        with self._in_use():
+            return explain(self._pipeline.findings(), names)
 
     def render(
         self,
@@ -281,6 +297,7 @@ class Renderer:
         frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
         with self._in_use():
+            self._pipeline.drawn = {}  # its textures may be freed now
             (textures,) = self._pipeline.frames.upload([frame])
             self._pipeline.frames.find_normals(textures, frame, look)
             normals = textures.surface.read()[..., :3].copy()

@@ -10,6 +10,8 @@ from itertools import islice, repeat
 from os import PathLike
 from typing import Any, TypeGuard
 
+import numpy as np
+
 from .checks import shown
 from .consensus import MOST_FRAMES
 from .files.builtin import SCENES, builtin_folder
@@ -64,32 +66,50 @@ def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
     return load_scene(source, **options)
 
 
-def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> list[Frame]:
-    """Frames of a sequence that are drawn as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> dict[int, Frame]:
+    """Frames of a sequence that are drawn as one object, by their numbers: those that `choose_views` chooses.
 
-    Frames without a pose are left out, and those that cannot be read; a note says so. Raises ValueError where fewer
-    than two are left, for then there is nothing to merge.
+    Those that cannot be read are left out; a note says so. Raises ValueError where fewer than two are left, for then
+    there is nothing to merge.
     """
     if isinstance(source, Frame):
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
-    posed = [k for k, one in enumerate(source.parts) if one.pose is not None]
-    if 0 < len(posed) < len(source):
-        note(f"{source.folder}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
-    if len(posed) < 2:
-        raise ValueError(f"{source.folder} has poses for {len(posed)} frames: {option('views')} needs two at least")
-    if count is None and len(posed) > MOST_FRAMES:
-        note(f"{source.folder}: only {MOST_FRAMES} of {len(posed)} frames are merged, evenly chosen")
-    most = min(MOST_FRAMES if count is None else count, len(posed))
-    chosen = [posed[k * (len(posed) - 1) // max(most - 1, 1)] for k in range(most)]
-    found = []
+    chosen = choose_views(source, count, note)
+    found = {}
     for k in chosen:
         try:
-            found.append(source[k])
+            found[k] = source[k]
         except (ValueError, OSError) as error:
             note(f"{error}: left out")
     if len(found) < 2:
-        raise ValueError(f"{source.folder}: fewer than two of the {most} chosen frames can be read")
+        raise ValueError(f"{source.folder}: fewer than two of the {len(chosen)} chosen frames can be read")
     return found
+
+
+def choose_views(
+    source: Sequence[Frame], count: int | None, note: Note = print_note, among: int | None = None
+) -> list[int]:
+    """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+
+    among  a frame that is chosen in any case, if it has a pose
+
+    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two.
+    """
+    posed, name = list(range(len(source))), "the source"
+    if isinstance(source, FrameSequence):
+        posed, name = [k for k, one in enumerate(source.parts) if one.pose is not None], str(source.folder)
+    if 0 < len(posed) < len(source):
+        note(f"{name}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
+    if len(posed) < 2:
+        raise ValueError(f"{name} has poses for {len(posed)} frames: {option('views')} needs two at least")
+    wanted = len(posed) if count is None else min(count, len(posed))
+    if wanted > MOST_FRAMES:
+        note(f"{name}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")
+    most = min(wanted, MOST_FRAMES)
+    chosen = [posed[k * (len(posed) - 1) // (most - 1)] for k in range(most)]
+    if among in posed:
+        chosen[int(np.argmin(np.abs(np.array(chosen) - among)))] = among
+    return chosen
 
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:

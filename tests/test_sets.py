@@ -16,7 +16,7 @@ from pointshade_gl.shot import looking_distance
 
 from . import frames
 from .compare import compare_images
-from .view_sets import noisy, pose_at, replaced, seen_from, three_views
+from .view_sets import noisy, pose_at, replaced, seen_from, three_views, write_views
 
 BETWEEN = pose_at(6, -2)
 SUN = ps.Light(direction=(0.6, 0.5, 1), shadow=True)
@@ -321,19 +321,7 @@ class TestCommandLine:
     @pytest.fixture
     def folder(self, tmp_path):
         """A sequence of seven views with poses, of which the fourth has none."""
-        from PIL import Image
-
-        folder = tmp_path / "walk"
-        for name in ("color", "depth", "pose"):
-            (folder / name).mkdir(parents=True)
-        camera = frames.CAMERA
-        (folder / "intrinsics.txt").write_text(f"{camera.fx} 0 {camera.cx}\n0 {camera.fy} {camera.cy}\n0 0 1\n")
-        for k, yaw in enumerate((-9, -6, -3, 0, 3, 6, 9)):
-            view = seen_from(pose_at(yaw))
-            Image.fromarray(view.color).save(folder / "color" / f"{k}.png")
-            Image.fromarray(np.round(view.depth * 1000).astype(np.uint16)).save(folder / "depth" / f"{k}.png")
-            np.savetxt(folder / "pose" / f"{k}.txt", view.pose if k != 3 else np.full((4, 4), -np.inf))
-        return folder
+        return write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in range(-9, 10, 3)], lost=(3,))
 
     def test_evenly_chosen_views_are_one_object(self, typed, folder, tmp_path):
         code, _, err = typed(f"render {folder} -o out.png --views 3 --shading none --depth-scale 1000")

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from pointshade_gl.viewer import Viewer
 from pointshade_gl.viewer.controls import BY_NAME
@@ -59,17 +60,17 @@ class TestApplication:
         assert viewer.window.handle is None
 
 
-def random_input(rng):
-    """One event, of any kind, anywhere."""
+def random_input(rng, names):
+    """One event, of any kind, anywhere; keys of these names."""
     kind = rng.choice(["key", "move", "move", "move", "press", "release", "wheel", "leave", "refresh"])
-    names = sorted(set(BY_NAME) - {"Q", "ESCAPE", "P"})
     key = {"key": rng.choice(names), "press": rng.choice(["left", "middle", "right"])}.get(kind, "left")
     held = {"ctrl": bool(rng.random() < 0.3), "shift": bool(rng.random() < 0.3)}
     return Event(kind, str(key), *rng.uniform(-50, 400, 2), steps=float(rng.choice([-1, 1, 0.3])), **held)
 
 
-def test_300_pictures_with_random_input_leave_no_error_and_no_object(display):
-    rng = np.random.default_rng(4)
+@pytest.mark.parametrize(("pictures", "without"), [(300, "M"), (80, "S")])  # shadows of large merged points are slow
+def test_pictures_with_random_input_leave_no_error_and_no_object(display, pictures, without):
+    rng, names = np.random.default_rng(4), sorted(set(BY_NAME) - {"Q", "ESCAPE", "P", without})
     bare = Viewer(frames.sphere(), size=(200, 150))
     real_release, counts = bare.screen.gl.release, {}
     viewer = Viewer(Spoilt(), size=(200, 150), fps=100)
@@ -88,14 +89,14 @@ def test_300_pictures_with_random_input_leave_no_error_and_no_object(display):
         release()
 
     context.release = count_and_release
-    for k in range(300):
+    for k in range(pictures):
         for _ in range(rng.integers(1, 6)):
-            viewer.handle(random_input(rng))
+            viewer.handle(random_input(rng, names))
         if k % 40 == 20:
             viewer.window.glfw.set_window_size(viewer.window.handle, *(int(n) for n in rng.integers(20, 400, 2)))
         viewer.handle(Event("refresh"))
         viewer.step(wait=False)
-    assert viewer.drawn == 300
+    assert viewer.drawn == pictures
     viewer.release()
     assert counts.pop("error") == "GL_NO_ERROR"
     assert counts == empty

@@ -14,6 +14,7 @@ from PIL import Image
 import pointshade_gl as ps
 
 from . import frames
+from .view_sets import pose_at, replaced, seen_from, write_views
 
 if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
@@ -179,6 +180,40 @@ def test_ctrl_c_in_the_terminal_ends_it(user, folder):
     assert code == 130 and "Traceback" not in " ".join(errors)
 
 
+def test_views_are_merged_and_m_plays_the_frames(user, tmp_path):
+    walk = write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in (-8, 0, 8)])
+    someone = user(walk, "--views", "all", "--depth-scale", "1000", "--fps", "3", "--shading", "none")
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    someone.press("m")
+
+    def changes():
+        before = someone.see()
+        time.sleep(0.5)
+        return np.abs(someone.see() - before).mean() > 3 or None
+
+    someone.wait_for(changes)
+    someone.press("m")
+    someone.wait_for(lambda: changes() is None or None)
+    someone.press("q")
+    assert someone.leave() == (0, "", [])
+
+
+def test_several_folders_play_at_once_as_one_object(user, tmp_path):
+    """Unlit, one camera's pictures get darker, the other's get brighter again."""
+    folders = []
+    for name, yaw in (("left", -8), ("right", 8)):
+        view = seen_from(pose_at(yaw))
+        film = [replaced(view, color=(view.color * share).astype(np.uint8)) for share in (1, 0.3)]
+        folders.append(write_views(tmp_path / name, film))
+    someone = user(*folders, "--fps", "6,3", "--depth-scale", "1000", "--shading", "none")
+    assert f"{folders[0]} and {folders[1]}" in someone.window.get_wm_name()
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    greys = set()
+    someone.wait_for(lambda: greys.add(round(someone.see().mean() / 8)) or (len(greys) > 2 or None))
+    someone.press("q")
+    assert someone.leave() == (0, "", [])
+
+
 def run_without_display(*arguments):
     gone = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     return subprocess.run([*COMMAND, *map(str, arguments)], env=gone, capture_output=True, text=True, timeout=PATIENCE)
@@ -208,6 +243,8 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--size", "big"], "--size takes WIDTHxHEIGHT"),
         (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
         (["--record", "no/film.gif"], "create it first"),
+        (["--views", "1"], "--views takes a whole number of 2 or more, or 'all', got '1'"),
+        (["--views", "3"], "--views merges the frames of a sequence, and this is a single frame: leave it out"),
     ],
 )
 def test_a_wrong_option_is_one_sentence_before_any_window(folder, options, complaint):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
@@ -42,3 +45,16 @@ def noisy(frame: ps.Frame, seed: int) -> ps.Frame:
 def replaced(frame: ps.Frame, **changes) -> ps.Frame:
     values = {"color": frame.color, "depth": frame.depth, "camera": frame.camera, "pose": frame.pose}
     return ps.Frame(**(values | changes))
+
+
+def write_views(folder: Path, views: list[ps.Frame], lost: tuple[int, ...] = ()) -> Path:
+    """A folder with a sequence of views, their depth in millimetres; those in `lost` have no pose."""
+    for name in ("color", "depth", "pose"):
+        (folder / name).mkdir(parents=True)
+    camera = views[0].camera
+    (folder / "intrinsics.txt").write_text(f"{camera.fx} 0 {camera.cx}\n0 {camera.fy} {camera.cy}\n0 0 1\n")
+    for k, view in enumerate(views):
+        Image.fromarray(view.color).save(folder / "color" / f"{k}.png")
+        Image.fromarray(np.round(view.depth * 1000).astype(np.uint16)).save(folder / "depth" / f"{k}.png")
+        np.savetxt(folder / "pose" / f"{k}.txt", np.full((4, 4), -np.inf) if k in lost else view.pose)
+    return folder

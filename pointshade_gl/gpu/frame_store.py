@@ -69,10 +69,13 @@ class FrameStore:
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
         if estimator := _estimator(frame, look):
-            self.choice = self._steps.run("surface", self._surface.run, textures, frame.camera, *estimator, of=textures)
+            textures.choice = self._steps.run(
+                "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
+            )
         else:
             self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
-            self.choice = Choice("the caller's")
+            textures.choice = Choice("the caller's")
+        self.choice = textures.choice
 
     def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""

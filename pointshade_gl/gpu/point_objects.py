@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
+from ..consensus import is_primary
+from ..explain import SetReport
+from ..frame import Frame
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
@@ -32,8 +36,6 @@ from .textures import (
     TrustImage,
     confine,
 )
-
-ALMOST_1 = 0.999  # the importance of primary views, but for rounding
 
 
 class Points(NamedTuple):
@@ -77,6 +79,19 @@ class ShownSet(NamedTuple):
     importances: np.ndarray  # (n,) of the frames in this view
     shading: str
     estimator: Estimator | None  # of normals in the view; None takes those of the frames
+
+    def report(self, frames: Sequence[Frame]) -> SetReport:
+        """What was found out about the frames of an object. Reads back how far their points are trusted."""
+        textures = [view.textures for view in self.views]
+        shown = {one.frame for one in textures}
+        numbers = [k for k, frame in enumerate(frames) if frame in shown]
+        left_out = [k for k, frame in enumerate(frames) if frame not in shown]
+        known = [one.frame.depth > 0 for one in textures if one.frame]
+        trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
+        distrusted = [np.count_nonzero(points & ~sure) for points, sure in zip(known, trusted, strict=True)]
+        choices = tuple(one.choice for one in textures)
+        points = np.array([np.count_nonzero(points) for points in known])
+        return SetReport(numbers, left_out, choices, *self.consensus, points, np.array(distrusted), self.importances)
 
 
 class PointObjects:
@@ -130,7 +145,7 @@ class PointObjects:
         """The same for several frames of one thing: their splats into one picture, their parts added up."""
         self._merge = self._merge or MergePass(self._context)
         points, splats, (band, gains) = shown.points, target.splats, shown.consensus
-        windows = self._draw_set(splats, points, eye, shown.importances > ALMOST_1)
+        windows = self._draw_set(splats, points, eye, is_primary(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in gains]

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..frame import Frame
+from ..noise import Choice
 from .memory import Owner, check_memory
 from .steps import Versioned
 
@@ -64,6 +65,7 @@ class FrameTextures(DepthTextures):
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # made for the first view that shows them
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
+        self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
         color = NEUTRAL if frame.color is None else frame.color

@@ -169,6 +169,7 @@ KEYS = (
         "step through a sequence",
         lambda viewer, name: viewer.step_frames(1 if name == "RIGHT" else -1),
     ),
+    Key(("M",), "M", "merge views of a sequence, or play it", lambda viewer, _: viewer.toggle_views()),
     Key(("H",), "H", "this help", _toggle_help),
     Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),
 )

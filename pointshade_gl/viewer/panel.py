@@ -5,18 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from ..consensus import is_primary
 from ..estimators import METHODS
 from ..gpu.steps import Lap
 from ..look import SHADINGS, SPLATS, Material
 from ..scene import Scene
 from .events import Event
+from .views import Views
 
 if TYPE_CHECKING:
     from .viewer import Viewer
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
-SETTLE = 3  # pictures after an event until the panel stops changing
+SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
 BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
+SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
+ROWS = 6  # of the list of views that are seen without scrolling
+GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
 
 
@@ -31,6 +37,7 @@ class Panel:
 
         self._imgui: Any = imgui
         self._context = imgui.create_context()
+        imgui.set_current_context(self._context)  # another window may have its own
         self._io = imgui.get_io()
         self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
         imgui.style_colors_dark()
@@ -40,7 +47,8 @@ class Panel:
         style.font_scale_main = scale
         style.window_rounding = 6 * scale
         imgui.backends.opengl3_init("#version 330")
-        self._width = 250 * scale
+        self._width, self._height = 250 * scale, 0.0
+        self._why: tuple[Any, list[str]] | None = None
         self.settling = SETTLE
 
     def handle(self, event: Event) -> bool:
@@ -71,15 +79,18 @@ class Panel:
         flags = imgui.WindowFlags_
         imgui.begin("pointshade", None, flags.no_title_bar | flags.no_move | flags.always_auto_resize)
         imgui.push_item_width(0.55 * self._width)
+        if isinstance(viewer.frame, Views):
+            self._views(viewer, viewer.frame)
         self._controls(viewer)
         if isinstance(viewer.frame, Scene):
             self._nodes(viewer, viewer.frame)
         self._facts(viewer, present)
         imgui.pop_item_width()
+        height, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        self.settling = max(self.settling - 1, 0)
+        self.settling = SETTLE if height != self._height else max(self.settling - 1, 0)
 
     def _controls(self, viewer: Viewer) -> None:
         imgui, state = self._imgui, viewer.state
@@ -118,6 +129,42 @@ class Panel:
             max_depth_step=look.max_depth_step if step == before else None if step == "off" else step,
         )  # fmt: skip
 
+    def _views(self, viewer: Viewer, views: Views) -> None:
+        """A switch for each view, and how much it counts; below, if it is opened, what the views agree on."""
+        imgui, weights = self._imgui, viewer.renderer.weights
+        opened = imgui.TreeNodeFlags_.default_open
+        if imgui.collapsing_header(f"{len(views.shown)} of {len(views.frames)} views as one###views", opened):
+            row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
+            size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
+            imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size)
+            imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch)
+            imgui.table_setup_column("weight", imgui.TableColumnFlags_.width_fixed)
+            for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
+                imgui.table_next_column()
+                on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
+                imgui.table_next_column()
+                self._weight(weights.get(frame, 0.0) if before else 0.0)
+                if on != before:
+                    viewer.frame = views.switched(k, on)
+            imgui.end_table()
+            if not all(views.on) and imgui.button("all on"):
+                viewer.frame = views.all_on()
+        if imgui.collapsing_header("why"):
+            imgui.text_wrapped("\n".join(self._explained(viewer, views)))
+
+    def _weight(self, weight: float) -> None:
+        if is_primary(weight):
+            self._imgui.text_colored(GOLD, "primary")
+        else:
+            self._imgui.text_disabled(f"{100 * weight:.0f} %" if weight else "off")
+
+    def _explained(self, viewer: Viewer, views: Views) -> list[str]:
+        """Asked for once, not for each picture: it is read from the GPU."""
+        key = views.shown, viewer.state.look
+        if self._why is None or self._why[0] != key:
+            self._why = key, viewer.renderer.explain(views.shown_names)
+        return self._why[1]
+
     def _nodes(self, viewer: Viewer, scene: Scene) -> None:
         self._imgui.separator_text("scene")
         for path, node in scene.every_node():
@@ -131,10 +178,8 @@ class Panel:
     def _facts(self, viewer: Viewer, present: Lap | None) -> None:
         imgui, laps = self._imgui, viewer.renderer.steps.laps
         imgui.separator_text("this picture")
-        shown = [
-            (name, laps.get(name)) for name in ("surface", "splats", "resolve", "shadows", "surfaces", "light")
-        ] + [("present", present)]
-        for name, lap in shown:
+        names = SET_STEPS if isinstance(viewer.frame, Views) else FRAME_STEPS
+        for name, lap in [*((name, laps.get(name)) for name in names), ("present", present)]:
             imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
         choice = viewer.renderer.choice
         imgui.text(f"{viewer.frame.points_known} points" + (f", {choice.method}" if choice else ""))

@@ -22,6 +22,7 @@ from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
 from .text import draw_line, draw_table
+from .views import Views
 from .window import Window
 
 if TYPE_CHECKING:
@@ -118,14 +119,14 @@ class Screen:
 def render_arguments(viewer: Viewer, camera: Camera) -> dict[str, Any]:
     """The arguments of `Renderer.render` for what a viewer shows."""
     state, frame = viewer.state, viewer.frame
-    held = state.light(viewer.stage, np.asarray(frame.pose), viewer.held)
+    held = state.light(viewer.stage, viewer.pose, viewer.held)
     lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
-    common = {"camera": camera, "pose": np.asarray(frame.pose) @ state.pose(viewer.stage), "light": lights}
+    common = {"camera": camera, "pose": viewer.pose @ state.pose(viewer.stage), "light": lights}
     if isinstance(frame, Scene):
         shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
         return common | {"frame": shaded(frame, shading)}
     shown = state if state.lit else state.with_look(shading="none")
-    return common | {"frame": frame, **shown.look.options}
+    return common | {"frame": frame.shown if isinstance(frame, Views) else frame, **shown.look.options}
 
 
 @lru_cache(maxsize=4)

@@ -15,22 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..checks import check_flag, check_fps, check_path, check_size, check_type, shown
+from ..checks import check_flag, check_path, check_size, check_type, shown
 from ..files.pictures import save_image
 from ..frame import Frame
 from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
-from ..wording import option
 from .controls import Mouse, press_key
 from .events import Event
 from .panel import MISSING
 from .playback import Playback
 from .record import RATE, Recorder
 from .screen import Screen
+from .sources import check_rates, check_sources
 from .state import OWN_LIGHT, Stage, State
+from .together import Together
+from .views import VIEWS, Merger, Views, check_views
 from .window import Window, window_size
 
+MERGED = "the views are merged: M plays the frames"
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
@@ -46,7 +49,11 @@ class Viewer:
     state   what the window shows at first: view, light, look
     lights  the mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
             casts any
-    fps     frames of a stream per second; None: as fast as they come
+    others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
+            their poses
+    fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
+    views   how many frames of a sequence, evenly chosen, or "all", are drawn as one object, by their poses, as soon as
+            they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
 
@@ -65,18 +72,20 @@ class Viewer:
         size: tuple[int, int] | None = None,
         state: State | None = None,
         lights: Sequence[Light] = (),
-        fps: float | None = None,
+        others: Sequence[Frame | Iterable[Frame]] = (),
+        fps: float | Sequence[float | None] | None = None,
+        views: int | str | None = None,
         record: str | Path | None = None,
         panel: bool = False,
     ):
-        if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
-            raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+        others = check_sources(source, others, views)
         if not isinstance(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
         size = None if size is None else check_size(size)
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
-        fps = None if fps is None else check_fps(fps, option("fps"), "frames")
+        rates = check_rates(fps, 1 + len(others))
+        count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self._events: list[Event] = []
         self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
@@ -86,23 +95,32 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
-            self._recorder = None if record is None else Recorder(check_path(record), fps or RATE)
+            self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
-            self._playback = None
-            self.frame: Frame | Scene
+            self._playback = self._merger = None
+            self.frame: Frame | Scene | Views
             self.state = state
-            if isinstance(source, Frame):
-                self.frame = source
-            elif isinstance(source, Scene):
+            if isinstance(source, Scene):
                 self.frame = source.framed()
                 self.state = replace(self.state, shadows=True)
                 lights = lights or source.lights
-            else:
-                self._playback = Playback(source, fps, self._said.append)
+            elif others:
+                self._playback = Together([source, *others], rates, self._said.append)
                 undo.callback(self._playback.close)
                 self.frame = self._playback.first()
-            self.stage = Stage.of(self.frame)
+            elif isinstance(source, Frame):
+                self.frame = source
+            else:
+                self._playback = Playback(source, rates[0], self._said.append)
+                undo.callback(self._playback.close)
+                if isinstance(source, Sequence):
+                    self._merger = Merger(source, count, self._said.append)
+                    undo.callback(self._merger.close)
+                self.frame = self._playback.first()
+                if self._merger and views is not None:
+                    self._merger.start(self._playback.index)
+            self.stage = Stage.of(self._own)
             if lights:
                 self.state = self.state.with_light(lights[0], self.stage, self.pose)
             if any(light.shadow for light in lights):
@@ -112,8 +130,9 @@ class Viewer:
             size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
             undo.callback(self.window.release)
-            if self._playback:
-                self._playback.wake = self.window.wake
+            for reader in (self._playback, self._merger):
+                if reader:
+                    reader.wake = self.window.wake
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
             self._began = self._next_frame = time.perf_counter()
@@ -154,8 +173,10 @@ class Viewer:
         for event in events:
             self.handle(event)
         now = time.perf_counter()
-        if self._playback and (frame := self._playback.advance(now)):
-            self.frame = frame
+        if self._merger and self._merger.is_reading:
+            self._merge(self._merger)
+        elif self._playback and self._plays and (frame := self._playback.advance(now)):
+            self._show(frame)
         if self._animates:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
@@ -184,15 +205,25 @@ class Viewer:
         return self.window.fit(self._own_camera)
 
     @property
+    def _plays(self) -> bool:
+        """What is shown comes from a stream, which may be paused."""
+        return not (self._merger and (isinstance(self.frame, Views) or self._merger.is_reading))
+
+    @property
+    def _own(self) -> Frame | Scene:
+        """Whose camera looks."""
+        return self.frame.home if isinstance(self.frame, Views) else self.frame
+
+    @property
     def _own_camera(self) -> Camera:
-        camera = self.frame.picture_camera if isinstance(self.frame, Frame) else self.frame.camera
+        camera = self._own.picture_camera if isinstance(self._own, Frame) else self._own.camera
         assert camera is not None  # `framed` gave scenes a camera
         return camera
 
     @property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of the frame's or the scene's own camera."""
-        return np.asarray(self.frame.pose)
+        return np.asarray(self._own.pose)
 
     def next_light(self) -> None:
         """The mouse takes the next light; the one that it held stays where it is."""
@@ -216,7 +247,7 @@ class Viewer:
 
     def reset(self) -> None:
         """Resets view and light, around the middle of the current frame."""
-        self.stage, self.state = Stage.of(self.frame), self.state.reset_view()
+        self.stage, self.state = Stage.of(self._own), self.state.reset_view()
 
     def toggle_panel(self) -> None:
         """Opens or closes the panel. Without its extra, says how to install it."""
@@ -232,6 +263,8 @@ class Viewer:
         """Pauses a stream, or continues it."""
         if self._playback is None:
             self.say("a single frame: nothing to play")
+        elif not self._plays:
+            self.say(MERGED)
         else:
             self._playback.toggle()
             self.say("paused" if self._playback.is_paused else "playing")
@@ -240,9 +273,50 @@ class Viewer:
         """Pauses a stream and steps one frame forwards (1) or back (-1)."""
         if self._playback is None:
             self.say("a single frame: nothing to step through")
+        elif not self._plays:
+            self.say(MERGED)
         else:
-            self.frame = self._playback.step(direction) or self.frame
+            self._show(self._playback.step(direction) or self.frame)
             self.say(f"frame {self._playback.index}" if self._playback.index >= 0 else "paused")
+
+    def _show(self, new: Frame | Scene | Views) -> None:
+        """New frames of a stream; views stay switched as they are."""
+        if isinstance(new, Views) and isinstance(self.frame, Views):
+            new = replace(new, on=self.frame.on)
+        self.frame = new
+
+    def toggle_views(self) -> None:
+        """Draws several frames of a sequence as one object, or plays them again."""
+        if self._playback is None:
+            self.say("a single frame: nothing to merge")
+        elif self._merger is None:
+            live = isinstance(self.frame, Views)
+            self.say("these sources are always merged" if live else "only frames of a sequence can be merged")
+        elif isinstance(self.frame, Views):
+            self.frame = self.frame.home
+            self.say("paused" if self._playback.is_paused else "playing")
+        elif self._merger.is_reading:
+            self._merger.close()
+            self.say("not merged")
+        else:
+            try:
+                self._merger.start(self._playback.index)
+            except ValueError as error:
+                self.say(str(error))
+
+    def _merge(self, merger: Merger) -> None:
+        """Says how many views are read; shows them when that was all and is seen, for merging takes a moment."""
+        if self._message != merger.progress:
+            self.say(merger.progress)
+            return
+        try:
+            views = merger.finish()
+        except ValueError as error:
+            self.say(str(error))
+            return
+        if views:
+            self.frame = views
+            self.say(f"{len(views.frames)} views as one object; M plays the frames")
 
     def save_picture(self) -> Path | None:
         """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
@@ -270,7 +344,8 @@ class Viewer:
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
-            self._playback.patience(now) if self._playback else None,
+            self._playback.patience(now) if self._playback and self._plays else None,
+            0.0 if self._merger and self._merger.is_ready else None,
             self._recorder.patience(now) if self._recorder else None,
             max(self._until - now, 0.0) if self._until < float("inf") else None,
         ]

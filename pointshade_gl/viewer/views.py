@@ -1,0 +1,136 @@
+"""Several views of one thing, shown as one object: which of them are on, and how they come from a sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from ..checks import check_count
+from ..frame import Frame
+from ..sources import choose_views
+from ..wording import option
+
+VIEWS = 8  # that are merged unless another number is asked for
+THREADS = 2  # that read them
+
+
+@dataclass(frozen=True, eq=False)
+class Views:
+    """Frames of one thing that are drawn as one object.
+
+    frames  all of them, also those that are off
+    names   of the frames, for the panel
+    home    the frame whose camera and pose the viewer starts from
+    on      the switch of each frame; one at least is on
+    kind    what the names are of, in front of each name
+    """
+
+    frames: tuple[Frame, ...]
+    names: tuple[str, ...]
+    home: Frame
+    on: tuple[bool, ...]
+    kind: str = "frame"
+
+    @classmethod
+    def of(cls, found: Mapping[int, Frame], home: int = -1) -> Views:
+        """Frames of a sequence by their numbers, all on. home: the number of one of them; otherwise it is the first."""
+        first = next(iter(found.values()))
+        return cls(tuple(found.values()), tuple(map(str, found)), found.get(home, first), (True,) * len(found))
+
+    @cached_property
+    def shown(self) -> tuple[Frame, ...]:
+        """The frames that are on."""
+        return tuple(frame for frame, on in zip(self.frames, self.on, strict=True) if on)
+
+    @property
+    def shown_names(self) -> list[str]:
+        return [name for name, on in zip(self.names, self.on, strict=True) if on]
+
+    @property
+    def points_known(self) -> int:
+        """How many points the frames that are on have."""
+        return sum(frame.points_known for frame in self.shown)
+
+    def switched(self, k: int, on: bool) -> Views:
+        """The same with one frame switched on or off. The last one that is on stays on."""
+        changed = (*self.on[:k], on, *self.on[k + 1 :])
+        return replace(self, on=changed) if any(changed) else self
+
+    def all_on(self) -> Views:
+        return replace(self, on=(True,) * len(self.on))
+
+    def with_frames(self, new: Sequence[Frame | None]) -> Views:
+        """The same with new frames in the place of some (None: it stays). Home is the first one then."""
+        frames = tuple(after or before for before, after in zip(self.frames, new, strict=True))
+        return replace(self, frames=frames, home=frames[0])
+
+
+class Merger:
+    """Makes Views of a sequence; threads read the frames while the window stays alive.
+
+    count    how many frames are merged, None for all
+    skipped  called with one sentence for each frame that cannot be read, or is left out
+    wake     called from the threads when a frame has been read; may be set later
+    """
+
+    def __init__(
+        self,
+        source: Sequence[Frame],
+        count: int | None = VIEWS,
+        skipped: Callable[[str], None] = lambda _: None,
+        wake: Callable[[], None] = lambda: None,
+    ):
+        self._source, self._count, self._skipped, self.wake = source, count, skipped, wake
+        self._pool: ThreadPoolExecutor | None = None
+        self._jobs: dict[int, Future[Frame]] = {}
+        self._home = -1
+
+    def start(self, index: int) -> None:
+        """Begins to read frames, among them the one with this number. Raises ValueError if there is none to merge."""
+        self.close()
+        chosen = choose_views(self._source, self._count, self._skipped, index)
+        self._home, self._pool = index, ThreadPoolExecutor(THREADS, thread_name_prefix="pointshade-decode")
+        self._jobs = {k: self._pool.submit(self._source.__getitem__, k) for k in chosen}
+        for job in self._jobs.values():
+            job.add_done_callback(lambda _: self.wake())
+
+    @property
+    def is_reading(self) -> bool:
+        return self._pool is not None
+
+    @property
+    def is_ready(self) -> bool:
+        return self.is_reading and all(job.done() for job in self._jobs.values())
+
+    @property
+    def progress(self) -> str:
+        """How far it is, in words."""
+        return f"merging: {sum(job.done() for job in self._jobs.values())} of {len(self._jobs)} views are read"
+
+    def finish(self) -> Views | None:
+        """What was read; None while it is being read. Raises ValueError for fewer than two frames."""
+        if not self.is_ready:
+            return None
+        jobs, found = self._jobs, {}
+        self.close()
+        for k, job in jobs.items():
+            try:
+                found[k] = job.result()
+            except (ValueError, OSError) as error:
+                self._skipped(str(error))
+        if len(found) < 2:
+            raise ValueError(f"not merged: fewer than two of {len(jobs)} frames can be read")
+        return Views.of(found, self._home)
+
+    def close(self) -> None:
+        """Ends the reading."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+            self._pool, self._jobs = None, {}
+
+
+def check_views(views: int | str) -> int | None:
+    """How many views are merged; None for "all". Raises ValueError for anything else than that or 2 and more."""
+    return None if views == "all" else check_count(views, f"{option('views')} must be 'all', or it", 2)

@@ -19,16 +19,14 @@ MOST = 5  # frames that a line names
 
 
 class SetReport(NamedTuple):
-    """What was found out about the n frames of an object that one picture shows."""
+    """What was found out about n frames that one picture shows as one object."""
 
-    numbers: list[int]  # which of the object's frames these are: those whose pose is wrong may be left out
-    left_out: list[int]  # all others
     choices: tuple[Choice, ...]  # what estimated each frame's normals
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
     points: NDArray[np.int64]  # (n,) points of each frame
     distrusted: NDArray[np.int64]  # (n,) how many of them are not trusted
-    importances: NDArray[np.float64]  # (n,) weights of the frames in the picture, 1 for the primary ones
+    importances: NDArray[np.float64]  # (n,) weights of the frames in the picture, 1 if primary
 
 
 def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[str] = ()) -> list[str]:
@@ -45,15 +43,17 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
 
 
 def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
-    """The report in lines."""
-    shown, left = ([names[k] if names else str(k) for k in some] for some in (report.numbers, report.left_out))
+    """The report in lines. Raises ValueError for another number of names."""
+    count = len(report.points)
+    if names and len(names) != count:
+        raise ValueError(f"names must be one for each of the {counted(count, 'frame')}, got {len(names)}")
+    names = names or [str(k) for k in range(count)]
     return [
         *_explain_normals(report.choices),
-        *([f"left out: {_frames(left[:MOST], len(left) - MOST)}"] if left else []),
         f"band: depths within {100 * report.band:.2g} % of each other are one surface",
-        _explain_gains(report.gains, shown),
-        _explain_trust(report, shown),
-        _explain_primary(report.importances, shown),
+        _explain_gains(report.gains, names),
+        _explain_trust(report, names),
+        _explain_primary(report.importances, names),
     ]
 
 

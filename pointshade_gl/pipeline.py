@@ -109,7 +109,7 @@ class Pipeline:
     def findings(self) -> list[tuple[str, Choice | SetReport]]:
         """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
         return [
-            (p.node.name, thing.report(p.content.frames) if isinstance(thing, ShownSet) else thing.textures.choice)
+            (p.node.name, thing.report() if isinstance(thing, ShownSet) else thing.textures.choice)
             for p, thing in self.drawn.items()
             if not isinstance(thing, PlacedMesh)
         ]

@@ -21,8 +21,6 @@ def own(renderer):
 
 def report(count, **changes):
     values = {
-        "numbers": list(range(count)),
-        "left_out": [],
         "choices": (STAR,) * count,
         "band": 0.0123,
         "gains": np.ones((count, 3)),
@@ -67,6 +65,10 @@ class TestWords:
         assert explain_set(report(5, importances=importances))[-1] == (
             "primary views: frames 1, 3 and 4; 2 others may fill gaps"
         )
+
+    def test_names_are_one_for_each_frame(self):
+        with pytest.raises(ValueError, match="one for each of the 3 frames, got 2"):
+            explain_set(report(3), ["left", "right"])
 
 
 def found_in(renderer):

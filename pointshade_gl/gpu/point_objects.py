@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import moderngl
@@ -11,7 +10,6 @@ import numpy as np
 from ..camera import Camera, Eye
 from ..consensus import is_primary
 from ..explain import SetReport
-from ..frame import Frame
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
@@ -80,18 +78,16 @@ class ShownSet(NamedTuple):
     shading: str
     estimator: Estimator | None  # of normals in the view; None takes those of the frames
 
-    def report(self, frames: Sequence[Frame]) -> SetReport:
-        """What was found out about the frames of an object. Reads back how far their points are trusted."""
+    def report(self) -> SetReport:
+        """What was found out about the frames. Reads back how far their points are trusted."""
         textures = [view.textures for view in self.views]
-        shown = {one.frame for one in textures}
-        numbers = [k for k, frame in enumerate(frames) if frame in shown]
-        left_out = [k for k, frame in enumerate(frames) if frame not in shown]
         known = [one.frame.depth > 0 for one in textures if one.frame]
         trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
         distrusted = [np.count_nonzero(points & ~sure) for points, sure in zip(known, trusted, strict=True)]
         choices = tuple(one.choice for one in textures)
         points = np.array([np.count_nonzero(points) for points in known])
-        return SetReport(numbers, left_out, choices, *self.consensus, points, np.array(distrusted), self.importances)
+        band, gains = self.consensus.band, self.consensus.gains
+        return SetReport(choices, band, gains, points, np.array(distrusted), self.importances)
 
 
 class PointObjects:

@@ -143,7 +143,7 @@ class Panel:
                 imgui.table_next_column()
                 on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
                 imgui.table_next_column()
-                self._weight(weights.get(frame, 0.0) if before else 0.0)
+                self._weight(weights.get(frame, 0.0) if before else None)
                 if on != before:
                     viewer.frame = views.switched(k, on)
             imgui.end_table()
@@ -152,11 +152,12 @@ class Panel:
         if imgui.collapsing_header("why"):
             imgui.text_wrapped("\n".join(self._explained(viewer, views)))
 
-    def _weight(self, weight: float) -> None:
-        if is_primary(weight):
+    def _weight(self, weight: float | None) -> None:
+        """How much a view counts; None: it is off."""
+        if weight is not None and is_primary(weight):
             self._imgui.text_colored(GOLD, "primary")
         else:
-            self._imgui.text_disabled(f"{100 * weight:.0f} %" if weight else "off")
+            self._imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
 
     def _explained(self, viewer: Viewer, views: Views) -> list[str]:
         """Asked for once, not for each picture: it is read from the GPU."""

@@ -16,6 +16,7 @@ from .wording import option
 SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
 UPSAMPLINGS = ("vote", "none")
+FLYING = ("keep", "snap")
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ class Look:
     max_depth_step, noise  as for `Renderer.estimate_normals`
     upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
               where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.
+    flying    pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" puts
+              them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in noisy
+              depth; clean depth does not change.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -65,12 +69,14 @@ class Look:
     max_depth_step: float | str | None = None
     noise: float | ArrayLike | str | None = None
     upsample: str = "vote"
+    flying: str = "keep"
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
         check_choice(option("shading"), self.shading, SHADINGS)
         check_choice(option("splat"), self.splat, SPLATS)
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
+        check_choice(option("flying"), self.flying, FLYING)
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

@@ -40,7 +40,7 @@ class SurfacePass:
         flying: str,
     ) -> Choice:
         """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying  as in Look.
+        flying as in Look.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """

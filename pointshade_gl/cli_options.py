@@ -21,7 +21,7 @@ from .cli_parse import noise_from, picture_size_from
 from .estimators import METHODS
 from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
-from .look import NORMALS_AT, SHADINGS, SPLATS, UPSAMPLINGS
+from .look import FLYING, NORMALS_AT, SHADINGS, SPLATS, UPSAMPLINGS
 from .noise import SENSORS
 from .notes import silence
 
@@ -156,6 +156,16 @@ class NormalOptions:
         ),
     ] = None
 
+    flying: Annotated[
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help="Pixels that hang between two surfaces: keep, or snap (put them onto the nearer one).",
+            autocompletion=one_of(FLYING),
+            rich_help_panel=FRAME,
+        ),
+    ] = "keep"
+
     def noise_value(self) -> float | str | None:
         """Metres, the name of a sensor, or None."""
         return noise_from(self.noise)
@@ -237,6 +247,7 @@ class LookOptions(NormalOptions):
             noise=self.noise_value(),
             upsample=self.upsample,
             normals_at=self.normals_at,
+            flying=self.flying,
         )
 
     def lights(self, shadow: bool = False) -> list[Light]:

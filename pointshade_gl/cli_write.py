@@ -32,7 +32,7 @@ def write_normals(
     """Writes normals by the method and the options of a view's look, as `save_normals` does."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        options = _chosen(arguments, "max_depth_step", "noise")
+        options = _chosen(arguments, "max_depth_step", "noise", "flying")
         normals = renderer.estimate_normals(frame, arguments["normals"], **options)
         if explain and renderer.choice:
             print(describe(renderer.choice))
@@ -48,7 +48,7 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
     """Writes the depth that a view shows, as `save_depth` does."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "camera", "pose", "normals", "splat", "max_depth_step", "noise", "upsample"
+        names = "camera", "pose", "normals", "splat", "max_depth_step", "noise", "upsample", "flying"
         depth = renderer.render_depth(frame, **_chosen(arguments, *names))
         if not depth.any():
             note("nothing is in view, the depth is empty")
@@ -74,7 +74,7 @@ def write_points(
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise"
+        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying"
         cloud = renderer.render_points(frame, **_chosen(arguments, *names))
         tell(renderer)
         return cloud

@@ -17,6 +17,7 @@ SHADINGS = ("none", "flat", "gouraud", "phong")
 SPLATS = ("footprint", "round")
 UPSAMPLINGS = ("vote", "none")
 NORMALS_AT = ("source", "target")
+FLYING = ("keep", "snap")
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,9 @@ class Look:
     normals_at  of several frames of one thing: "source" estimates normals in each frame and mixes them in the view;
               "target" estimates them in the view, on the depth that the frames give together, in every new view. Only
               phong shading shows the difference, and of a single frame there is none.
+    flying    pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" puts
+              them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in noisy
+              depth; clean depth does not change.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -70,6 +74,7 @@ class Look:
     noise: float | ArrayLike | str | None = None
     upsample: str = "vote"
     normals_at: str = "source"
+    flying: str = "keep"
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -77,6 +82,7 @@ class Look:
         check_choice(option("splat"), self.splat, SPLATS)
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
+        check_choice(option("flying"), self.flying, FLYING)
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

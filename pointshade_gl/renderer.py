@@ -119,6 +119,7 @@ class Renderer:
         dolly: float = 0.0,
         upsample: str = "vote",
         normals_at: str = "source",
+        flying: str = "keep",
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -142,6 +143,8 @@ class Renderer:
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
         upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
         normals_at  of several frames: "source" estimates normals in each and mixes them, "target" in the view
+        flying   "snap" puts pixels that hang between two surfaces onto the nearer one; "keep" draws them where they
+                 hang, see `Look`
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -151,7 +154,7 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
-                yaw=yaw, pitch=pitch, dolly=dolly,
+                flying=flying, yaw=yaw, pitch=pitch, dolly=dolly,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -174,6 +177,7 @@ class Renderer:
         dolly: float = 0.0,
         upsample: str = "vote",
         normals_at: str = "source",
+        flying: str = "keep",
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
@@ -181,7 +185,7 @@ class Renderer:
         """
         material = Material() if material is None else material
         frame = _loaded(frame)
-        options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at
+        options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
         scene = self._shown(frame, options)
         lights = check_lights(light if light is not None else scene.lights or None)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
@@ -203,6 +207,7 @@ class Renderer:
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
         upsample: str = "vote",
+        flying: str = "keep",
     ) -> NDArray[np.float32]:
         """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
 
@@ -210,7 +215,7 @@ class Renderer:
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = _loaded(frame)
-        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source"
+        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying
         scene = self._shown(frame, options)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -237,6 +242,7 @@ class Renderer:
         dolly: float = 0.0,
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        flying: str = "keep",
     ) -> PointCloud:
         """All points of a frame in the world, with the depth and the light that `render` draws them with.
 
@@ -248,9 +254,8 @@ class Renderer:
         frame = check_type(_loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        scene = self._scene_of(
-            (frame,), Look(material, normals, "flat", max_depth_step=max_depth_step, noise=noise, upsample="none")
-        )
+        options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying}
+        scene = self._scene_of((frame,), Look(material, normals, "flat", **options))
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
@@ -280,6 +285,7 @@ class Renderer:
         *,
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
+        flying: str = "keep",
     ) -> NDArray[np.float32]:
         """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
@@ -291,11 +297,13 @@ class Renderer:
                         pixel's depth; None is no limit. The others find edges by themselves.
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
                         sensor's name ("kinect"); None measures it
+        flying          for auto and adaptive: "snap" estimates pixels between two surfaces on one of them, see `Look`
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
-        look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise).for_frame(frame.depth)
+        look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying)
+        look = look.for_frame(frame.depth)
         with self._in_use():
             self._pipeline.drawn = {}  # its textures may be freed now
             (textures,) = self._pipeline.frames.upload([frame])

@@ -20,7 +20,7 @@ PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "s
 FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
-    "depth_average.frag": {"MISPLACED": FLAG},
+    "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
     "light.frag": {"POINTS": FLAG, "SHADOWS": FLAG, "MATERIALS": FLAG},
     "merged.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG},
     "merged_depth.frag": {"LOOK_UP": FLAG},

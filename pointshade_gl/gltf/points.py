@@ -29,7 +29,7 @@ from .views import FLIP
 _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
 FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
-OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at")
+OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
 KEYS = (*FRAME_KEYS, *OBJECT_KEYS, "material")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.

@@ -107,4 +107,4 @@ def _estimator(frame: Frame, look: Look) -> Estimator | None:
     """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
     if not isinstance(look.normals, str):
         return None
-    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth)
+    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying

@@ -22,7 +22,7 @@ class NoisePass(Owner):
         with self._all_or_nothing():
             self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
             self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
-        self._average: dict[bool, FullscreenPass] = {}  # made when a frame turns out to be noisy
+        self._average: dict[tuple[bool, bool], FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
     def measure(self, frame: DepthTextures, focal: float) -> Noise:
@@ -31,27 +31,32 @@ class NoisePass(Owner):
         levels, counts = self._grid(frame, images, 1)
         return find_noise(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
 
-    def calm_depth(self, frame: DepthTextures, noise: Noise, told: np.ndarray | None) -> moderngl.Texture:
+    def calm_depth(
+        self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0
+    ) -> moderngl.Texture:
         """RG32F: depth freed from most of its noise, and the noise that is left over depth.
 
         told (1, 1) or (h, w) float32 metres takes the place of the noise that was measured, not of the rounding.
+        snap_focal  mean focal length, pixels, to put flying pixels onto surfaces; 0 keeps them
         """
         images = self._fit(frame)
         grid = np.zeros((*images.shape, 3), np.float32) if noise.grid is None else noise.grid
         if told is not None:
             grid = grid * np.array([0, 1, 1], np.float32)
         images.grid.write(np.ascontiguousarray(grid))
-        moved = {"misplaced": noise.misplaced} if noise.misplaced else {}
-        if bool(moved) not in self._average:
-            average = FullscreenPass(self._context, "depth_average.frag", MISPLACED=int(bool(moved)))
-            self._average[bool(moved)] = average
-        average, target = self._average[bool(moved)], images.calm_target
+        variant = noise.misplaced > 0, snap_focal > 0
+        extra = {"misplaced": noise.misplaced} if variant[0] else {}
+        extra |= {"focal": snap_focal} if variant[1] else {}
+        if variant not in self._average:
+            constants = {"MISPLACED": int(variant[0]), "SNAP": int(variant[1])}
+            self._average[variant] = FullscreenPass(self._context, "depth_average.frag", **constants)
+        average, target = self._average[variant], images.calm_target
         known = np.zeros((1, 1), np.float32) if told is None else told
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         try:
             told_map.write(np.ascontiguousarray(known))
             textures = {"depth_map": frame.depth, "told": told_map, "grid": images.grid}
-            average.draw(target, textures, powers=noise.powers, first=images.first, **moved)
+            average.draw(target, textures, powers=noise.powers, first=images.first, **extra)
         finally:
             told_map.release()
         return images.calm

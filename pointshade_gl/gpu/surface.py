@@ -15,7 +15,7 @@ from .raw_gl import DEPTH_TEST
 from .state import enabled
 from .textures import DepthTextures, empty
 
-Estimator = tuple[str, Step, np.ndarray | None]  # method, gate and noise, as `SurfacePass.run` takes them
+Estimator = tuple[str, Step, np.ndarray | None, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
 
 
 class SurfacePass:
@@ -31,15 +31,22 @@ class SurfacePass:
         self._scratch: Scratch | None = None
 
     def run(
-        self, frame: DepthTextures, camera: Camera, method: str, max_step: Step, noise: np.ndarray | None = None
+        self,
+        frame: DepthTextures,
+        camera: Camera,
+        method: str,
+        max_step: Step,
+        noise: np.ndarray | None,
+        flying: str,
     ) -> Choice:
-        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres.
+        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
+        flying as in Look.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
         frame.surface.raise_version()
         if method in ("auto", "adaptive"):
-            return self._run_by_noise(frame, camera, method, noise)
+            return self._run_by_noise(frame, camera, method, noise, flying == "snap")
         source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
         if method in TRIANGLES:
             count = TRIANGLES[method]
@@ -58,15 +65,18 @@ class SurfacePass:
             self._pass(name).draw(frame.surface.target, source, intrinsics=intrinsics)
         return Choice(method)
 
-    def _run_by_noise(self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None) -> Choice:
+    def _run_by_noise(
+        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
+    ) -> Choice:
         if self._noise is None:
             self._noise = NoisePass(self._context)
-        noise = self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
+        focal = (abs(camera.fx) + abs(camera.fy)) / 2
+        noise = self._noise.measure(frame, focal)
         if method == "auto" and told is None and noise.is_clean:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        textures = {"picture": self._noise.calm_depth(frame, noise, told)}
+        textures = {"picture": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for stage in range(4):

@@ -21,7 +21,7 @@ def target_estimator(look: Look) -> Estimator | None:
     if look.normals_at == "source" or look.shading != "phong":
         return None
     assert isinstance(look.normals, str), "arrays belong to one frame"
-    return look.normals, parse_max_depth_step(look.max_depth_step), None
+    return look.normals, parse_max_depth_step(look.max_depth_step), None, "keep"
 
 
 class TargetNormals:

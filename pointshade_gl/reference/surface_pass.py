@@ -7,6 +7,7 @@ import numpy as np
 from ..noise import Noise
 from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .depth_average import average_pairs
+from .flying import flying_step
 from .inverse_depth import pixel_grid
 from .line_copies import add_misplaced, count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
@@ -34,12 +35,16 @@ def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
     return find_noise(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
 
 
-def surface_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None) -> np.ndarray:
+def surface_by_noise(
+    depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None, flying: str = "keep"
+) -> np.ndarray:
     """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing.
 
-    told  the caller's noise, (1, 1) or (h, w) metres
+    told    the caller's noise, (1, 1) or (h, w) metres
+    flying  as in Look
     """
-    noise = measure_noise(depth_map, (abs(intrinsics[0]) + abs(intrinsics[1])) / 2)
+    focal = (abs(intrinsics[0]) + abs(intrinsics[1])) / 2
+    noise = measure_noise(depth_map, focal)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:
         return _with_depth(estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3], depth_map)
@@ -55,6 +60,10 @@ def surface_by_noise(depth_map: np.ndarray, intrinsics: np.ndarray, told: np.nda
         moved = misplaced_noise(depth_map, pixel, z, noise.misplaced)
         relative, shared = add_misplaced((relative, shared), moved)
     calm = average_pairs(depth_map, pixel, relative, shared)
+    if flying == "snap":
+        step = flying_step(depth_map, pixel, z, relative, focal)
+        flies = known & (step != 0)
+        calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
     return _with_depth(estimate_adaptive(calm, pixel, intrinsics), calm[..., 0])
 
 

@@ -101,6 +101,24 @@ def test_timing_is_asked_for_and_tells_each_step(renderer, frame):
     assert all(lap.wall_ms > 0 for lap in renderer.steps.laps.values())
 
 
+def test_a_step_inside_another_is_timed_too_and_one_that_fails_leaves_the_timer_ready(renderer):
+    steps = renderer.steps
+
+    def outer():
+        steps.always("inner", lambda: None)
+        raise RuntimeError("half way")
+
+    steps.timed = True
+    try:
+        with renderer._in_use():
+            with pytest.raises(RuntimeError, match="half way"):
+                steps.always("outer", outer)
+            steps.always("outer", lambda: steps.always("inner", lambda: None))
+    finally:
+        steps.timed = False
+    assert 0 < steps.laps["inner"].wall_ms < steps.laps["outer"].wall_ms
+
+
 def test_scenes_and_single_frames_follow_each_other(renderer, frame):
     alone = renderer.render(frame, pose=SIDE)
     scene = ps.Scene((ps.Node(ps.PointObject(frame)),), camera=frame.camera, pose=SIDE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any, NamedTuple, TypeVar
 
 import moderngl
@@ -44,6 +45,7 @@ class Steps:
         self._context = context
         self._is_software = is_software  # there the timer stops before the work is done
         self._query: moderngl.Query | None = None
+        self._is_timing = False
         self._done: dict[tuple[str, Any], tuple[Any, Any]] = {}
         self.counts: Counter[str] = Counter()
         self.laps: dict[str, Lap] = {}
@@ -78,14 +80,20 @@ class Steps:
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
-        self._query = self._query or self._context.query(time=True)
+        """Of a step inside another one only the wall time: the GPU's timer runs already."""
+        query = None if self._is_timing else self._query or self._context.query(time=True)
         self._context.finish()
         start = time.perf_counter()
-        with self._query:
-            result = work(*arguments)
+        with query or nullcontext():
+            before, self._is_timing = self._is_timing, True
+            try:
+                result = work(*arguments)
+            finally:
+                self._is_timing = before
         self._context.finish()
-        wall, gpu = (time.perf_counter() - start) * 1e3, self._query.elapsed / 1e6
+        wall, gpu = (time.perf_counter() - start) * 1e3, query.elapsed / 1e6 if query else 0
         self.laps[name] = Lap(wall, None if self._is_software or not gpu else gpu)
+        self._query = query or self._query
         return result
 
 

@@ -86,11 +86,11 @@ class Panel:
             self._nodes(viewer, viewer.frame)
         self._facts(viewer, present)
         imgui.pop_item_width()
-        height, self._height = self._height, imgui.get_window_size().y
+        before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        self.settling = SETTLE if height != self._height else max(self.settling - 1, 0)
+        self.settling = SETTLE if before != self._height else max(self.settling - 1, 0)
 
     def _controls(self, viewer: Viewer) -> None:
         imgui, state = self._imgui, viewer.state

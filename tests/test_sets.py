@@ -216,17 +216,6 @@ class TestInput:
         tiny = [ps.Frame(None, np.full((2, 2), 1.0), camera, pose_at(yaw)) for yaw in (0, 5)]
         assert renderer.render(tiny)[..., 3].all()
 
-    def test_a_pose_that_contradicts_all_others_is_named_once(self, capsys):
-        views = [seen_from(pose_at(yaw)) for yaw in (-12, -4, 4, 12)]
-        wrong = views[2].pose.copy()
-        wrong[:3, 3] += (0, 0, 0.15)
-        with ps.Renderer() as fresh:
-            for pose in (BETWEEN, views[0].pose):
-                fresh.render([*views[:2], replaced(views[2], pose=wrong), views[3]], pose=pose)
-            assert capsys.readouterr().err.count("frame 2 of 4 contradicts") == 1
-            fresh.render(views)
-            assert capsys.readouterr().err == ""
-
     @pytest.mark.parametrize(
         ("wrong", "message"),
         [

@@ -237,12 +237,6 @@ class TestInput:
             with pytest.raises(ValueError, match="arrays belong to one frame"):
                 renderer.render(views, **options)
 
-    def test_a_scene_of_several_frames_is_not_yet_saved(self, tmp_path):
-        scene = ps.Scene((ps.Node(ps.PointObject(three_views())),))
-        with pytest.raises(ValueError, match="one node for each frame"):
-            ps.save_scene(tmp_path / "scene.gltf", scene)
-        assert not list(tmp_path.iterdir())
-
 
 class TestCommandLine:
     @pytest.fixture

@@ -35,8 +35,11 @@ class Comparison(NamedTuple):
     apart: float = np.nan  # share of the points that the other should see, and sees through; NaN where unknown
 
 
-def compared(samples: NDArray[np.float32]) -> Comparison:
-    """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours."""
+def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
+    """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours.
+
+    colored  False where a frame has no colours: then the ratios mean nothing
+    """
     apart = _share_apart(samples[:, 0])
     close = np.abs(samples[:, 0]) < FARTHEST
     if close.sum() < FEWEST:
@@ -44,7 +47,7 @@ def compared(samples: NDArray[np.float32]) -> Comparison:
     near = samples[close].astype(np.float64)
     spread = 1.4826 * float(np.median(np.abs(near[:, 0])))
     ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
-    known = [float(np.median(ratio)) if len(ratio) >= FEWEST else np.nan for ratio in ratios]
+    known = [float(np.median(ratio)) if len(ratio) >= FEWEST and colored else np.nan for ratio in ratios]
     return Comparison(spread, _fixed(known), apart)
 
 
@@ -110,9 +113,10 @@ def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> N
 def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
     """(n,) the weights of frames in a view from this pose, in the world of the frames: 1 for the primary ones.
 
-    The others fade with their distance, so that nothing pops as the viewer moves. Those that are wrong weigh 0.
+    The others fade with their distance, so that nothing pops as the viewer moves. Those that are wrong weigh 0, and
+    those without a point.
     """
-    right = np.array([k not in wrong for k in range(len(frames))])
+    right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
     if right.sum() <= PRIMARY:
         return right.astype(np.float64)
     away = distances(frames, eye)

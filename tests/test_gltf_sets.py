@@ -106,7 +106,7 @@ MIRRORED = np.diag([-1.0, 1, 1, 1]).tolist()
         ({"frames": ["my_frame", {"frame": "my_frame", "pose": MIRRORED}]}, "frame 1 of 2: pose mirrors"),
         ({"frames": ["my_frame", {"frame": "my_frame", "pose": [[0] * 4] * 4}]}, "frame 1 of 2: pose must be"),
         ({"frames": ["my_frame", {"frame": "my_frame", "pose": [1, 2]}]}, "frame 1 of 2: pose must be 16 numbers"),
-        ({"frames": ["my_frame", {"frame": "my_frame", "intrinsics": "9,9,3,3"}], "size": [[1, 2]]}, "arrays belong to"),
+        ({"frames": ["my_frame", {"frame": "my_frame", "fov": 5}], "size": [[1, 2]]}, "arrays belong to"),
         ({"frames": ["my_frame"], "frame": "my_frame", "fov": 50}, "have frames, so frame, fov belong into each"),
     ],
 )  # fmt: skip

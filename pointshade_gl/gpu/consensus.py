@@ -89,7 +89,9 @@ class ConsensusPass(Owner):
         try:
             empty(image.target)
             self._compare.draw(image.target, maps, **_way(_frame_of(one), _frame_of(other)))
-            return compared(np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4))
+            samples = np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4)
+            colored = _frame_of(one).color is not None and _frame_of(other).color is not None
+            return compared(samples, colored)
         finally:
             image.release()
 

@@ -127,7 +127,8 @@ def _compare(one: View, other: View) -> Comparison:
     ours = picture_at(one.picture, at[seen].astype(F), np.array((width, height), F))
     theirs = picture_at(other.picture, there[seen, :2], np.array(other.frame.depth.shape[::-1], F))
     ratios = log_ratio(ours, theirs, srgb_to_linear(ours), srgb_to_linear(theirs))
-    return compared(np.concatenate([excess[seen, None], ratios], -1).astype(F))
+    colored = one.frame.color is not None and other.frame.color is not None
+    return compared(np.concatenate([excess[seen, None], ratios], -1).astype(F), colored)
 
 
 def _trust(view: View, others: Sequence[View], band: float) -> np.ndarray:

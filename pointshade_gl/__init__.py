@@ -11,6 +11,7 @@ from .files.realsense import RealSenseSource
 from .frame import Frame
 from .gltf import load_scene, save_scene
 from .light import Light
+from .live import live_set
 from .look import Look, Material
 from .mesh import Mesh
 from .point_cloud import PointCloud
@@ -36,6 +37,7 @@ __all__ = [
     "Scene",
     "ShaderError",
     "estimate_normals",
+    "live_set",
     "load_frame",
     "load_scene",
     "open_source",

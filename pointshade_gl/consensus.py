@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,10 @@ PRIMARY = 3  # views that carry the picture
 FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
 ALMOST_1 = 0.999  # the weight of primary views, but for rounding
-CONTRADICTS = 3.0  # times the usual spread, by which a frame is off all others whose pose is wrong
+STEADY = 0.05  # by which share the band may differ from the one that was voted with, before all is voted again
+APART = 0.02  # of the depth: a surface that lies so much farther than a point contradicts it
+JUDGED = 0.2  # of the samples that two frames share, those that neither hides from the other, at least
+NO_OVERLAP = 1e29  # what is greater stands for it, see compare.frag
 Matrix = NDArray[np.float64]
 
 
@@ -30,18 +33,31 @@ class Comparison(NamedTuple):
 
     spread: float  # standard deviation of the depths' differences, as a share of the depth; infinite without overlap
     log_ratios: NDArray[np.float64]  # (3,) of linear colours; NaN where unknown
+    apart: float = np.nan  # share of the points that the other should see, and sees through; NaN where unknown
 
 
-def compared(samples: NDArray[np.float32]) -> Comparison:
-    """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours."""
+def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
+    """The medians of samples (n, 4) as compare.frag makes them: excess of depth, log ratios of the colours.
+
+    colored  False where a frame has no colours: then the ratios mean nothing
+    """
+    apart = _share_apart(samples[:, 0])
     close = np.abs(samples[:, 0]) < FARTHEST
     if close.sum() < FEWEST:
-        return Comparison(np.inf, _fixed([np.nan] * 3))
+        return Comparison(np.inf, _fixed([np.nan] * 3), apart)
     near = samples[close].astype(np.float64)
     spread = 1.4826 * float(np.median(np.abs(near[:, 0])))
     ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
-    known = [float(np.median(ratio)) if len(ratio) >= FEWEST else np.nan for ratio in ratios]
-    return Comparison(spread, _fixed(known))
+    known = [float(np.median(ratio)) if len(ratio) >= FEWEST and colored else np.nan for ratio in ratios]
+    return Comparison(spread, _fixed(known), apart)
+
+
+def _share_apart(excess: NDArray[np.float32]) -> float:
+    """Of the points that nothing hides from the other frame, those that float before what it sees."""
+    shared = excess < NO_OVERLAP
+    judged = shared & (excess > -APART)
+    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
+    return float((excess[judged] > APART).mean()) if enough else np.nan
 
 
 def _fixed(values: list[float]) -> NDArray[np.float64]:
@@ -67,11 +83,17 @@ def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
     return found
 
 
-def band_of(comparisons: Mapping[tuple[int, int], Comparison]) -> float:
-    """By which share of 1/z two frames may differ on one surface: noise and errors of poses need not be told."""
+def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | None = None) -> float:
+    """By which share of 1/z two frames may differ on one surface: noise and errors of poses need not be told.
+
+    before  the band of the last time, which stays if it is nearly right: a new band asks for all votes again
+    """
     spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
     widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
-    return float(f"{np.clip(widest, NARROWEST, WIDEST):.2g}")  # rounded: a new frame seldom changes it
+    widest = min(max(widest, NARROWEST), WIDEST)
+    if before is not None and abs(widest / before - 1) < STEADY:
+        return before
+    return float(f"{widest:.2g}")
 
 
 def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
@@ -89,28 +111,19 @@ def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> N
     return np.where(np.abs(logs).max() < LEAST_GAIN, 1.0, np.exp(logs))
 
 
-def contradicting(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> list[int]:
-    """The frames whose depth fits none of the others', though these fit each other."""
-    found = []
-    for k in range(count):
-        own = [one.spread for pair, one in comparisons.items() if k in pair and np.isfinite(one.spread)]
-        others = [one.spread for pair, one in comparisons.items() if k not in pair and np.isfinite(one.spread)]
-        if own and others and min(own) > CONTRADICTS * max(float(np.median(others)), NARROWEST / SPREADS):
-            found.append(k)
-    return found
-
-
-def importances(frames: Sequence[Frame], eye: Matrix) -> NDArray[np.float64]:
+def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
     """(n,) the weights of frames in a view from this pose, in the world of the frames: 1 for the primary ones.
 
-    The others fade with their distance, so that nothing pops as the viewer moves.
+    The others fade with their distance, so that nothing pops as the viewer moves. Those that are wrong weigh 0, and
+    those without a point.
     """
+    right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
+    if right.sum() <= PRIMARY:
+        return right.astype(np.float64)
     away = distances(frames, eye)
-    if len(frames) <= PRIMARY:
-        return np.ones(len(frames))
-    reach = max(float(np.sort(away)[PRIMARY - 1]), 1e-9)
+    reach = max(float(np.sort(away[right])[PRIMARY - 1]), 1e-9)
     share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
-    return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)
+    return right * (FAINT + (1 - FAINT) * share * share * (3 - 2 * share))
 
 
 def is_primary(importance: Any) -> Any:

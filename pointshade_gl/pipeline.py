@@ -11,7 +11,7 @@ from .camera import Camera, Eye
 from .consensus import importances
 from .explain import SetReport
 from .frame import Frame
-from .gpu.consensus import ConsensusPass, Member
+from .gpu.consensus import ConsensusPass
 from .gpu.context import Context
 from .gpu.frame_store import FrameStore
 from .gpu.lamps import Lamps, Lighting
@@ -161,12 +161,10 @@ class Pipeline:
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], shot: Shot) -> ShownSet:
         """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
         self._consensus = self._consensus or ConsensusPass(self._gl, self.steps)
-        frames = p.content.frames
-        members = [Member(view.textures, frame) for view, frame in zip(views, frames, strict=True)]
-        consensus = self._consensus.find(members)
+        consensus = self._consensus.find([view.textures for view in views])
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
-        weights = importances(frames, p.seen_from(shot.eye.pose))
+        weights = importances(p.content.frames, p.seen_from(shot.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
 
     def _coarser_step(self, p: Placed, shot: Shot) -> int:

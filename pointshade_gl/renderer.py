@@ -124,8 +124,9 @@ class Renderer:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
         Several frames of one thing, in a sequence, are drawn as one object, by their poses: where they see the same
-        they are averaged, points that others see through are left out, and exposures are matched. Unless others are
-        given, camera and pose are those of the first.
+        they are averaged, points that others see through are left out, and exposures are matched. A frame whose depth
+        contradicts the others only fills gaps, and a note names it. Unless others are given, camera and pose are those
+        of the first. See `live_set` for several streams.
 
         The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
         (which replaces its own) and who looks may be passed, because its objects have a look of their own. A path or a

@@ -101,8 +101,8 @@ class PointObject:
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
-    items = [frames] if isinstance(frames, Frame) else items_of(frames)
-    if items is None or isinstance(frames, str | bytes):
+    items = [frames] if isinstance(frames, Frame) else frames
+    if not isinstance(items, Sequence) or isinstance(items, str | bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
     if not 1 <= len(items) <= MOST_FRAMES:
         raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")

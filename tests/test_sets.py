@@ -278,17 +278,6 @@ class TestInput:
         tiny = [ps.Frame(None, np.full((2, 2), 1.0), camera, pose_at(yaw)) for yaw in (0, 5)]
         assert renderer.render(tiny)[..., 3].all()
 
-    def test_a_pose_that_contradicts_all_others_is_named_once(self, capsys):
-        views = [seen_from(pose_at(yaw)) for yaw in (-12, -4, 4, 12)]
-        wrong = views[2].pose.copy()
-        wrong[:3, 3] += (0, 0, 0.15)
-        with ps.Renderer() as fresh:
-            for pose in (BETWEEN, views[0].pose):
-                fresh.render([*views[:2], replaced(views[2], pose=wrong), views[3]], pose=pose)
-            assert capsys.readouterr().err.count("frame 2 of 4 contradicts") == 1
-            fresh.render(views)
-            assert capsys.readouterr().err == ""
-
     @pytest.mark.parametrize(
         ("wrong", "message"),
         [
@@ -309,12 +298,6 @@ class TestInput:
         for options in ({"normals": np.ones((120, 160, 3))}, {"size": np.ones((120, 160))}):
             with pytest.raises(ValueError, match="arrays belong to one frame"):
                 renderer.render(views, **options)
-
-    def test_a_scene_of_several_frames_is_not_yet_saved(self, tmp_path):
-        scene = ps.Scene((ps.Node(ps.PointObject(three_views())),))
-        with pytest.raises(ValueError, match="one node for each frame"):
-            ps.save_scene(tmp_path / "scene.gltf", scene)
-        assert not list(tmp_path.iterdir())
 
 
 class TestCommandLine:

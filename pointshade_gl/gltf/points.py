@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..consensus import MOST_FRAMES
 from ..files.arrays import read_npy
 from ..files.builtin import FRAMES
 from ..files.content import split_numbers
@@ -22,7 +24,8 @@ from ..look import Look, Material
 from ..notes import Note
 from ..scene import PointObject
 from ..wording import shown
-from .checks import numbers
+from .checks import numbers, telling
+from .extras import options
 from .parts import Parts, inside
 from .views import FLIP
 
@@ -30,7 +33,7 @@ _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
 FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
 OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
-KEYS = (*FRAME_KEYS, *OBJECT_KEYS, "material")
+KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, "material")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
@@ -41,19 +44,58 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
 
     frames  those that the file has named before, so that none is loaded twice
     """
-    if "frame" not in said and "depth" not in said:
+    described = _describe(said)
+    if not described:
         alone = [key for key in said if key in KEYS]
         if alone:
             raise ValueError(f"its extras have {', '.join(alone)}, but no frame")
         return None
-    frame_said = {key: said[key] for key in FRAME_KEYS if key in said}
-    key = json.dumps(frame_said, sort_keys=True)
+    found = []
+    for k, frame_said in enumerate(described):
+        with _telling_frame(k, len(described)):
+            found.append(_read_once(frame_said, parts, frames))
+    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
+    return PointObject(found, read_material(said.get("material", {})), **object_said)
+
+
+def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
+    """What a node's extras say of each frame; nothing of none. Raises ValueError."""
+    alone = {key: said[key] for key in FRAME_KEYS if key in said}
+    if "frames" not in said:
+        return [alone] if "frame" in said or "depth" in said else []
+    if alone:
+        raise ValueError(f"its extras have frames, so {', '.join(alone)} belong into each of them")
+    several = said["frames"]
+    if not isinstance(several, list) or not 1 <= len(several) <= MOST_FRAMES:
+        got = f"{len(several)} of them" if isinstance(several, list) else shown(several)
+        raise ValueError(f"its frames must be a list of 1 to {MOST_FRAMES}, got {got}")
+    found = []
+    for k, one in enumerate(several):
+        with _telling_frame(k, len(several)):
+            found.append(options({"pointshade": one}, FRAME_KEYS))
+            if "frame" not in found[-1] and "depth" not in found[-1]:
+                raise ValueError(f"it must name a frame, got {shown(one)}")
+    return found
+
+
+@contextmanager
+def _telling_frame(k: int, count: int) -> Iterator[None]:
+    """Errors inside name the frame, if it is one of several."""
+    if count == 1:
+        yield
+        return
+    with telling(f"frame {k} of {count}"):
+        yield
+
+
+def _read_once(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> Frame:
+    """The frame; the same one for the same words."""
+    key = json.dumps(said, sort_keys=True)
     if key not in frames:
         check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
-        frames[key] = read_frame(frame_said, parts.folder, parts.note, parts.max_pixels)
+        frames[key] = read_frame(said, parts.folder, parts.note, parts.max_pixels)
         parts.count_pixels(frames[key].depth.size)
-    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
-    return PointObject(frames[key], read_material(said.get("material", {})), **object_said)
+    return frames[key]
 
 
 def read_material(said: Any) -> Material:
@@ -66,26 +108,26 @@ def read_material(said: Any) -> Material:
 
 def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> Frame:
     """The frame that extras describe. `save_scene` describes it in the same way. Raises ValueError or OSError."""
-    options = dict(said)
+    given = dict(said)
     for key in _FILES:
-        value = options.get(key)
+        value = given.get(key)
         # a text of four numbers is intrinsics; everywhere else "1.5" is the name of a file
         if isinstance(value, str) and not (key == "intrinsics" and split_numbers(value)):
-            options[key] = inside(folder, value)
+            given[key] = inside(folder, value)
     for key in _NUMBERS:
-        if key in options:
-            options[key] = numbers(options[key], (), key).item()
-    place = options.pop("frame", None)
+        if key in given:
+            given[key] = numbers(given[key], (), key).item()
+    place = given.pop("frame", None)
     if place not in (*FRAMES, None):
         place = inside(folder, place)
         if not place.is_dir():
-            options.setdefault("depth", place)
+            given.setdefault("depth", place)
             place = None
-    pose = options.pop("pose", None)
+    pose = given.pop("pose", None)
     placed = pose if isinstance(pose, Path) else numbers(FLIP if pose is None else pose, (4, 4), "pose")
     fenced = Folder(place, folder.allow_outside, folder.path) if isinstance(place, Path) else place
-    frame = load_frame(fenced, **options, pose=placed, max_pixels=max_pixels, notes=note)
-    _sources[frame] = options | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
+    frame = load_frame(fenced, **given, pose=placed, max_pixels=max_pixels, notes=note)
+    _sources[frame] = given | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
     return frame
 
 
@@ -104,17 +146,25 @@ def _value(key: str, value: Any, parts: Parts) -> Any:
 
 
 def write_points(
-    points: PointObject, folder: Path, name: str, stage: Callable[[str], Path], written: dict[Frame, dict[str, Any]]
+    points: PointObject,
+    folder: Path,
+    names: list[str],
+    stage: Callable[[str], Path],
+    written: dict[Frame, dict[str, Any]],
 ) -> dict[str, Any]:
-    """The extras of a point object; its frame and arrays are staged as files of the folder `name` beside the scene.
+    """The extras of a point object; its frames and arrays are staged as files of folders beside the scene.
 
+    names    of the folders, one for each frame
     written  what was said of the frames before, so that none is written twice
     Raises ValueError for a frame without a point, which no reader would take.
     """
-    frame = points.frame
-    if frame not in written:
-        written[frame] = _refer(frame, folder) or _write_frame(frame, name, stage)
-    said = dict(written[frame])
+    for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
+        if frame not in written:
+            with _telling_frame(k, len(points.frames)):
+                written[frame] = _refer(frame, folder) or _write_frame(frame, name, stage)
+    several = [written[frame] for frame in points.frames]
+    said: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
+    name = names[0]
     for key in OBJECT_KEYS:
         value = getattr(points.look, key)
         if np.ndim(value):

@@ -108,8 +108,11 @@ class _Writer:
         return len(self.gltf.nodes) - 1
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
-        if not points.is_single:
-            raise ValueError(f"cannot write an object of {len(points.frames)} frames: make one node for each frame")
+        folders = [self.folder(name) for _ in points.frames]
+        return write_points(points, self.files.folder, folders, self.files.stage, self.frames)
+
+    def folder(self, name: str) -> str:
+        """A new name for a frame's folder."""
         file = self.path.name.replace(".", "_") if self.is_binary else self.path.stem  # of room.gltf and room.glb each
         plain = f"{file}_{re.sub(NO_NAME, '_', name) or 'points'}"
         folder, k = plain, 1
@@ -117,7 +120,7 @@ class _Writer:
             k += 1
             folder = f"{plain}_{k}"
         self.folders.add(folder)
-        return write_points(points, self.files.folder, folder, self.files.stage, self.frames)
+        return folder
 
     def light(self, light: Light, node_casts: bool) -> dict[str, Any]:
         self.lights.append(write_light(light, node_casts))

@@ -5,29 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import view_matrix
-from ..consensus import Comparison, band_of, compared, contradicting, gains_of, nearest_others
+from ..consensus import Comparison, band_of, compared, gains_of, nearest_others
+from ..contradictions import contradictions
 from ..frame import Frame
-from ..notes import print_note
 from .adding import Adding
 from .memory import Owner
 from .passes import FullscreenPass
+from .set_notes import Told
 from .steps import Steps
 from .textures import FrameTextures, Images, PointSurface, TrustImage, empty
 
 STRIDE = 8  # pixels, as in compare.frag
-
-
-class Member(NamedTuple):
-    """One frame of a set on the GPU, its normals estimated."""
-
-    textures: FrameTextures
-    frame: Frame
 
 
 class Consensus(NamedTuple):
@@ -35,92 +30,100 @@ class Consensus(NamedTuple):
 
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
+    wrong: frozenset[int]  # the numbers of frames that contradict the others
 
 
 class ConsensusPass(Owner):
-    """Compares frames in pairs, and lets them vote. A new view or light asks for nothing new."""
+    """Compares frames in pairs, and lets them vote. A new view or light asks for nothing new, a new frame only for what
+    it takes part in."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, Adding(context)
         self._images: JudgeImages | None = None
+        self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
+        self._told = Told()
         with self._all_or_nothing():
             self._compare = self._keep(FullscreenPass(context, "compare.frag", STRIDE=STRIDE))
             self._support = self._keep(FullscreenPass(context, "support.frag"))
             self._stages = [self._keep(FullscreenPass(context, "trust.frag", STAGE=stage)) for stage in range(3)]
 
-    def find(self, members: Sequence[Member]) -> Consensus:
-        """The consensus; each frame's textures get their trust."""
-        others = nearest_others([member.frame for member in members])
+    def find(self, members: Sequence[FrameTextures]) -> Consensus:
+        """The consensus of frames whose normals are estimated. Their textures get their trust.
+
+        A frame that contradicts the others has no say: its points close holes. A note names it.
+        """
+        for member in members:
+            member.trust = member.trust or TrustImage(self._context, member.size)
+        made = [image for member in members for image in (member.surface, member.trust)]
+        return self._steps.run("consensus", self._find, tuple(members), made, of=members[0])
+
+    def _find(self, members: Sequence[FrameTextures], _: list[Images]) -> Consensus:
+        inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
+        others = nearest_others(frames)
         comparisons: dict[tuple[int, int], Comparison] = {}
         for i, j in chain.from_iterable(((i, j) for j in known) for i, known in enumerate(others)):
-            one, other = members[i], members[j]
-            inputs = one.textures, one.textures.surface, one.frame, other.textures, other.textures.surface, other.frame
-            of = one.textures, other.textures
-            comparisons[i, j] = self._steps.run("agreement", self._compare_two, *inputs, of=of)
-        band = band_of(comparisons)
-        for member, known in zip(members, others, strict=True):
-            textures = member.textures
-            textures.trust = textures.trust or TrustImage(self._context, textures.size)
-            voters = tuple((members[j].textures.surface, members[j].frame) for j in known)
-            self._steps.run("trust", self._judge, textures, textures.surface, member.frame, voters, band, of=textures)
-        found = tuple(comparisons), tuple(comparisons.values())
-        return Consensus(band, self._steps.run("gains", self._settle, *found, len(members), of=members[0].textures))
-
-    def _settle(
-        self, pairs: tuple[tuple[int, int], ...], found: tuple[Comparison, ...], count: int
-    ) -> NDArray[np.float64]:
-        """The gains. Tells which frames contradict all others."""
-        comparisons = dict(zip(pairs, found, strict=True))
-        for k in contradicting(comparisons, count):
-            print_note(f"frame {k} of {count} contradicts all others that see the same: is its pose right?")
-        return gains_of(comparisons, count)
+            of = members[i], members[j]
+            comparisons[i, j] = self._steps.run("agreement", self._compare_two, *inputs[i], *inputs[j], of=of)
+        known = [self._bands[member][1] for member in members if self._bands.get(member, (-1,))[0] == member.version]
+        found = contradictions(comparisons, len(members))
+        self._told.tell(members, frames, found, goes_on=bool(known))
+        comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
+        band = band_of(comparisons, known[0] if known else None)
+        for k, member in enumerate(members):
+            voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
+            if k in found.frames:
+                self._steps.run("trust", self._distrust, *inputs[k], of=member)
+            else:
+                self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
+            self._bands[member] = member.version, band
+        return Consensus(band, gains_of(comparisons, len(members)), found.frames)
 
     def _compare_two(
-        self,
-        one: FrameTextures,
-        surface: Images,
-        frame: Frame,
-        other: FrameTextures,
-        other_surface: Images,
-        seen: Frame,
+        self, one: FrameTextures, surface: PointSurface, other: FrameTextures, other_surface: PointSurface
     ) -> Comparison:
         size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
-        maps = {"surface_map": one.surface.texture, "color_map": one.color}
-        maps |= {"other_map": other.surface.texture, "other_color_map": other.color}
+        maps = {"surface_map": surface.texture, "color_map": one.color}
+        maps |= {"other_map": other_surface.texture, "other_color_map": other.color}
         image = Samples(self._context, size)
         try:
             empty(image.target)
-            self._compare.draw(image.target, maps, **_way(frame, seen))
-            return compared(np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4))
+            self._compare.draw(image.target, maps, **_way(_frame_of(one), _frame_of(other)))
+            samples = np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4)
+            colored = _frame_of(one).color is not None and _frame_of(other).color is not None
+            return compared(samples, colored)
         finally:
             image.release()
 
     def _judge(
         self,
-        textures: FrameTextures,
-        surface: Images,
-        frame: Frame,
-        voters: tuple[tuple[PointSurface, Frame], ...],
+        member: FrameTextures,
+        surface: PointSurface,
+        voters: tuple[tuple[FrameTextures, PointSurface], ...],
         band: float,
     ) -> None:
         """The trust in a frame's points, from the votes of others."""
-        images = self._fit(textures.size)
-        maps = {"surface_map": textures.surface.texture}
+        images, frame = self._fit(member.size), _frame_of(member)
+        maps = {"surface_map": surface.texture}
         empty(images.votes_target)
         with self._adding.on():
-            for other, seen in voters:
-                others = {"other_map": other.texture}
-                self._support.draw(images.votes_target, maps | others, **_way(frame, seen), band=band)
+            for other, other_surface in voters:
+                others = {"other_map": other_surface.texture}
+                self._support.draw(images.votes_target, maps | others, **_way(frame, _frame_of(other)), band=band)
         source = {"source": frame.camera.intrinsics}
-        assert textures.trust is not None
-        for target in (images.ends_target, images.rows_target, textures.trust.target):
+        assert member.trust is not None
+        for target in (images.ends_target, images.rows_target, member.trust.target):
             empty(target)
         self._stages[0].draw(images.ends_target, maps, **source)
         self._stages[1].draw(images.rows_target, {"ends_map": images.ends})
         last = maps | {"rows_map": images.rows, "votes_map": images.votes}
-        self._stages[2].draw(textures.trust.target, last, **source)
-        textures.trust.raise_version()
+        self._stages[2].draw(member.trust.target, last, **source)
+        member.trust.raise_version()
+
+    def _distrust(self, member: FrameTextures, _: PointSurface) -> None:
+        assert member.trust is not None
+        empty(member.trust.target)
+        member.trust.raise_version()
 
     def _fit(self, size: tuple[int, int]) -> JudgeImages:
         if self._images is None or self._images.size != size:
@@ -156,6 +159,12 @@ class JudgeImages(Images):
             self.votes_target, self.ends_target, self.rows_target = (
                 self._framebuffer(image) for image in (self.votes, self.ends, self.rows)
             )
+
+
+def _frame_of(textures: FrameTextures) -> Frame:
+    """What was uploaded last. Steps get the textures, whose version says when it changed: so no step keeps a frame."""
+    assert textures.frame is not None
+    return textures.frame
 
 
 def _way(frame: Frame, other: Frame) -> dict[str, object]:

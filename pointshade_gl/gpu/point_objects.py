@@ -140,13 +140,13 @@ class PointObjects:
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
         """The same for several frames of one thing: their splats into one picture, their parts added up."""
         self._merge = self._merge or MergePass(self._context)
-        points, splats, (band, gains) = shown.points, target.splats, shown.consensus
+        points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, is_primary(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
-        gains = [tuple(gain.tolist()) for gain in gains]
+        gains = [tuple(gain.tolist()) for gain in consensus.gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
-        self._merge.add_up(target.sums, parts, shown.shading, band)
+        self._merge.add_up(target.sums, parts, shown.shading, consensus.band)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
             self._target_normals = self._target_normals or TargetNormals(self._context)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..camera import Eye, view_matrix
 from ..consensus import Comparison, band_of, compared, gains_of, importances, nearest_others
+from ..contradictions import contradictions
 from ..frame import Frame
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
@@ -63,6 +64,7 @@ class Judged(NamedTuple):
     trusts: list[np.ndarray]  # (h, w, 2) each
     band: float
     gains: np.ndarray  # (n, 3)
+    wrong: frozenset[int]  # frames that contradict the others
 
 
 def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
@@ -70,15 +72,18 @@ def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
     views = [_view(frame, own) for frame, own in zip(frames, normals, strict=True)]
     others = nearest_others(frames)
     pairs = {(i, j): _compare(views[i], views[j]) for i, known in enumerate(others) for j in known}
+    wrong = contradictions(pairs, len(frames)).frames
+    pairs = {pair: one for pair, one in pairs.items() if not wrong.intersection(pair)}
     band = band_of(pairs)
-    trusts = [_trust(views[i], [views[j] for j in known], band) for i, known in enumerate(others)]
-    return Judged(views, trusts, band, gains_of(pairs, len(frames)))
+    trusts = [_trust(views[i], [views[j] for j in known if j not in wrong], band) for i, known in enumerate(others)]
+    trusts = [trust * F(k not in wrong) for k, trust in enumerate(trusts)]
+    return Judged(views, trusts, band, gains_of(pairs, len(frames)), wrong)
 
 
 def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
     """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8; target normals are "auto"."""
     camera, target = eye.camera, np.array(eye.camera.intrinsics, F)
-    weights = importances([view.frame for view in judged.views], eye.pose)
+    weights = importances([view.frame for view in judged.views], eye.pose, judged.wrong)
     key = _keys(judged, eye, weights > 0.999, rasterizer)
     v, u = np.nonzero(key)
     inverse_depth, pixel = key_inverse_depth(key[v, u]), np.stack([u, v], -1).astype(F)
@@ -129,7 +134,8 @@ def _compare(one: View, other: View) -> Comparison:
     ours = picture_at(one.picture, at[seen].astype(F), np.array((width, height), F))
     theirs = picture_at(other.picture, there[seen, :2], np.array(other.frame.depth.shape[::-1], F))
     ratios = log_ratio(ours, theirs, srgb_to_linear(ours), srgb_to_linear(theirs))
-    return compared(np.concatenate([excess[seen, None], ratios], -1).astype(F))
+    colored = one.frame.color is not None and other.frame.color is not None
+    return compared(np.concatenate([excess[seen, None], ratios], -1).astype(F), colored)
 
 
 def _trust(view: View, others: Sequence[View], band: float) -> np.ndarray:

@@ -14,7 +14,7 @@ from .vectors import dot, normalize
 F = np.float32
 STRETCHED = F(6)
 SEEN_ALIKE, LEAST_ALIKE = F(0.2), F(0.0005)
-FALLBACK, MOST_DETAIL = F(1e-11), F(4)
+FALLBACK, FLATTEST, MOST_DETAIL = F(1e-11), F(0.25), F(4)
 INVERSE_DEPTH = np.uint32(0x3FFFFFFF)
 
 
@@ -49,6 +49,11 @@ def plane_inverse_depth(
         return (dot(own[..., :3], ray) / dot(own[..., :3], point))[..., 0]
 
 
+def share_across(normal: np.ndarray, target_pixel: np.ndarray, view: np.ndarray, target: np.ndarray) -> np.ndarray:
+    ray = pixel_ray(target_pixel, target) @ view[:3, :3]
+    return np.maximum(np.abs(dot(normal, normalize(ray))[..., 0]), FLATTEST)
+
+
 def look_twice(
     surface_map: np.ndarray,
     inverse_depth: np.ndarray,
@@ -64,7 +69,8 @@ def look_twice(
     hit = surface_at(surface_map, first.astype(int))
     met = plane_inverse_depth(hit, first, target_pixel, source, view, target)
     with np.errstate(invalid="ignore"):
-        start = np.where(np.abs(met - inverse_depth) < F(band) * inverse_depth, met, inverse_depth)
+        off = (met / inverse_depth - F(1)) * share_across(hit[..., :3], target_pixel, view, target)
+        start = np.where(np.abs(off) < F(band), met, inverse_depth)
     seen = look_up(surface_map, start, target_pixel, source, view, target)
     final = plane_inverse_depth(seen.own, seen.pixel.astype(F), target_pixel, source, view, target)
     return seen._replace(inverse_depth=final)

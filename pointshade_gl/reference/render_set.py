@@ -27,6 +27,7 @@ from .parts import (
     key_inverse_depth,
     look_twice,
     part_is_known,
+    share_across,
     splat_key,
     splat_level,
     view_weight,
@@ -203,9 +204,10 @@ def _part(
     color = picture_at(view.picture, color_position(seen, corner), np.array(size, F))
     off = seen.inverse_depth / inverse_depth[known] - F(1)
     said = texel(trust, seen.pixel)
-    weight = F(importance) * said[:, 0] * said[:, 1] * agreement(off, band)
+    across = off * share_across(seen.own[:, :3], pixel[known], way, target)
+    weight = F(importance) * said[:, 0] * said[:, 1] * agreement(across, band)
     weight = weight * view_weight(seen, pixel[known], view.intrinsics, way, target)
-    total = weight + fallback_weight(off, band)
+    total = weight + fallback_weight(across, band)
     normal = mix_normal(seen, corner) @ way[:3, :3].T
     values = total[:, None] * normal, (weight * off)[:, None], total[:, None] * (gain * srgb_to_linear(color))
     result = np.zeros((len(pixel), 8), F)

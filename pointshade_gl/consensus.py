@@ -20,6 +20,7 @@ LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
 PRIMARY = 3  # views that carry the picture
 FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
+DISSOLVED = 0.9  # weight at which none of a view's splats is primary any more
 CONTRADICTS = 3.0  # times the usual spread, by which a frame is off all others whose pose is wrong
 Matrix = NDArray[np.float64]
 
@@ -110,3 +111,11 @@ def importances(frames: Sequence[Frame], eye: Matrix) -> NDArray[np.float64]:
     reach = max(float(np.sort(away)[PRIMARY - 1]), 1e-9)
     share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
     return FAINT + (1 - FAINT) * share * share * (3 - 2 * share)
+
+
+def primary_shares(importances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) the share of each frame's splats that hide those of others: all of primary views, and soon none.
+
+    A view comes and goes splat by splat: where two views contradict each other, nothing pops.
+    """
+    return np.clip((importances - DISSOLVED) / (1 - DISSOLVED), 0, 1)

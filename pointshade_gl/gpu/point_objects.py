@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
+from ..consensus import primary_shares
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
@@ -30,8 +31,6 @@ from .textures import (
     TrustImage,
     confine,
 )
-
-ALMOST_1 = 0.999  # the importance of primary views, but for rounding
 
 
 class Points(NamedTuple):
@@ -126,7 +125,7 @@ class PointObjects:
         """The same for several frames of one thing: their splats into one picture, their parts added up."""
         self._merge = self._merge or MergePass(self._context)
         points, splats, (band, gains) = shown.points, target.splats, shown.consensus
-        windows = self._draw_set(splats, points, eye, shown.importances > ALMOST_1)
+        windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in gains]
@@ -138,8 +137,8 @@ class PointObjects:
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         near = eye.near / points.scale
         parts = [
-            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, bool(is_primary))
-            for p, trust, is_primary in zip(points.parts, points.trusts, primary, strict=True)
+            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, float(share))
+            for p, trust, share in zip(points.parts, points.trusts, primary, strict=True)
         ]
         return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
 
@@ -169,7 +168,7 @@ class PointObjects:
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """The same of several frames, for set_shadow.frag."""
-        self._draw_set(image, points, eye, np.ones(len(points.parts), bool))
+        self._draw_set(image, points, eye, np.ones(len(points.parts)))
         look_up = self._rasterizer(points.parts[0]).look_up
         return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
 

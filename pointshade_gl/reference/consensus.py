@@ -91,7 +91,7 @@ def end_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
 
 def trust_in(votes: np.ndarray, edge: np.ndarray, border: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     support, through = votes[..., 0], votes[..., 1]
-    floats = (through > support + np.clip(edge, 0, 2) - 1) & (through > 0)
+    floats = through > support + (edge >= 2)
     is_flat, is_alone = cosine < FLAT_COSINE, support == 0
     flies = ((edge == 0) & (is_flat | is_alone)) | ((edge == 1) & is_flat & is_alone)
     quality = edge.astype(F) / F(EDGE_REACH) * np.minimum(border, BORDER_REACH).astype(F) / F(BORDER_REACH)

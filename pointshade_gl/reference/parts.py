@@ -31,8 +31,13 @@ def is_stretched(extent: np.ndarray, side: np.ndarray) -> np.ndarray:
     return extent.max(-1) > STRETCHED * side
 
 
-def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: bool) -> np.ndarray:
-    return np.where((trust > 0.5) & ~stretched, 2, 0) + int(primary)
+def is_among(pixel: np.ndarray, share: float) -> np.ndarray:
+    along = pixel[..., 0].astype(F) * F(0.618034) + pixel[..., 1].astype(F) * F(0.414214)
+    return along - np.floor(along) < F(share)
+
+
+def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: np.ndarray) -> np.ndarray:
+    return np.where((trust > 0.5) & ~stretched, 2, 0) + primary
 
 
 def plane_inverse_depth(

@@ -25,6 +25,11 @@ bool is_stretched(vec2 extent, float side) {
     return max(extent.x, extent.y) > STRETCHED * side;
 }
 
+// Is a pixel in a share of all pixels that are evenly spread? A lattice: the fractions stay even at every 2nd and 4th.
+bool is_among(ivec2 pixel, float share) {
+    return fract(dot(vec2(pixel), vec2(0.618034, 0.414214))) < share;
+}
+
 // 0 to 3: what is trusted hides all that is not, and of either the primary views hide the others.
 int splat_level(float trust, bool stretched, bool primary) {
     return (trust > 0.5 && !stretched ? 2 : 0) + (primary ? 1 : 0);

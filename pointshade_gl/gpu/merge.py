@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any, NamedTuple
 
 import moderngl
@@ -36,13 +37,13 @@ class MergePass:
     def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
-        for part in parts:
+        for number, part in enumerate(parts):
             looking = part.looking
             maps = {"surface_map": looking.surface, "color_map": looking.colors, "trust_map": part.trust}
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            with self._adding.on():
+            with self._adding.on() if number else nullcontext():  # the first finds zeros
                 self._pass("part.frag", shading, looking.look_up).draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 

@@ -20,7 +20,7 @@ LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
 PRIMARY = 3  # views that carry the picture
 FADING = 2.5  # times as far as these, others have faded out
 FAINT = 0.02  # their weight then
-ALMOST_1 = 0.999  # the weight of primary views, but for rounding
+DISSOLVED = 0.9  # weight at which none of a view's splats is primary any more
 STEADY = 0.05  # by which share the band may differ from the one that was voted with, before all is voted again
 APART = 0.02  # of the depth: a surface that lies so much farther than a point contradicts it
 JUDGED = 0.2  # of the samples that two frames share, those that neither hides from the other, at least
@@ -128,4 +128,12 @@ def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozense
 
 def is_primary(importance: Any) -> Any:
     """Whether a view of this weight carries the picture, or only fills gaps; of an array, each."""
-    return importance > ALMOST_1
+    return importance > DISSOLVED
+
+
+def primary_shares(importances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) the share of each frame's splats that hide those of others: all of primary views, and soon none.
+
+    A view comes and goes splat by splat: where two views contradict each other, nothing pops.
+    """
+    return np.clip((importances - DISSOLVED) / (1 - DISSOLVED), 0, 1)

@@ -26,15 +26,17 @@ uniform float tolerance;  // how far off a plane a block's pixels may lie, as a 
 uniform int list_length;
 #if SET
 uniform sampler2D trust_map;
-uniform bool is_primary;
+uniform float primary;  // share of the frame's splats
 
 int level = 0;        // of the splat that is drawn
 float trust = 0.0;    // in it; of a block, in its first pixel
 float side_of = 1.0;  // source pixels
+bool is_primary = false;
 
 void note_source(ivec2 pixel, float side) {
     trust = surface_at(trust_map, pixel).r;
     side_of = side;
+    is_primary = is_among(pixel, primary);
 }
 
 void note_extent(vec2 extent) {

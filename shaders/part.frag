@@ -41,8 +41,9 @@ void main() {
 
     vec2 trust = surface_at(trust_map, seen.pixel).rg;
     float off = seen.inverse_depth / inverse_depth - 1.0;
-    float weight = importance * trust.x * trust.y * agreement(off, band) * view_weight(seen, pixel, source, view, target);
-    float total = weight + fallback_weight(off, band);
+    float across = off * share_across(seen.own.xyz, pixel, view, target);
+    float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target);
+    float total = weight + fallback_weight(across, band);
     geometry = vec4(total * normal, weight * off);
     albedo = vec4(total * gain * linear, total);
 }

@@ -8,7 +8,7 @@ uniform sampler2D surface_map;
 uniform sampler2D trust_map;
 uniform float near;
 uniform int first_id;
-uniform bool is_primary;
+uniform float primary;  // share of the frame's splats
 uniform float side;  // source pixels
 
 flat in vec2 centre;
@@ -26,8 +26,9 @@ void main() {
     vec2 offset = gl_FragCoord.xy - 0.5 - centre;
     if (!footprint_covers(to_source, bend, offset, reach, is_round)) discard;
     Footprint splat = Footprint(centre, to_target, inverse_depth, tilt, bend);
-    float trust = texelFetch(trust_map, pixel_of(id - first_id, textureSize(surface_map, 0).x), 0).r;
-    int level = splat_level(trust, is_stretched(footprint_extent(splat, reach, is_round), side), is_primary);
+    ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
+    bool stretched = is_stretched(footprint_extent(splat, reach, is_round), side);
+    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched, is_among(pixel, primary));
     float here = footprint_inverse_depth(splat, to_source, offset);
     key = int(splat_key(here, level));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;

@@ -76,6 +76,12 @@ class TestPrimaryViews:
         assert np.abs(np.diff(path, axis=0)).max() < 0.08
         assert np.ptp(path, axis=0).min() > 0.9
 
+    def test_a_view_comes_and_goes_splat_by_splat(self, frames):
+        path = [consensus.importances(frames, pose_at(yaw)) for yaw in np.arange(-20, 20, 0.05)]
+        shares = np.array([consensus.primary_shares(weights) for weights in path])
+        assert np.abs(np.diff(shares, axis=0)).max() < 0.15
+        assert ((shares == 1).sum(1) >= consensus.PRIMARY).all() and (shares > 0).sum(1).max() <= consensus.PRIMARY + 2
+
     def test_each_is_compared_with_those_that_stand_nearest(self, frames, monkeypatch):
         monkeypatch.setattr(consensus, "COMPARED", 2)
         others = consensus.nearest_others(frames)

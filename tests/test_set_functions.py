@@ -1,6 +1,7 @@
 """parts.glsl and consensus.glsl: each function is compared with its mirror, at edges and on planes."""
 
 import numpy as np
+import pytest
 
 from pointshade_gl.reference import camera, consensus, parts
 from pointshade_gl.reference.splat import carry_footprint
@@ -86,6 +87,29 @@ def test_is_stretched_and_splat_level(gpu):
         expected = parts.splat_level(trust[:, 0], stretched, primary)
         assert (gpu("parts.glsl", call, e=extent, s=side, t=trust)[:, 0] == expected).all()
         assert set(expected) == {int(primary), 2 + int(primary)}
+
+
+def test_is_among_picks_a_share_of_pixels_blocks_and_quarters_alike(gpu):
+    pixel = np.random.default_rng(10).integers(0, 2000, (COUNT, 2))
+    for share in (0, 0.3, 1):
+        among = parts.is_among(pixel, share)
+        answer = gpu("parts.glsl", f"float(is_among(ivec2(p), {share:.1f})), 0, 0, 0", p=pixel.astype(F))[:, 0]
+        assert (answer != among).sum() <= 1
+        for side in (1, 2, 4):  # source pixels that one splat may stand for
+            assert parts.is_among(PIXELS * side, share).mean() == pytest.approx(share, abs=0.01)
+
+
+def test_share_across_is_1_where_a_ray_meets_a_surface_squarely_and_never_vanishes(gpu):
+    surface_map, pixel, target_pixel, _ = drawn_splats()
+    normal = texel(surface_map, pixel)[:, :3]
+    expected = parts.share_across(normal, target_pixel, VIEW, TARGET)
+    call = f"share_across(n, q, {VIEW_GLSL}, t)"
+    close(gpu("parts.glsl", call, n=normal, q=target_pixel, t=TARGET[None]), expected)
+    ray = camera.pixel_ray(np.array([7, 5], F), TARGET) @ VIEW[:3, :3]
+    aside = np.cross(ray, [0, 1, 0])
+    for toward, share in ((ray, 1), (aside, parts.FLATTEST)):
+        unit = (toward / np.linalg.norm(toward)).astype(F)
+        assert parts.share_across(unit, np.array([7, 5], F), VIEW, TARGET) == pytest.approx(share, abs=1e-5)
 
 
 def test_plane_inverse_depth(gpu):
@@ -219,3 +243,4 @@ def test_points_are_trusted_by_votes_away_from_edges_and_by_support_beside_them(
     assert trusted(0, 0, 4) and trusted(0, 1, 4) and not trusted(0, 1, 1) and not trusted(1, 3, 4)
     assert not trusted(0, 0, 1, cosine=0.1) and trusted(1, 0, 1, cosine=0.1) and trusted(0, 0, 2, cosine=0.1)
     assert not trusted(0, 0, 0) and trusted(1, 0, 0) and trusted(0, 0, 1)
+    assert not trusted(5, 0, 0, cosine=0.1)  # its splat would reach far beyond the edge

@@ -58,7 +58,7 @@ class ComputeSplatPass(Owner):
         windows = []
         for part in parts:
             part.trust.use(1)
-            inputs = {"trust_map": 1, "is_primary": part.is_primary}
+            inputs = {"trust_map": 1, "primary": part.primary}
             windows.append(self._add(part.surface, part.source, image, camera, part.view, part.near, inputs))
         image.window = union(windows)
         image.raise_version()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import Any, NamedTuple
 
 import moderngl
@@ -36,14 +37,14 @@ class MergePass:
     def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
-        for part in parts:
+        for number, part in enumerate(parts):
             looking = part.looking
             maps = {"surface_map": looking.surface, "color_map": looking.colors, "trust_map": part.trust}
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            with self._adding.on():
-                part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 

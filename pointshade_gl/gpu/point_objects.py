@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
-from ..consensus import is_primary
+from ..consensus import primary_shares
 from ..explain import SetReport
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
@@ -141,7 +141,7 @@ class PointObjects:
         """The same for several frames of one thing: their splats into one picture, their parts added up."""
         self._merge = self._merge or MergePass(self._context)
         points, splats, consensus = shown.points, target.splats, shown.consensus
-        windows = self._draw_set(splats, points, eye, is_primary(shown.importances))
+        windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
@@ -157,8 +157,8 @@ class PointObjects:
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         near = eye.near / points.scale
         parts = [
-            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, bool(is_primary))
-            for p, trust, is_primary in zip(points.parts, points.trusts, primary, strict=True)
+            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, float(share))
+            for p, trust, share in zip(points.parts, points.trusts, primary, strict=True)
         ]
         return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
 
@@ -188,7 +188,7 @@ class PointObjects:
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """The same of several frames, for set_shadow.frag."""
-        self._draw_set(image, points, eye, np.ones(len(points.parts), bool))
+        self._draw_set(image, points, eye, np.ones(len(points.parts)))
         look_up = self._rasterizer(points.parts[0]).look_up
         return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
 

@@ -65,7 +65,7 @@ class PointSplatPass(Owner):
         self._clear(image)
         for part in parts:
             part.trust.use(1)
-            inputs = {"trust_map": 1, "is_primary": part.is_primary, "side": float(part.sizes[0])}
+            inputs = {"trust_map": 1, "primary": part.primary, "side": float(part.sizes[0])}
             inputs["is_round"] = part.splat == "round"
             warp = image, camera, part.view, part.near
             self._add(self._set_program, self._set_vertices, part.surface, part.source, *warp, **inputs)

@@ -22,7 +22,7 @@ class SetSplats(NamedTuple):
     near: float  # source units
     sizes: np.ndarray  # (1,) float32, source pixels
     splat: str
-    is_primary: bool
+    primary: float  # share of its splats
 
 
 def union(windows: Sequence[Box]) -> Box:

@@ -14,7 +14,7 @@ from .vectors import dot, normalize
 F = np.float32
 STRETCHED = F(6)
 SEEN_ALIKE, LEAST_ALIKE = F(0.2), F(0.0005)
-FALLBACK, MOST_DETAIL, UNLIKE = F(1e-11), F(4), F(0.7)
+FALLBACK, FLATTEST, MOST_DETAIL, UNLIKE = F(1e-11), F(0.25), F(4), F(0.7)
 INVERSE_DEPTH = np.uint32(0x3FFFFFFF)
 
 
@@ -40,8 +40,13 @@ def is_stretched(extent: np.ndarray, side: np.ndarray) -> np.ndarray:
     return extent.max(-1) > STRETCHED * side
 
 
-def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: bool) -> np.ndarray:
-    return np.where((trust > 0.5) & ~stretched, 2, 0) + int(primary)
+def is_among(pixel: np.ndarray, share: float) -> np.ndarray:
+    along = pixel[..., 0].astype(F) * F(0.618034) + pixel[..., 1].astype(F) * F(0.414214)
+    return along - np.floor(along) < F(share)
+
+
+def splat_level(trust: np.ndarray, stretched: np.ndarray, primary: np.ndarray) -> np.ndarray:
+    return np.where((trust > 0.5) & ~stretched, 2, 0) + primary
 
 
 def plane_inverse_depth(
@@ -56,6 +61,11 @@ def plane_inverse_depth(
     point = pixel_ray(pixel, source) * own[..., 3:] + view[:3, 3] @ view[:3, :3]
     with np.errstate(divide="ignore", invalid="ignore"):
         return (dot(own[..., :3], ray) / dot(own[..., :3], point))[..., 0]
+
+
+def share_across(normal: np.ndarray, target_pixel: np.ndarray, view: np.ndarray, target: np.ndarray) -> np.ndarray:
+    ray = pixel_ray(target_pixel, target) @ view[:3, :3]
+    return np.maximum(np.abs(dot(normal, normalize(ray))[..., 0]), FLATTEST)
 
 
 def look_twice(
@@ -73,7 +83,8 @@ def look_twice(
     hit = surface_at(surface_map, first.astype(int))
     met = plane_inverse_depth(hit, first, target_pixel, source, view, target)
     with np.errstate(invalid="ignore"):
-        start = np.where(np.abs(met - inverse_depth) < F(band) * inverse_depth, met, inverse_depth)
+        off = (met / inverse_depth - F(1)) * share_across(hit[..., :3], target_pixel, view, target)
+        start = np.where(np.abs(off) < F(band), met, inverse_depth)
     seen = look_up(surface_map, start, target_pixel, source, view, target)
     final = plane_inverse_depth(seen.own, seen.pixel.astype(F), target_pixel, source, view, target)
     return seen._replace(inverse_depth=final)

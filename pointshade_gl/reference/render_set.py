@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Eye, view_matrix
-from ..consensus import Comparison, band_of, compared, gains_of, importances, nearest_others
+from ..consensus import Comparison, band_of, compared, gains_of, importances, nearest_others, primary_shares
 from ..contradictions import contradictions
 from ..frame import Frame
 from ..level_of_detail import MERGE
@@ -24,11 +24,13 @@ from .lights import light_surface
 from .parts import (
     agreement,
     fallback_weight,
+    is_among,
     is_stretched,
     key_inverse_depth,
     look_twice,
     merged_inverse_depth,
     part_is_known,
+    share_across,
     splat_key,
     splat_level,
     target_normal,
@@ -84,7 +86,7 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
     """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8; target normals are "auto"."""
     camera, target = eye.camera, np.array(eye.camera.intrinsics, F)
     weights = importances([view.frame for view in judged.views], eye.pose, judged.wrong)
-    key = _keys(judged, eye, weights > 0.999, rasterizer)
+    key = _keys(judged, eye, primary_shares(weights), rasterizer)
     v, u = np.nonzero(key)
     inverse_depth, pixel = key_inverse_depth(key[v, u]), np.stack([u, v], -1).astype(F)
     sums = np.zeros((len(u), 8), F)
@@ -160,10 +162,12 @@ def _keys(judged: Judged, eye: Eye, primary: np.ndarray, rasterizer: str) -> np.
     """(h, w) uint32: what the splats of all frames leave."""
     result = np.zeros((eye.camera.height, eye.camera.width), np.uint32)
     depth = np.full(result.shape, np.inf)
-    for view, trust, is_primary in zip(judged.views, judged.trusts, primary, strict=True):
+    for view, trust, share in zip(judged.views, judged.trusts, primary, strict=True):
         pairs, sides = _pairs(view, eye, rasterizer)
         stretched = is_stretched(footprint_extent(pairs.splat, splat_reach(sides, False), False), sides)
-        level = splat_level(trust[..., 0].ravel()[pairs.source_index], stretched, bool(is_primary))
+        row, column = np.divmod(pairs.source_index, trust.shape[1])
+        among = is_among(np.stack([column, row], -1), share)
+        level = splat_level(trust[row, column, 0], stretched, among)
         inverse_depth = footprint_inverse_depth(pairs.splat, pairs.to_source, pairs.q.astype(F) - pairs.splat.centre)
         keys, place = splat_key(inverse_depth, level), (pairs.q[:, 1], pairs.q[:, 0])
         if rasterizer == "compute":
@@ -216,9 +220,10 @@ def _part(
     color = picture_at(view.picture, color_position(seen, corner), np.array(size, F))
     off = seen.inverse_depth / inverse_depth[known] - F(1)
     said = texel(trust, seen.pixel)
-    weight = F(importance) * said[:, 0] * said[:, 1] * agreement(off, band)
+    across = off * share_across(seen.own[:, :3], pixel[known], way, target)
+    weight = F(importance) * said[:, 0] * said[:, 1] * agreement(across, band)
     weight = weight * view_weight(seen, pixel[known], view.intrinsics, way, target)
-    total = weight + fallback_weight(off, band)
+    total = weight + fallback_weight(across, band)
     normal = mix_normal(seen, corner) @ way[:3, :3].T
     values = total[:, None] * normal, (weight * off)[:, None], total[:, None] * (gain * srgb_to_linear(color))
     result = np.zeros((len(pixel), 8), F)
@@ -248,7 +253,7 @@ def _light(
     shadow_map = np.ones((-(-len(views) // columns) * side, columns * side), F)
     for k, shadow in enumerate(views):
         own = shadow.eye
-        w = key_inverse_depth(_keys(judged, own, np.ones(len(frames), bool), rasterizer))
+        w = key_inverse_depth(_keys(judged, own, np.ones(len(frames)), rasterizer))
         w = w / (F(1) + F(judged.band * PointObject(frames).scale) * w)
         depth = np.round((F(1) - F(own.near) * w).astype(float) * DEPTH_STEPS) / DEPTH_STEPS
         left, top = k % columns * side, k // columns * side

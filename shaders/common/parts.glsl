@@ -7,6 +7,7 @@ const float STRETCHED = 6.0;           // target pixels for each source pixel th
 const float SEEN_ALIKE = 0.2;          // radians between two directions that see a surface much alike
 const float LEAST_ALIKE = 0.0005;      // weight of a frame that saw it from quite elsewhere
 const float FALLBACK = 1e-11;          // weight of a frame that has no part in the surface: it only closes holes
+const float FLATTEST = 0.25;           // cosine of a ray, at which differences along it count least
 const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, beyond which more say no more
 const float UNLIKE = 0.7;              // cosine of two normals, below which they contradict each other
 const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
@@ -36,6 +37,11 @@ bool is_stretched(vec2 extent, float side) {
     return max(extent.x, extent.y) > STRETCHED * side;
 }
 
+// Is a pixel in a share of all pixels that are evenly spread? A lattice: the fractions stay even at every 2nd and 4th.
+bool is_among(ivec2 pixel, float share) {
+    return fract(dot(vec2(pixel), vec2(0.618034, 0.414214))) < share;
+}
+
 // 0 to 3: what is trusted hides all that is not, and of either the primary views hide the others.
 int splat_level(float trust, bool stretched, bool primary) {
     return (trust > 0.5 && !stretched ? 2 : 0) + (primary ? 1 : 0);
@@ -48,6 +54,13 @@ float plane_inverse_depth(vec4 own, vec2 pixel, vec2 target_pixel, vec4 source, 
     return dot(own.xyz, ray) / dot(own.xyz, point);
 }
 
+// What of a difference along a target pixel's ray lies across a surface: where a ray grazes it, a small error of a pose
+// moves the point that is hit far along the ray.
+float share_across(vec3 normal, vec2 target_pixel, mat4 view, vec4 target) {
+    vec3 ray = pixel_ray(target_pixel, target) * mat3(view);
+    return max(abs(dot(normal, normalize(ray))), FLATTEST);
+}
+
 // As look_up, but where the ray meets the plane of the pixel that it hits first, if that is near; and 1/z is the plane's.
 Seen look_twice(
     sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
@@ -56,7 +69,8 @@ Seen look_twice(
     vec2 first = clamp(floor(carry_back(target_pixel, inverse_depth, target, view, source).xy + 0.5), vec2(0.0), last);
     vec4 hit = surface_at(surface_map, ivec2(first));
     float met = plane_inverse_depth(hit, first, target_pixel, source, view, target);
-    float start = abs(met - inverse_depth) < band * inverse_depth ? met : inverse_depth;
+    float off = (met / inverse_depth - 1.0) * share_across(hit.xyz, target_pixel, view, target);
+    float start = abs(off) < band ? met : inverse_depth;
     Seen seen = look_up(surface_map, start, target_pixel, source, view, target);
     seen.inverse_depth = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
     return seen;
@@ -68,7 +82,7 @@ bool part_is_known(Seen seen, vec2 size) {
     return inside && seen.own.w > 0.0;
 }
 
-// 1 where two depths agree, falling to 0 where they differ by the band; both are shares of 1/z.
+// 1 where two depths agree, falling to 0 where they differ by the band; both are shares of 1/z across the surface.
 float agreement(float off, float band) {
     float share = off / band;
     float rest = max(1.0 - share * share, 0.0);

@@ -166,6 +166,15 @@ class TestDrawing:
             assert fresh.steps.counts["upload"] == 1 + 8 + 4
         assert len(shown) == 3
 
+    def test_a_set_drawn_again_after_another_with_the_same_frames_is_the_same(self, renderer):
+        """The other one lets a third frame vote, and is kept by its own first frame."""
+        a, b, c = (noisy(seen_from(pose_at(yaw)), yaw) for yaw in (0, 6, 12))
+        options = {"camera": frames.CAMERA, "pose": pose_at(3), "shading": "none"}
+        with ps.Renderer() as fresh:
+            before = fresh.render([a, b], **options)
+            fresh.render([b, a, c], **options)
+            assert (fresh.render([a, b], **options) == before).all()
+
     def test_a_long_live_set_leaves_nothing_behind(self, renderer, monkeypatch):
         """Of five frames, more than each is compared with, one after the other is replaced, and moved a little."""
         monkeypatch.setattr(consensus, "COMPARED", 2)

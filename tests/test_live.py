@@ -4,6 +4,7 @@ import gc
 import threading
 import weakref
 from contextlib import closing
+from itertools import repeat
 
 import numpy as np
 import pytest
@@ -63,7 +64,7 @@ class TestSets:
     def test_no_frame_of_any_source_is_lost_and_none_comes_back(self):
         sources = [few(30), few(7), few(1)]
         for k, given in enumerate(sources):
-            seen = [one[k] for one in ps.live_set(map(iter, sources)) if len(one) == 3]
+            seen = [one[k] for one in ps.live_set([*map(iter, sources)]) if len(one) == 3]
             assert list(dict.fromkeys(seen)) == given[-len(set(seen)) :] and seen[-1] is given[-1]
 
     def test_a_frame_stays(self):
@@ -96,6 +97,7 @@ class TestSets:
             ([few(1)] * 201, ValueError, "1 to 200 sources, got 201"),
             ("vase", TypeError, "got 'vase'"),
             (few(1)[0], TypeError, "sources must be"),
+            (repeat(few(1)[0]), TypeError, "sources must be"),  # a camera itself
             ([few(1), "vase"], TypeError, "source 1 is 'vase'"),
             ([few(1), 7], TypeError, "source 1 is 7"),
             ([few(1), iter("ab")], TypeError, "what source 1 gives must be a Frame, got 'a'"),

@@ -188,11 +188,11 @@ class TestDrawing:
         shown = [new() for _ in range(5)]
         seen, kept = weakref.WeakSet(shown), []
         with ps.Renderer() as fresh:
-            for k in range(120):
+            for k in range(70):
                 shown[k % 5] = new()
                 seen.add(shown[k % 5])
                 fresh.render(shown)
-                if k in (30, 119):
+                if k in (20, 69):
                     gc.collect()
                     kept.append((len(seen), alive(fresh), len(fresh._pipeline.frames._kept)))
             assert len(fresh.steps._done) < 50

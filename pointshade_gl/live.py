@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
-from .checks import check_type, items_of, shown
+from .checks import check_type, shown
 from .consensus import MOST_FRAMES
 from .frame import Frame
 from .notes import print_note
@@ -18,7 +18,7 @@ Item = tuple[int, Any]  # number of the source; a frame, a sentence about one th
 
 
 def live_set(
-    sources: Iterable[Frame | Iterable[Frame]], skipped: Callable[[str], None] = print_note
+    sources: Sequence[Frame | Iterable[Frame]], skipped: Callable[[str], None] = print_note
 ) -> Generator[tuple[Frame, ...], None, None]:
     """The newest frame of each source, in their order, whenever one or more of them have a new one.
 
@@ -69,15 +69,15 @@ def live_set(
 
 
 def _check_sources(sources: Any) -> list[Iterable[Frame]]:
-    expected = "sources must be a sequence of Frames and iterables of frames"
-    if isinstance(sources, Frame | str | bytes) or (found := items_of(sources)) is None:
+    expected = "sources must be a sequence, such as a list, of Frames and iterables of frames"
+    if not isinstance(sources, Sequence) or isinstance(sources, str | bytes):
         raise TypeError(f"{expected}, got {shown(sources)}")
-    if not 1 <= len(found) <= MOST_FRAMES:
-        raise ValueError(f"a live set has 1 to {MOST_FRAMES} sources, got {len(found)}")
-    for k, source in enumerate(found):
+    if not 1 <= len(sources) <= MOST_FRAMES:
+        raise ValueError(f"a live set has 1 to {MOST_FRAMES} sources, got {len(sources)}")
+    for k, source in enumerate(sources):
         if isinstance(source, str | bytes) or not isinstance(source, Frame | Iterable):
             raise TypeError(f"{expected}, source {k} is {shown(source)}")
-    return [[source] if isinstance(source, Frame) else source for source in found]
+    return [[source] if isinstance(source, Frame) else source for source in sources]
 
 
 def _waiting(items: queue.Queue[Item]) -> list[Item]:

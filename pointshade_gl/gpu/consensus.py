@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -34,8 +33,7 @@ class Consensus(NamedTuple):
 
 
 class ConsensusPass(Owner):
-    """Compares frames in pairs, and lets them vote. A new view or light asks for nothing new, a new frame only for what
-    it takes part in."""
+    """Compares frames in pairs, and lets them vote: anew only those of which one is new, whatever view is drawn."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
@@ -61,23 +59,32 @@ class ConsensusPass(Owner):
     def _find(self, members: Sequence[FrameTextures], _: list[Images]) -> Consensus:
         inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
         others = nearest_others(frames)
-        comparisons: dict[tuple[int, int], Comparison] = {}
-        for i, j in chain.from_iterable(((i, j) for j in known) for i, known in enumerate(others)):
-            of = members[i], members[j]
-            comparisons[i, j] = self._steps.run("agreement", self._compare_two, *inputs[i], *inputs[j], of=of)
-        known = [self._bands[member][1] for member in members if self._bands.get(member, (-1,))[0] == member.version]
+        comparisons = {
+            (i, j): self._steps.run("agreement", self._compare_two, *inputs[i], *inputs[j], of=(members[i], members[j]))
+            for i, known in enumerate(others)
+            for j in known
+        }
         found = contradictions(comparisons, len(members))
-        self._told.tell(members, frames, found, goes_on=bool(known))
+        before = self._band_before(members)
+        self._told.tell(members, frames, found, goes_on=before is not None)
         comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
-        band = band_of(comparisons, known[0] if known else None)
+        band = band_of(comparisons, before)
         for k, member in enumerate(members):
-            voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
             if k in found.frames:
                 self._steps.run("trust", self._distrust, *inputs[k], of=member)
             else:
+                voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
                 self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
             self._bands[member] = member.version, band
         return Consensus(band, gains_of(comparisons, len(members)), found.frames)
+
+    def _band_before(self, members: Sequence[FrameTextures]) -> float | None:
+        """The band of the last votes, if one of these frames took part in them."""
+        for member in members:
+            version, band = self._bands.get(member, (None, None))
+            if version == member.version:
+                return band
+        return None
 
     def _compare_two(
         self, one: FrameTextures, surface: PointSurface, other: FrameTextures, other_surface: PointSurface

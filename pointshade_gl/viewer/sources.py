@@ -30,7 +30,9 @@ def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
 
 def check_rates(fps: Any, count: int) -> list[float | None]:
     """Frames per second of each source. Raises ValueError for another number of them, or impossible ones."""
-    rates = [fps] * count if fps is None else items_of(fps) or [fps] * count
+    rates = items_of(fps)
+    if rates is None or isinstance(fps, str):
+        rates = [fps] * count
     if len(rates) != count:
         name = option("fps")
         raise ValueError(f"{name} must be a number of frames per second, or one for each source, got {shown(fps)}")

@@ -109,7 +109,7 @@ class TestNormalsAtTheTarget:
 
     def test_are_found_by_the_method_and_step_of_the_frames_and_measure_their_noise(self):
         options = {"normals": "triangles-8", "max_depth_step": 0.05, "noise": "kinect"}
-        assert target_estimator(ps.Look(normals_at="target", **options)) == ("triangles-8", (0.05, 0.0), None)
+        assert target_estimator(ps.Look(normals_at="target", **options)) == ("triangles-8", (0.05, 0.0), None, "keep")
         assert target_estimator(ps.Look(normals_at="source", **options)) is None
 
     def test_a_new_light_only_lights(self, renderer):

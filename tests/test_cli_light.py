@@ -82,7 +82,9 @@ def test_a_wrong_light_is_one_sentence_with_the_text_and_the_known_words(typed, 
     assert code == 2 and line.startswith(f"pointshade: --light {text!r}: {sentence}"), line
     assert "known are" in line or "must be" in line or "there twice" in line
     if "it takes" in line:
-        assert line.endswith("known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle")
+        assert line.endswith(
+            "known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle"
+        )
 
 
 @pytest.mark.parametrize("line", ["--light position=0,0,0 shadow", "--light position=0,0,0 color=red vase"])

@@ -23,7 +23,7 @@ from .color import srgb_to_linear
 from .finished import add_ground, finished
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Pairs, covered_pairs, buffer_depths, merged_splats, nearest, single_splats, source_ids
+from .rasterizers import Pairs, buffer_depths, covered_pairs, merged_splats, nearest, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed

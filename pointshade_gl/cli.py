@@ -35,6 +35,7 @@ from .cli_options import (
 )
 from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import rates_from, size_from, views_from
+from .cli_picture import PictureOptions
 from .cli_read import check_frame, check_look, load, load_others, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
@@ -80,6 +81,7 @@ def render(
     frame: FrameOptions,
     look: LookOptions,
     place: ViewOptions,
+    picture: PictureOptions,
     film: FilmOptions,
     views: Views = None,
     explain: Explain = False,
@@ -100,6 +102,7 @@ def render(
     if output.suffix.lower() == ".ply":
         if views is not None:
             raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
+        picture.check_none(output)
         _write_points(output, frame, view, film, device, explainer(explain))
         return
     many = film.turntable is not None or is_series(output)
@@ -114,7 +117,9 @@ def render(
     tell = explainer(explain, names)
     if isinstance(source, Scene) and views is None:
         check_look(view.look)
+    if picture.ground or (isinstance(source, Scene) and views is None):
         view = replace(view, lights=look.lights(shadow=True))
+    view = replace(view, finish=picture.finish(output, view, source, many, film.turntable == "camera"))
     if many:
         _render_series(source, view, output, film, device, tell)
         return

@@ -10,11 +10,13 @@ import numpy as np
 from ..camera import Camera, Eye
 from ..consensus import primary_shares
 from ..explain import SetReport
+from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
 from .point_splats import PointSplatPass
+from .programs import source_and_target
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
@@ -107,20 +109,20 @@ class PointObjects:
         view = carried(points, eye)
         rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
 
-    def draw_picture(self, picture: moderngl.Framebuffer, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
-        self._resolve.draw_picture(picture, self._looking(splats, shown, eye), shown.shading)
+        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
 
     def draw_lit(
         self,
-        picture: moderngl.Framebuffer,
+        canvas: Canvas,
         splats: SplatImage,
         shown: ShownPoints,
         eye: Eye,
         lights: dict[str, Any],
     ) -> None:
         """What the splats left -> the picture, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
-        self._resolve.draw_lit(picture, self._looking(splats, shown, eye), lights)
+        self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the surfaces that the light pass reads, for phong."""
@@ -181,10 +183,13 @@ class PointObjects:
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
         self.draw_splats(image, points, eye)
+        near = eye.near / points.scale
         if not self._rasterizer(points).look_up:
-            return False, {"depth_map": image.depth}
+            way = source_and_target(points.source, eye.camera, carried(points, eye))
+            maps = {"source_ids": image.source_ids, "surface_map": points.surface.texture}
+            return False, maps | way | {"first_id": 1, "near": near}
         image.nearest.bind_to_storage_buffer(0)
-        return True, {"side": image.size[0], "near": eye.near / points.scale}
+        return True, {"side": image.size[0], "near": near}
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """The same of several frames, for set_shadow.frag."""

@@ -9,17 +9,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
+from ..finish import SIMPLE, Finish, Vector
 from ..frame import Frame
+from ..ground import ground_under
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
+from ..shot import Shot
 from .camera import pixel_ray
-from .color import linear_to_srgb, srgb_to_linear
+from .color import srgb_to_linear
+from .finished import add_ground, finished
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Pairs, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
+from .rasterizers import Pairs, buffer_depths, covered_pairs, merged_splats, nearest, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
@@ -55,37 +59,47 @@ def render(
     eye: Eye,
     rasterizer: str = "points",
     merge: float = MERGE,
+    finish: Finish = SIMPLE,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
+    points = Splatted(frame, normals, look, rasterizer, merge)
+    lights = [at_upper_left(light, eye.pose) for light in lights]
+    shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
+    return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
+
+
+def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen; ground is where up is, or False."""
+    (frame, normals, look, rasterizer, _), eye = points, shot.eye
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    points = Splatted(frame, normals, look, rasterizer, merge)
     pairs = carried_pairs(points, eye)
     surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
         target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
-    image = np.zeros((camera.height, camera.width, 4), np.uint8)
+    image = np.zeros((camera.height, camera.width, 4), F)
     u, v = target_pixel.T
-    image[v, u, 3] = 255
+    image[v, u, 3] = 1
+    lamps = hung_up(shot.lights, points)
     if look.shading == "none":
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
-        image[v, u, :3] = np.round(colors * 255)
-        return image
-    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], points)
-    if look.shading == "phong":
+        image[v, u, :3] = srgb_to_linear(colors)
+    elif look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
-        lit = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
+        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
         viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
         light_map = light_points(frame, normals, picture, viewer, lamps, look)
-        if look.shading == "flat":
-            lit = texel(light_map, seen.pixel)
-        else:
-            lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), light_map)
-    image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
+        weights = seen_weights(seen, np.array(source.intrinsics, F))
+        is_flat = look.shading == "flat"
+        image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
+    if not isinstance(ground, bool) and lamps.shadow_map is not None:
+        rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(look.material.strengths, F)
+        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
+        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
     return image
 
 
@@ -111,13 +125,20 @@ def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
 
 def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
     """The shadow map: 1 - near/z, the views as tiles."""
-    columns, side = tiling(views)
+    frame, (columns, side) = points.frame, tiling(views)
+    surface_map = surface_map_of(points.normals, frame.depth)
     result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
     for k, (eye, _) in enumerate(views):
         pairs = carried_pairs(points, eye)
-        planes = nearest(pairs, eye.camera) if points.rasterizer == "compute" else None
+        if points.rasterizer == "compute":
+            inverse_depth = nearest(pairs, eye.camera)
+        else:
+            view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
+            (u, v), seen = (found := seen_by_id(ids, surface_map, frame.camera, eye.camera, view))[0].T, found[1]
+            inverse_depth = np.zeros((side, side), F)
+            inverse_depth[v, u] = seen.inverse_depth
         left, top = k % columns * side, k // columns * side
-        result[top : top + side, left : left + side] = point_depths(pairs, eye.near, eye.camera, planes)
+        result[top : top + side, left : left + side] = buffer_depths(eye.near, inverse_depth)
     return result
 
 

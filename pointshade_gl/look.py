@@ -14,7 +14,7 @@ from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
-SPLATS = ("footprint", "round")
+SPLATS = ("footprint", "round", "mesh")
 UPSAMPLINGS = ("vote", "none")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import moderngl
 import numpy as np
@@ -196,7 +196,16 @@ class PointObjects:
                 item.release()
 
 
-def carried(points: Points, eye: Eye) -> np.ndarray:
+class Posed(Protocol):
+    """Points that have a place in the world."""
+
+    @property
+    def pose(self) -> np.ndarray: ...
+    @property
+    def scale(self) -> float: ...
+
+
+def carried(points: Posed, eye: Eye) -> np.ndarray:
     """(4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
     view = np.linalg.inv(eye.pose) @ points.pose
     view[:3, 3] /= points.scale

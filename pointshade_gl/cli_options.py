@@ -190,7 +190,7 @@ class LookOptions(NormalOptions):
         str,
         typer.Option(
             metavar="SHAPE",
-            help=f"Shape of a point: {', '.join(SPLATS)}.",
+            help=f"What is drawn of each point: {', '.join(SPLATS)} (triangles between pixels).",
             autocompletion=one_of(SPLATS),
             rich_help_panel=VIEW,
         ),

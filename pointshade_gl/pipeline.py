@@ -115,8 +115,11 @@ class Pipeline:
         singles = [member for p in objects for member in p.members]
         shown = self._prepare_points(singles, shot, {p for p in objects if p.content.is_single})
         for p in objects:
-            views = tuple(shown[member] for member in p.members)
-            things[p] = views[0] if p.content.is_single else self._as_one(p, views, shot)
+            if p.content.is_single:
+                things[p] = shown[p]
+            else:
+                views = (shown[member] for member in p.members)
+                things[p] = self._as_one(p, tuple(v for v in views if isinstance(v, ShownPoints)), shot)
         return things
 
     def _prepare_points(
@@ -297,7 +300,16 @@ class Pipeline:
     def release(self) -> None:
         """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
-        made = self._target, self._shadow_map, self._meshes, self._grids, self._consensus, self._light, self._points, self.frames
+        made = (
+            self._target,
+            self._shadow_map,
+            self._meshes,
+            self._grids,
+            self._consensus,
+            self._light,
+            self._points,
+            self.frames,
+        )
         for item in made:
             if item is not None:
                 item.release()

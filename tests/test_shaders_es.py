@@ -21,6 +21,7 @@ FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG},
+    "grid_flat.frag": {"SHADOWS": FLAG},
     "light.frag": {"POINTS": FLAG, "SHADOWS": FLAG, "MATERIALS": FLAG},
     "merged.frag": {"LOOK_UP": FLAG},
     "part.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},

@@ -45,8 +45,8 @@ class ShownGrid(NamedTuple):
 class GridObjects(Owner):
     """Draws the triangles of point objects into views and into shadow maps, both sides of each.
 
-    There is no vertex buffer: the vertex shaders find pixels by gl_VertexID. Which triangles there are is found once for
-    the points, not for each view.
+    There is no vertex buffer: the vertex shaders find pixels by gl_VertexID. Which triangles there are is found once
+    for the points, not for each view.
     """
 
     def __init__(self, context: moderngl.Context):

@@ -163,7 +163,7 @@ class PointSurface(Images):
 
 
 class TriangleImage(Images):
-    """Which triangles there are between a pixel and its neighbours on the right and below (R8), see common/grid.glsl."""
+    """Which triangles lie between a pixel and its neighbours on the right and below (R8), see common/grid.glsl."""
 
     @cached_property
     def texture(self) -> moderngl.Texture:

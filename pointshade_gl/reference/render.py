@@ -9,21 +9,24 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
+from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
-from .camera import pixel_ray
+from .camera import pixel_ray, project
 from .color import linear_to_srgb, srgb_to_linear
+from .grid import triangle_position
+from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
 from .lights import light_surface
 from .picture import picture_at
 from .rasterizers import Pairs, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
-from .vectors import texel
+from .vectors import normalize, texel
 
 F = np.float32
 
@@ -57,6 +60,8 @@ def render(
     merge: float = MERGE,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
+    if look.splat == "mesh":
+        return render_mesh(frame, normals, lights, look, eye)
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
@@ -79,14 +84,61 @@ def render(
         surface, albedo = surfaces(seen, picture, source, view)
         lit = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
-        viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
-        light_map = light_points(frame, normals, picture, viewer, lamps, look)
+        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
         if look.shading == "flat":
             lit = texel(light_map, seen.pixel)
         else:
             lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), light_map)
     image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
     return image
+
+
+def render_mesh(frame: Frame, normals: np.ndarray, lights: Sequence[Light], look: Look, eye: Eye) -> np.ndarray:
+    """The same of the triangles between the pixels."""
+    picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    points = Splatted(frame, normals, look, "", 0.0)
+    triangles, drawn = carried_triangles(points, eye)
+    surface_map = surface_map_of(normals, frame.depth)
+    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], points)
+    size, intrinsics = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
+    whole = triangles.is_whole[drawn.triangle]
+
+    def color_at(point: np.ndarray) -> np.ndarray:
+        at = triangle_position(project(point, intrinsics), whole)
+        return stored(srgb_to_linear(picture_at(picture, at, size)))
+
+    def lit_at(point: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        surface = np.concatenate([normal, point[:, 2:]], -1)
+        axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
+        return light(project(point, intrinsics), surface, color_at(point), *axes, look)
+
+    if look.shading == "gouraud":
+        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
+        linear = interpolate(texel(light_map, triangles.pixels), drawn)
+    elif look.shading == "flat":
+        linear = lit_at(*(values[drawn.triangle] for values in middles(triangles)))
+    else:
+        point = interpolate(triangles.points, drawn)
+        normal = normalize(interpolate(texel(surface_map, triangles.pixels)[..., :3], drawn))
+        linear = color_at(point) if look.shading == "none" else lit_at(point, normal)
+    image = np.zeros((eye.camera.height, eye.camera.width, 4), np.uint8)
+    u, v = drawn.pixel.T
+    image[v, u, :3], image[v, u, 3] = np.round(linear_to_srgb(linear) * 255), 255
+    return image
+
+
+def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
+    """(3,) where an eye is, in the axes of a camera with this pose."""
+    return (np.linalg.inv(pose) @ eye.pose)[:3, 3].astype(F)
+
+
+def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]:
+    """The triangles between the pixels, and what a view shows of them."""
+    frame, step = points.frame, points.look.max_depth_step
+    max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
+    triangles = triangles_of(surface_map_of(points.normals, frame.depth), frame.camera, max_step)
+    view = view_matrix(frame.pose, eye.pose).astype(F)
+    return triangles, fragments(triangles.points, view, eye.camera, eye.near)
 
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
@@ -114,11 +166,21 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
     columns, side = tiling(views)
     result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
     for k, (eye, _) in enumerate(views):
-        pairs = carried_pairs(points, eye)
-        planes = nearest(pairs, eye.camera) if points.rasterizer == "compute" else None
         left, top = k % columns * side, k // columns * side
-        result[top : top + side, left : left + side] = point_depths(pairs, eye.near, eye.camera, planes)
+        result[top : top + side, left : left + side] = window_depths(points, eye)
     return result
+
+
+def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
+    """(h, w) 1 - near/z as a depth buffer keeps it."""
+    if points.look.splat == "mesh":
+        _, drawn = carried_triangles(points, eye)
+        result = np.ones((eye.camera.height, eye.camera.width), F)
+        result[drawn.pixel[:, 1], drawn.pixel[:, 0]] = drawn.window
+        return result
+    pairs = carried_pairs(points, eye)
+    planes = nearest(pairs, eye.camera) if points.rasterizer == "compute" else None
+    return point_depths(pairs, eye.near, eye.camera, planes)
 
 
 def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:

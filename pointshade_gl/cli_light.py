@@ -6,6 +6,7 @@ import re
 from dataclasses import Field, fields
 from typing import Any
 
+from .color_names import linear_color
 from .light import Light
 from .suggestions import did_you_mean
 from .wording import option, shown
@@ -51,25 +52,13 @@ def _value(name: str, value: str, text: str) -> Any:
         numbers = [float(part) for part in value.split(",")]
     except ValueError:
         if name == "color" and value:
-            return _color(value, text)
+            try:
+                return linear_color(value)
+            except ValueError as error:
+                raise _refusal(text, str(error), names=False) from None
         wanted = "a number" if isinstance(FIELDS[name].default, float) else "numbers with commas between them"
         raise _refusal(text, f"{name} must be {wanted}, got {shown(value)}", names=False) from None
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
-
-
-def _color(name: str, text: str) -> tuple[float, ...]:
-    """Linear RGB of a colour as Pillow and CSS write it: #fc9, #ffcc99, tomato. It names sRGB (IEC 61966-2-1)."""
-    from PIL import ImageColor
-
-    try:
-        levels = ImageColor.getrgb(name)
-        if len(levels) > 3:
-            raise ValueError("a light has no alpha")
-    except ValueError:
-        near = did_you_mean(name, ImageColor.colormap)
-        known = "known are three numbers, #rrggbb and the names of CSS"
-        raise _refusal(text, f"color {shown(name)} is unknown{near}: {known}", names=False) from None
-    return tuple(e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in (n / 255 for n in levels))
 
 
 def _refusal(text: str, fact: str, names: bool = True) -> ValueError:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .checks import check_color, check_direction, check_flag, check_number, check_numbers, check_point, items_of, shown
 
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
+WIDEST = 120.0  # degrees of a directional light
 Vector = tuple[float, float, float]
 
 
@@ -23,8 +24,11 @@ class Light:
     attenuation        (kc, kl, kq): a light with a position, at distance d, is divided by kc + kl*d + kq*d*d
     cone               (inner, outer) half angles of a spot in degrees: full light inside, none outside
     shadow             whether objects in its way cast a shadow
+    radius             of a light with a position: a glowing ball, world units (metres)
+    angle              of a directional light: how large its disc is in the sky, full angle in degrees; the sun has 0.53
 
-    With neither position nor direction the light sits at the viewing camera's upper left, far away.
+    With neither position nor direction the light sits at the viewing camera's upper left, far away. Shadows of a light
+    with a radius or an angle are soft in pictures of several samples; with one sample it shines from its middle.
     Raises ValueError for impossible values, TypeError for values of another kind.
     """
 
@@ -35,6 +39,8 @@ class Light:
     attenuation: Vector = (1.0, 0.0, 0.0)
     cone: tuple[float, float] = (0.0, 45.0)
     shadow: bool = False
+    radius: float = 0.0
+    angle: float = 0.0
 
     def __post_init__(self) -> None:
         if self.position is not None:
@@ -54,10 +60,21 @@ class Light:
             raise ValueError(f"{complaint}, got {self.cone}")
         object.__setattr__(self, "cone", (inner, outer))
         object.__setattr__(self, "shadow", check_flag(self.shadow, "light shadow"))
+        object.__setattr__(self, "radius", check_number(self.radius, "light radius", 0))
+        object.__setattr__(self, "angle", check_number(self.angle, "light angle", 0, WIDEST))
+        if self.radius and self.position is None:
+            raise ValueError("light radius is of a light with a position: a directional light has an angle")
+        if self.angle and self.position is not None:
+            raise ValueError("light angle is of a directional light: a light with a position has a radius")
 
     @property
     def is_spot(self) -> bool:
         return self.position is not None and self.direction is not None
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether it is larger than a point."""
+        return self.radius > 0 or self.angle > 0
 
 
 def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:

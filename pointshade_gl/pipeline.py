@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from .camera import Camera, Eye
 from .consensus import importances
+from .finish import SIMPLE, Finish
 from .frame import Frame
+from .gpu.canvas import Canvas
 from .gpu.consensus import ConsensusPass, Member
 from .gpu.context import Context
+from .gpu.develop import DevelopPass
 from .gpu.frame_store import DrawnPoints, FrameStore
 from .gpu.grid_objects import Grid, GridObjects, ShownGrid, depth_step
 from .gpu.lamps import Lamps, Lighting
@@ -26,6 +29,7 @@ from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
 from .look import Material, check_sizes
 from .mesh import Mesh
+from .samples import at_sample
 from .scene import Matrix, Placed, PointObject, Scene
 from .shadow_views import ShadowView, shadow_views
 from .shot import Shot, compose, is_alone
@@ -51,27 +55,60 @@ class Pipeline:
         rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
         self._points = PointObjects(context.gl, rasterizers)
         self._light = LightPass(context.gl)
-        self._consensus: ConsensusPass | None = None  # these four are made for the first scene that needs them
+        self._develop: DevelopPass | None = None  # these five are made for the first scene that needs them
+        self._consensus: ConsensusPass | None = None
         self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self._target: Target | None = None
 
-    def draw(self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Target:
+    def draw(
+        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE
+    ) -> Target:
         """The scene under these lights, as a camera at a pose (4, 4) sees it."""
         shot = compose(scene, lights, camera, pose)
         things = self._prepare(shot)
-        lamps = self._draw_shadows(shot, things)
-        shown = tuple(things[p] for p in shot.shown)
-        self._light_points(shown, shot, lamps)
         target = self._fit_target(camera)
+        if finish == SIMPLE:
+            lamps = self._hang_up(shot, things)
+            self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
+        else:
+            self._develop = self._develop or DevelopPass(self._gl)
+            self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish.samples)
+            self._develop.develop(target, finish.samples, finish.background)
+        return target
+
+    def _add_samples(self, target: Target, shot: Shot, things: dict[Placed, Thing], canvas: Canvas, count: int) -> None:
+        """The sum of the samples. Of a picture that shows the same as the last one, only those that are missing."""
+        sums = target.samples
+        content = shot.scene, tuple(shot.lights), shot.eye.camera, shot.eye.pose.tobytes()
+        done = sums.count if sums.content == content and sums.count <= count else 0
+        sums.content = None  # stays so if a sample fails
+        if not done:
+            empty(sums.target)
+        is_soft, lamps = any(light.is_soft for light in shot.lights), None
+        for k in range(done, count):
+            sample = at_sample(shot, k)
+            lamps = self._hang_up(sample, things) if is_soft or lamps is None else lamps
+            self._draw_sample(target, sample, things, lamps, canvas)
+        sums.content, sums.count = content, count
+
+    def _hang_up(self, shot: Shot, things: dict[Placed, Thing]) -> Lamps:
+        """The lights, after they have shone on the points of shading models that mix light."""
+        lamps = self._draw_shadows(shot, things)
+        self._light_points(tuple(things[p] for p in shot.shown), shot, lamps)
+        return lamps
+
+    def _draw_sample(
+        self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps, canvas: Canvas
+    ) -> None:
+        shown = tuple(things[p] for p in shot.shown)
         if _is_single(shown, lamps):
-            self._draw_single(target, shown[0], shot, lamps)
+            self._draw_single(target, canvas, shown[0], shot, lamps)
         else:
             self._draw_surfaces(target, shown, shot, lamps)
-            self._light_pixels(target, shot, lamps)
-        return target
+            self._light_pixels(target, canvas, shot, lamps)
 
     def read_depth(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
         """(h, w), z of the surfaces that a camera at a pose (4, 4) sees, world units; 0 where there is none."""
@@ -230,7 +267,7 @@ class Pipeline:
         )  # fmt: skip
         light.raise_version()
 
-    def _draw_single(self, target: Target, thing: Thing, shot: Shot, lamps: Lamps) -> None:
+    def _draw_single(self, target: Target, canvas: Canvas, thing: Thing, shot: Shot, lamps: Lamps) -> None:
         """The picture of one point object. A new view is lit at once, because most views see only one light."""
         assert isinstance(thing, ShownPoints)
         run, always, points, eye = self.steps.run, self.steps.always, self._points, shot.eye
@@ -238,14 +275,14 @@ class Pipeline:
         run("splats", points.draw_splats, target.splats, thing.points, eye)
         looking = target.splats, thing, eye
         if thing.shading != "phong":
-            always("resolve", points.draw_picture, target.picture, *looking)
+            always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
             material = shot.shown[0].content.look.material
             lights = self._light.inputs(lamps.seen_from(eye.pose)) | {"material": material.strengths}
-            always("resolve", points.draw_lit, target.picture, *looking, lights)
+            always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)
-            self._light_pixels(target, shot, lamps)
+            self._light_pixels(target, canvas, shot, lamps)
 
     def _draw_surfaces(self, target: Target, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
         """The visible surfaces of all things, with the numbers of their materials."""
@@ -275,13 +312,13 @@ class Pipeline:
             self._count(thing)
         surfaces.raise_version()
 
-    def _light_pixels(self, target: Target, shot: Shot, lamps: Lamps) -> None:
+    def _light_pixels(self, target: Target, canvas: Canvas, shot: Shot, lamps: Lamps) -> None:
         """Surfaces -> the picture."""
         materials = np.array([material.strengths for material in _materials(shot)])
         lighting, surfaces = lamps.seen_from(shot.eye.pose), target.surfaces
-        empty(target.picture, surfaces.window)
-        maps = surfaces.surface, surfaces.albedo
-        self.steps.always("light", self._light.draw, target.picture, *maps, shot.eye.camera, lighting, materials)
+        inputs = surfaces.surface, surfaces.albedo, shot.eye.camera, lighting, materials
+        with canvas.opened(surfaces.window) as image:
+            self.steps.always("light", self._light.draw, image, *inputs, None, canvas.linear)
 
     def _mesh_objects(self) -> MeshObjects:
         self._meshes = self._meshes or MeshObjects(self._gl)
@@ -300,17 +337,8 @@ class Pipeline:
     def release(self) -> None:
         """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
-        made = (
-            self._target,
-            self._shadow_map,
-            self._meshes,
-            self._grids,
-            self._consensus,
-            self._light,
-            self._points,
-            self.frames,
-        )
-        for item in made:
+        made = self._target, self._shadow_map, self._meshes, self._grids, self._consensus, self._develop
+        for item in (*made, self._light, self._points, self.frames):
             if item is not None:
                 item.release()
 

@@ -23,6 +23,7 @@ from .estimators import check_method
 from .files.content import FilePath
 from .files.frames import load_frame
 from .files.pictures import encode_png
+from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.steps import Steps
@@ -102,6 +103,8 @@ class Renderer:
         pitch: float = 0.0,
         dolly: float = 0.0,
         upsample: str = "vote",
+        samples: int = 1,
+        background: str | Sequence[float] | None = None,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -125,6 +128,13 @@ class Renderer:
         max_depth_step, noise  as for `estimate_normals`
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
         upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
+        samples  how many pictures are averaged, each seen from another place within the pixels (and from other places
+                 of lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture,
+                 seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
+        background  a colour: a name, "#rrggbb", or linear RGB; None is transparent. Alpha is the share of the pixel
+                 that is covered, and colours are not multiplied by it.
+
+        Averages and backgrounds are mixed in linear light.
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -134,7 +144,7 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, yaw=yaw, pitch=pitch,
-                dolly=dolly,
+                dolly=dolly, samples=samples, background=background,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -156,18 +166,22 @@ class Renderer:
         pitch: float = 0.0,
         dolly: float = 0.0,
         upsample: str = "vote",
+        samples: int = 1,
+        background: str | Sequence[float] | None = None,
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
-        It belongs to this renderer and holds the picture until the next call.
+        It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
+        only those are drawn that are missing.
         """
+        finish = Finish(samples, background)
         material = Material() if material is None else material
         frame = _loaded(frame)
         scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise, upsample))
         lights = check_lights(light if light is not None else scene.lights or None)
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
-            return self._pipeline.draw(scene, lights, *seen).color
+            return self._pipeline.draw(scene, lights, *seen, finish).color
 
     def render_depth(
         self,

@@ -9,6 +9,9 @@
 #ifndef MATERIALS
 #define MATERIALS 0  // 1: a material for each number in the albedo's alpha
 #endif
+#ifndef LINEAR
+#define LINEAR 0     // 1: the pixels stay linear, to be averaged with other samples
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
@@ -53,6 +56,6 @@ void main() {
     } else {
         lit = light_surface(point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count);
     }
-    if (POINTS == 1) color = vec4(lit, 1.0);
-    else color = vec4(linear_to_srgb(surface.xyz == vec3(0.0) ? albedo.rgb : lit), 1.0);
+    if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
+    color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(lit), 1.0);
 }

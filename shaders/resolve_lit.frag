@@ -2,6 +2,9 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
+#ifndef LINEAR
+#define LINEAR 0  // 1: the picture stays linear, to be averaged with other samples
+#endif
 // What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
 // than resolve_surfaces.frag and light.frag, and the same to one step of 255.
 #include "common/color.glsl"
@@ -24,5 +27,5 @@ void main() {
     vec3 albedo = stored(srgb_to_linear(encoded));
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
     vec3 light = light_surface(point, vec3(0.0), normal, albedo, material, ambient, lights, light_count);
-    color = vec4(linear_to_srgb(light), 1.0);
+    color = vec4(LINEAR == 1 ? light : linear_to_srgb(light), 1.0);
 }

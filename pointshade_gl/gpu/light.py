@@ -19,7 +19,7 @@ class LightPass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[bool, bool, bool], FullscreenPass] = {}
+        self._passes: dict[tuple[bool, ...], FullscreenPass] = {}
         self._tables: dict[str, moderngl.Texture] = {}
 
     def draw(
@@ -31,12 +31,14 @@ class LightPass:
         lighting: Lighting,
         materials: np.ndarray,
         points: tuple[np.ndarray, float] | None = None,
+        linear: bool = False,
     ) -> None:
         """surface (unit normal, depth) and albedo, both seen by the camera -> the image, within its scissor.
 
         materials  (m, 4) float32, see `Material.strengths`: of all, or for each number in the albedo's alpha
         points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
                    whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
+        linear     pixels stay linear, too
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
         inputs = self.inputs(lighting)
@@ -47,7 +49,7 @@ class LightPass:
             inputs["material"] = tuple(materials[0].tolist())
         if points is not None:
             inputs["scale"] = scale
-        kind = points is not None, lighting.shadows is not None, len(materials) > 1
+        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear
         self._pass(*kind).draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
 
     def inputs(self, lighting: Lighting) -> dict[str, Any]:
@@ -72,10 +74,10 @@ class LightPass:
             table.write(np.ascontiguousarray(rows, np.float32))
         return table
 
-    def _pass(self, of_points: bool, shadows: bool, several: bool) -> FullscreenPass:
-        key = of_points, shadows, several
+    def _pass(self, of_points: bool, shadows: bool, several: bool, linear: bool) -> FullscreenPass:
+        key = of_points, shadows, several, linear
         if key not in self._passes:
-            constants = {"POINTS": int(of_points), "SHADOWS": int(shadows), "MATERIALS": int(several)}
+            constants = dict(zip(("POINTS", "SHADOWS", "MATERIALS", "LINEAR"), map(int, key), strict=True))
             self._passes[key] = FullscreenPass(self._context, "light.frag", **constants)
         return self._passes[key]
 

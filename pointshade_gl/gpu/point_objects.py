@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
+from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
 from .merge import MergePass, Part, key_inputs
@@ -92,20 +93,20 @@ class PointObjects:
         view = carried(points, eye)
         rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
 
-    def draw_picture(self, picture: moderngl.Framebuffer, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
-        self._resolve.draw_picture(picture, self._looking(splats, shown, eye), shown.shading)
+        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
 
     def draw_lit(
         self,
-        picture: moderngl.Framebuffer,
+        canvas: Canvas,
         splats: SplatImage,
         shown: ShownPoints,
         eye: Eye,
         lights: dict[str, Any],
     ) -> None:
         """What the splats left -> the picture, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
-        self._resolve.draw_lit(picture, self._looking(splats, shown, eye), lights)
+        self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the surfaces that the light pass reads, for phong."""

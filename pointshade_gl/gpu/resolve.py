@@ -9,6 +9,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..look import SHADINGS
+from .canvas import Canvas
 from .passes import FullscreenPass
 from .programs import source_and_target
 from .raw_gl import DEPTH_TEST
@@ -37,19 +38,20 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, str, bool], FullscreenPass] = {}
+        self._passes: dict[tuple[str, str, bool, int], FullscreenPass] = {}
 
-    def draw_picture(self, image: moderngl.Framebuffer, looking: Looking, shading: str) -> None:
-        """The picture, sRGB, for none, flat and gouraud."""
+    def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
+        """The picture, for none, flat and gouraud."""
         needs_way = looking.look_up or shading == "gouraud"  # else the source id says it all
         uniforms = looking.way() if needs_way else {}
-        empty(image, looking.splats.window)
-        self._draw("resolve_picture.frag", image, looking, shading, uniforms)
+        with canvas.opened(looking.splats.window) as image:
+            self._draw("resolve_picture.frag", image, looking, shading, uniforms, LINEAR=int(canvas.linear))
 
-    def draw_lit(self, image: moderngl.Framebuffer, looking: Looking, lights: dict[str, Any]) -> None:
-        """The picture, sRGB, lit at once, for phong. lights: the inputs of light_surface."""
-        empty(image, looking.splats.window)
-        self._draw("resolve_lit.frag", image, looking, "phong", lights | looking.way())
+    def draw_lit(self, canvas: Canvas, looking: Looking, lights: dict[str, Any]) -> None:
+        """The picture, lit at once, for phong. lights: the inputs of light_surface."""
+        with canvas.opened(looking.splats.window) as image:
+            inputs = lights | looking.way()
+            self._draw("resolve_lit.frag", image, looking, "phong", inputs, LINEAR=int(canvas.linear))
 
     def draw_surfaces(
         self,
@@ -76,11 +78,17 @@ class ResolvePass:
         confine(image, None)
 
     def _draw(
-        self, fragment: str, image: moderngl.Framebuffer, looking: Looking, shading: str, uniforms: dict[str, Any]
+        self,
+        fragment: str,
+        image: moderngl.Framebuffer,
+        looking: Looking,
+        shading: str,
+        uniforms: dict[str, Any],
+        **constants: int,
     ) -> None:
-        key = fragment, shading, looking.look_up
+        key = fragment, shading, looking.look_up, constants.get("LINEAR", 0)
         if key not in self._passes:
-            constants = {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
+            constants |= {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
             self._passes[key] = FullscreenPass(self._context, fragment, 430 if looking.look_up else 330, **constants)
         textures = {"surface_map": looking.surface, "color_map": looking.colors}
         if looking.look_up:

@@ -263,6 +263,24 @@ class SumImage(Images):
         return self._framebuffer(self.geometry, self.albedo)
 
 
+class SampleSums(Images):
+    """What the samples of a picture add up to (RGBA32F: 16 bits lose some of 64 samples): linear light, coverage.
+
+    content, count  what the samples show, and how many there are
+    """
+
+    content: Any = None
+    count = 0
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(4, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+
 class Target(Images):
     """The images of one view: the picture, and what it is made from."""
 
@@ -271,6 +289,7 @@ class Target(Images):
         self.splats = self._keep(SplatImage(context, size))
         self.surfaces = self._keep(SurfaceImage(context, size))
         self.sums = self._keep(SumImage(context, size))
+        self.samples = self._keep(SampleSums(context, size))
 
     @cached_property
     def color(self) -> moderngl.Texture:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,8 +72,10 @@ class Pipeline:
         things = self._prepare(shot)
         target = self._fit_target(camera)
         if finish == SIMPLE:
-            lamps = self._hang_up(shot, things)
-            self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
+            lamps = self._draw_shadows(shot, things)
+            if not self._draw_lit_splats(target, shot, things, lamps):
+                self._light_points(tuple(things[p] for p in shot.shown), shot, lamps)
+                self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
         else:
             self._develop = self._develop or DevelopPass(self._gl)
             self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish.samples)
@@ -259,13 +262,29 @@ class Pipeline:
     def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, lamps: Lamps) -> None:
         points, light = thing.points, thing.light
         assert light is not None
-        viewer = (np.linalg.inv(points.pose) @ eye.pose)[:3, 3]
+        viewer = _seen_from(points.pose, eye)
         empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
         self._light.draw(
             light.target, points.surface.texture, thing.textures.color, points.source, lamps.seen_from(points.pose),
             np.array([material.strengths]), (viewer, points.scale),
         )  # fmt: skip
         light.raise_version()
+
+    def _draw_lit_splats(self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> bool:
+        """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
+        shown = tuple(things[p] for p in shot.shown)
+        if not _is_single(shown, lamps):
+            return False
+        thing, counts = shown[0], self.steps.counts
+        if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not self._points.can_light(thing.points):
+            return False
+        before = counts["lit splats"]
+        inputs = self._light.inputs(lamps.seen_from(thing.points.pose))
+        inputs |= {"material": shot.shown[0].content.look.material.strengths}
+        inputs |= {"eye": tuple(_seen_from(thing.points.pose, shot.eye).tolist())}
+        draw = partial(self._points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
+        self.steps.run("lit splats", draw, target, thing.points, thing.textures, shot.eye)
+        return counts["lit splats"] > before
 
     def _draw_single(self, target: Target, canvas: Canvas, thing: Thing, shot: Shot, lamps: Lamps) -> None:
         """The picture of one point object. A new view is lit at once, because most views see only one light."""
@@ -349,6 +368,11 @@ def _as_splats(p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int
     sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
     points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
     return ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
+
+
+def _seen_from(pose: Matrix, eye: Eye) -> NDArray[np.float64]:
+    """(3,) where an eye is, in the axes of this pose (4, 4)."""
+    return (np.linalg.inv(pose) @ eye.pose)[:3, 3]
 
 
 def _is_single(shown: tuple[Thing, ...], lamps: Lamps) -> bool:

@@ -1,5 +1,8 @@
 #version 330 core
-// Keeps the pixels that the footprint covers and notes which source pixel they show; light comes later.
+#ifndef LIT
+#define LIT 0  // 1: the splat has its colour already
+#endif
+// Keeps the pixels that the footprint covers. Notes which source pixel they show, whose light comes later; or draws them.
 #include "common/splat.glsl"
 
 uniform bool is_round;
@@ -8,12 +11,22 @@ flat in vec2 centre;
 flat in vec4 to_source;
 flat in vec2 bend;
 flat in float reach;
+#if LIT
+flat in vec3 lit;  // sRGB
+
+out vec4 color;
+#else
 flat in int id;
 
 out int source_id;
+#endif
 
 void main() {
     vec2 offset = gl_FragCoord.xy - 0.5 - centre;
     if (!footprint_covers(to_source, bend, offset, reach, is_round)) discard;
+#if LIT
+    color = vec4(lit, 1.0);
+#else
     source_id = id;
+#endif
 }

@@ -1,8 +1,29 @@
 #version 330 core
+#ifndef LIT
+#define LIT 0  // 1: the splat is lit here, once for all of its pixels
+#endif
 // One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers.
 #include "common/splat.glsl"
+#if LIT
+#include "common/color.glsl"
+#include "common/lights.glsl"
+#include "common/resolve.glsl"
+
+uniform sampler2D color_map;  // sRGB, of any size
+uniform sampler2D lights;     // these in source axes
+uniform vec3 eye;
+uniform vec4 material;
+uniform vec3 ambient;
+uniform int light_count;
+
+flat out vec3 lit;  // sRGB
+#else
+uniform int first_id;  // of the first pixel; 0 stands for nothing
+
+flat out int id;
+#endif
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
@@ -11,7 +32,6 @@ uniform mat4 view;
 uniform vec2 target_size;
 uniform float near;
 uniform bool is_round;
-uniform int first_id;  // of the first pixel; 0 stands for nothing
 
 in float size;  // source pixels
 
@@ -19,7 +39,6 @@ flat out vec2 centre;
 flat out vec4 to_source;
 flat out vec2 bend;
 flat out float reach;
-flat out int id;
 flat out float inverse_depth;  // these three for set_splats.frag
 flat out vec2 tilt;
 flat out vec4 to_target;
@@ -43,7 +62,6 @@ void main() {
     centre = splat.centre;
     to_source = invert_footprint(splat.to_target);
     bend = splat_bend(splat, reach);
-    id = first_id + gl_VertexID;
     inverse_depth = splat.inverse_depth;
     tilt = splat.tilt;
     to_target = splat.to_target;
@@ -51,4 +69,12 @@ void main() {
     vec2 middle = (low + high + 1.0) / target_size - 1.0;
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
+#if LIT
+    vec3 point = pixel_ray(vec2(pixel), source) * surface.w;
+    vec3 albedo = srgb_to_linear(picture_at(color_map, vec2(pixel), vec2(textureSize(surface_map, 0))));
+    vec3 light = light_surface(point, eye, surface.xyz, albedo, material, ambient, lights, light_count);
+    lit = linear_to_srgb(stored(light));
+#else
+    id = first_id + gl_VertexID;
+#endif
 }

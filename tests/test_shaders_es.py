@@ -31,6 +31,8 @@ CONSTANTS = {  # the values that the project builds each with
     "set_shadow.frag": {"LOOK_UP": FLAG},
     "shadow.frag": {"LOOK_UP": FLAG},
     "large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "splats.frag": {"LIT": FLAG},
+    "splats.vert": {"LIT": FLAG},
     "splats.comp": {"SET": FLAG, "WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},

@@ -11,6 +11,7 @@ from ..camera import Camera, Eye
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
+from .lit_splats import LitSplatPass
 from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
 from .point_splats import PointSplatPass
@@ -84,7 +85,8 @@ class PointObjects:
         self._context, self._rasterizers = context, rasterizers
         self._resolve = ResolvePass(context)
         self._shadow_passes: dict[tuple[str, bool], FullscreenPass] = {}
-        self._merge: MergePass | None = None  # made for the first set of frames
+        self._lit: LitSplatPass | None = None  # these two are made when they are first needed
+        self._merge: MergePass | None = None
         self._scratch: SplatImage | None = None  # of the size of a shadow view
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
@@ -92,6 +94,20 @@ class PointObjects:
         rasterizer, near = self._rasterizer(points), eye.near / points.scale
         view = carried(points, eye)
         rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
+
+    def can_light(self, points: Points) -> bool:
+        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices."""
+        return not self._rasterizer(points).look_up
+
+    def draw_lit_splats(
+        self, target: Target, points: Points, textures: FrameTextures, eye: Eye, lights: dict[str, Any]
+    ) -> None:
+        """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
+        self._lit = self._lit or LitSplatPass(self._context)
+        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat == "round")
+        inputs = lights | {"color_map": textures.color}
+        self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
+        target.raise_version()
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
@@ -191,7 +207,7 @@ class PointObjects:
         return self._shadow_passes[fragment, look_up]
 
     def release(self) -> None:
-        items = self._scratch, *self._shadow_passes.values(), self._merge, self._resolve, self._rasterizers
+        items = self._scratch, *self._shadow_passes.values(), self._lit, self._merge, self._resolve, self._rasterizers
         for item in items:
             if item is not None:
                 item.release()

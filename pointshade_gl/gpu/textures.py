@@ -300,6 +300,11 @@ class Target(Images):
     def picture(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.color)
 
+    @cached_property
+    def shared_picture(self) -> moderngl.Framebuffer:
+        """The picture with a depth buffer, for splats that are drawn with their light."""
+        return self._framebuffer(self.color, depth=self._allocate(self._context.depth_renderbuffer, self.size))
+
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""
         width, height = self.size

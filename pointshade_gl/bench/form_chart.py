@@ -40,7 +40,7 @@ def form_chart(results: dict[str, Any]) -> bytes:
                 own = [r for r in forms["rows"] if (r["yaw"], r["scale"], r["splat"]) == (yaw, scale, form)]
                 ms, values = [r["ms"] for r in own], [factor * r[key] for r in own]
                 axes.plot(ms, values, color=color, lw=1, alpha=0.6)
-                axes.scatter(ms, values, [8, 18, 36], color=color, zorder=3)
+                axes.scatter(ms, values, [6 + 8 * r["samples"] ** 0.5 for r in own], color=color, zorder=3)
         if key != "psnr":
             row[0].set_ylim(
                 bottom=0, top=1.1 * max(factor * r[key] for r in forms["rows"] if r["scale"] == scale) + 1e-9

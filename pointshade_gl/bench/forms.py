@@ -91,7 +91,7 @@ def measure_view(
     for turn in range(rounds + 1):
         for job in jobs():
             view = views[job.scale]
-            options = {"camera": view.camera, "pose": view.pose, "normals": "star", "splat": job.splat}
+            options: dict[str, Any] = {"camera": view.camera, "pose": view.pose, "normals": "star", "splat": job.splat}
             start = time.perf_counter()
             image = renderer.render(scene, LIGHT, samples=job.samples, **options)
             laps[job].append((time.perf_counter() - start) * 1e3)
@@ -106,7 +106,8 @@ def measure_lit(renderer: Renderer, scene: Frame, view: View, rounds: int) -> li
     """The same view by GL points: lit in the vertex shader, or in the passes after it."""
     laps: dict[str, list[float]] = {MADE: [], RESOLVED: [], PHONG: []}
     images = {}
-    steps, options = renderer.steps, {"camera": view.camera, "pose": view.pose, "normals": "star"}
+    options: dict[str, Any] = {"camera": view.camera, "pose": view.pose, "normals": "star"}
+    steps = renderer.steps
     elsewhere = options | {"pose": orbit_pose(view.pose, MIDDLE, 1)}
 
     def draw(way: str, names: Sequence[str], shading: str) -> None:

@@ -6,7 +6,7 @@ flat out vec3 middle;  // source axes
 flat out vec3 facet;   // unit normal, towards the frame's camera
 
 vec3 point_at(ivec2 pixel) {
-    return pixel_ray(vec2(pixel), source) * texelFetch(surface_map, pixel, 0).w;
+    return pixel_ray(vec2(pixel), source) * abs(texelFetch(surface_map, pixel, 0).w);
 }
 
 void main() {

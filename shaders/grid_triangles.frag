@@ -2,7 +2,7 @@
 // Which triangles there are between each pixel of a frame and its neighbours on the right and below.
 #include "common/grid.glsl"
 
-uniform sampler2D surface_map;  // unit normal, depth
+uniform sampler2D surface_map;  // unit normal, depth, whose sign does not count
 uniform vec4 intrinsics;
 uniform vec2 max_step;
 
@@ -10,7 +10,8 @@ out float triangles;  // their number over 255
 
 vec4 corner_at(ivec2 pixel) {
     if (any(greaterThanEqual(pixel, textureSize(surface_map, 0)))) return vec4(0.0);
-    return texelFetch(surface_map, pixel, 0);
+    vec4 surface = texelFetch(surface_map, pixel, 0);
+    return vec4(surface.xyz, abs(surface.w));
 }
 
 void main() {

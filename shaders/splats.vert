@@ -70,7 +70,7 @@ void main() {
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
 #if LIT
-    vec3 point = pixel_ray(vec2(pixel), source) * surface.w;
+    vec3 point = pixel_ray(vec2(pixel), source) * abs(surface.w);
     vec3 albedo = srgb_to_linear(picture_at(color_map, vec2(pixel), vec2(textureSize(surface_map, 0))));
     vec3 light = light_surface(point, eye, surface.xyz, albedo, material, ambient, lights, light_count);
     lit = linear_to_srgb(stored(light));

@@ -2,7 +2,7 @@
 // six vertices, found from gl_VertexID.
 #include "common/grid.glsl"
 
-uniform sampler2D surface_map;   // of the frame: unit normal, depth
+uniform sampler2D surface_map;   // of the frame: unit normal, depth, whose sign does not count
 uniform sampler2D triangle_map;  // which of the triangles there are, over 255
 uniform ivec3 window;            // of squares: first column and row, columns
 uniform vec4 source;
@@ -34,7 +34,7 @@ Vertex find_vertex() {
 
 // What the vertex hands on, but for its light. Depth is 1 - near/z, linear in 1/z, as for splats.
 void place_vertex(Vertex vertex, float depth) {
-    point = pixel_ray(vec2(vertex.pixel), source) * depth;
+    point = pixel_ray(vec2(vertex.pixel), source) * abs(depth);
     is_whole = (vertex.triangles & (FIRST + SECOND)) == FIRST + SECOND ? 1.0 : 0.0;
     vec3 seen = mat3(view) * point + view[3].xyz;
     // Pixel centres are at integers: (u + 0.5) / width of the way across. Homogeneous, for points behind the viewer.

@@ -108,7 +108,7 @@ def measure_lit(renderer: Renderer, scene: Frame, view: View, rounds: int) -> li
     images = {}
     options: dict[str, Any] = {"camera": view.camera, "pose": view.pose, "normals": "star"}
     steps = renderer.steps
-    elsewhere = options | {"pose": orbit_pose(view.pose, MIDDLE, 1)}
+    elsewhere: dict[str, Any] = options | {"pose": orbit_pose(view.pose, MIDDLE, 1)}
 
     def draw(way: str, names: Sequence[str], shading: str) -> None:
         steps.laps.clear()

@@ -1,8 +1,8 @@
 #version 330 core
 #ifndef LIT
-#define LIT 0  // 1: the splat has its colour already
+#define LIT 0  // 1: the splat has its colour already, and is drawn with it
 #endif
-// Keeps the pixels that the footprint covers. Notes which source pixel they show, whose light comes later; or draws them.
+// Keeps the pixels that the footprint covers and notes which source pixel they show; light comes later.
 #include "common/splat.glsl"
 
 uniform bool is_round;
@@ -11,13 +11,13 @@ flat in vec2 centre;
 flat in vec4 to_source;
 flat in vec2 bend;
 flat in float reach;
+flat in int id;
+
 #if LIT
 flat in vec3 lit;  // sRGB
 
 out vec4 color;
 #else
-flat in int id;
-
 out int source_id;
 #endif
 

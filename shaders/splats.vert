@@ -6,6 +6,27 @@
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers.
 #include "common/splat.glsl"
+
+uniform sampler2D surface_map;  // unit normal, depth
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
+uniform vec2 target_size;
+uniform float near;
+uniform bool is_round;
+uniform int first_id;  // of the first pixel; 0 stands for nothing
+
+in float size;  // source pixels
+
+flat out vec2 centre;
+flat out vec4 to_source;
+flat out vec2 bend;
+flat out float reach;
+flat out int id;
+flat out float inverse_depth;  // these three for set_splats.frag
+flat out vec2 tilt;
+flat out vec4 to_target;
+
 #if LIT
 #include "common/color.glsl"
 #include "common/lights.glsl"
@@ -19,29 +40,7 @@ uniform vec3 ambient;
 uniform int light_count;
 
 flat out vec3 lit;  // sRGB
-#else
-uniform int first_id;  // of the first pixel; 0 stands for nothing
-
-flat out int id;
 #endif
-
-uniform sampler2D surface_map;  // unit normal, depth
-uniform vec4 source;
-uniform vec4 target;
-uniform mat4 view;
-uniform vec2 target_size;
-uniform float near;
-uniform bool is_round;
-
-in float size;  // source pixels
-
-flat out vec2 centre;
-flat out vec4 to_source;
-flat out vec2 bend;
-flat out float reach;
-flat out float inverse_depth;  // these three for set_splats.frag
-flat out vec2 tilt;
-flat out vec4 to_target;
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -62,6 +61,7 @@ void main() {
     centre = splat.centre;
     to_source = invert_footprint(splat.to_target);
     bend = splat_bend(splat, reach);
+    id = first_id + gl_VertexID;
     inverse_depth = splat.inverse_depth;
     tilt = splat.tilt;
     to_target = splat.to_target;
@@ -74,7 +74,5 @@ void main() {
     vec3 albedo = srgb_to_linear(picture_at(color_map, vec2(pixel), vec2(textureSize(surface_map, 0))));
     vec3 light = light_surface(point, eye, surface.xyz, albedo, material, ambient, lights, light_count);
     lit = linear_to_srgb(stored(light));
-#else
-    id = first_id + gl_VertexID;
 #endif
 }

@@ -34,6 +34,7 @@ from .cli_options import (
 )
 from .cli_output import fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import size_from
+from .cli_picture import PictureOptions
 from .cli_read import check_frame, check_look, load, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
@@ -78,6 +79,7 @@ def render(
     frame: FrameOptions,
     look: LookOptions,
     place: ViewOptions,
+    picture: PictureOptions,
     film: FilmOptions,
     views: Views = None,
     small: Small = False,
@@ -97,6 +99,7 @@ def render(
     if output.suffix.lower() == ".ply":
         if views is not None:
             raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
+        picture.check_none(output)
         _write_points(output, frame, view, film, device)
         return
     many = film.turntable is not None or is_series(output)
@@ -110,7 +113,9 @@ def render(
         source = load(frame, sequence=many and film.turntable is None, scene=True)
     if isinstance(source, Scene) and views is None:
         check_look(view.look)
+    if picture.ground or (isinstance(source, Scene) and views is None):
         view = replace(view, lights=look.lights(shadow=True))
+    view = replace(view, finish=picture.finish(output, view, source, many, film.turntable == "camera"))
     if many:
         _render_series(source, view, output, film, device)
         return

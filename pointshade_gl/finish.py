@@ -1,16 +1,17 @@
-"""How a picture is finished: how many samples are averaged, and what lies behind. Plain frozen values."""
+"""How a picture is finished: how many samples are averaged, and what lies behind and below. Plain frozen values."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
-from .checks import check_color
+from .checks import check_color, check_direction
 from .color_names import linear_color
 from .samples import check_samples
 from .wording import option
 
-Color = tuple[float, float, float]
+Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -19,19 +20,32 @@ class Finish:
 
     samples     how many pictures are averaged
     background  linear RGB, a name or "#rrggbb"; None or "transparent" is transparent
+    ground      whether a ground below the object shows shadows; or which way is up, (3,) world axes
 
     Raises ValueError or TypeError for anything else.
     """
 
     samples: int = 1
-    background: Color | None = None
+    background: Vector | None = None
+    ground: bool | Vector = False
 
-    def __init__(self, samples: int = 1, background: str | Sequence[float] | None = None):
+    def __init__(
+        self,
+        samples: int = 1,
+        background: str | Sequence[float] | None = None,
+        ground: bool | Sequence[float] = False,
+    ):
         object.__setattr__(self, "samples", check_samples(samples))
         object.__setattr__(self, "background", _check_background(background))
+        object.__setattr__(self, "ground", _check_ground(ground))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Those that are not the default, by name, as arguments of `Renderer.render`."""
+        return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
 
 
-def _check_background(background: str | Sequence[float] | None) -> Color | None:
+def _check_background(background: str | Sequence[float] | None) -> Vector | None:
     if background is None or background == "transparent":
         return None
     if not isinstance(background, str):
@@ -40,6 +54,10 @@ def _check_background(background: str | Sequence[float] | None) -> Color | None:
         return linear_color(background)
     except ValueError as error:
         raise ValueError(f"{option('background')}: {error}") from None
+
+
+def _check_ground(ground: Any) -> bool | Vector:
+    return ground if isinstance(ground, bool) else check_direction(ground, "ground")
 
 
 SIMPLE = Finish()

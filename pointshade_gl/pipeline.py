@@ -21,11 +21,13 @@ from .gpu.grid_objects import Grid, GridObjects, ShownGrid, depth_step
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
 from .gpu.mesh_objects import MeshObjects, PlacedMesh
+from .gpu.passes import FullscreenPass
 from .gpu.point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.textures import FrameTextures, SurfaceImage, Target, empty
+from .ground import ground_under, seen_ground
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
 from .look import Material, check_sizes
@@ -56,7 +58,8 @@ class Pipeline:
         rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
         self._points = PointObjects(context.gl, rasterizers)
         self._light = LightPass(context.gl)
-        self._develop: DevelopPass | None = None  # these five are made for the first scene that needs them
+        self._ground: FullscreenPass | None = None  # these six are made for the first scene that needs them
+        self._develop: DevelopPass | None = None
         self._consensus: ConsensusPass | None = None
         self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
@@ -78,24 +81,28 @@ class Pipeline:
                 self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
         else:
             self._develop = self._develop or DevelopPass(self._gl)
-            self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish.samples)
+            self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish)
             self._develop.develop(target, finish.samples, finish.background)
         return target
 
-    def _add_samples(self, target: Target, shot: Shot, things: dict[Placed, Thing], canvas: Canvas, count: int) -> None:
+    def _add_samples(
+        self, target: Target, shot: Shot, things: dict[Placed, Thing], canvas: Canvas, finish: Finish
+    ) -> None:
         """The sum of the samples. Of a picture that shows the same as the last one, only those that are missing."""
         sums = target.samples
-        content = shot.scene, tuple(shot.lights), shot.eye.camera, shot.eye.pose.tobytes()
-        done = sums.count if sums.content == content and sums.count <= count else 0
+        content = shot.scene, tuple(shot.lights), shot.eye.camera, shot.eye.pose.tobytes(), finish.ground
+        done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         sums.content = None  # stays so if a sample fails
         if not done:
             empty(sums.target)
         is_soft, lamps = any(light.is_soft for light in shot.lights), None
-        for k in range(done, count):
+        for k in range(done, finish.samples):
             sample = at_sample(shot, k)
             lamps = self._hang_up(sample, things) if is_soft or lamps is None else lamps
             self._draw_sample(target, sample, things, lamps, canvas)
-        sums.content, sums.count = content, count
+            if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
+                self._draw_ground(target, sample, lamps, canvas, finish.ground)
+        sums.content, sums.count = content, finish.samples
 
     def _hang_up(self, shot: Shot, things: dict[Placed, Thing]) -> Lamps:
         """The lights, after they have shone on the points of shading models that mix light."""
@@ -241,15 +248,15 @@ class Pipeline:
         self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PointSet | Grid | PlacedMesh, ...]
     ) -> None:
         shadow_map.fit(views)
-        for k, (eye, _) in enumerate(views):
-            tile = shadow_map.tile(k)
-            for thing in things:
+        for k, view in enumerate(views):
+            tile = shadow_map.tile(k, view, things)
+            for thing in things if tile else ():
                 if isinstance(thing, PlacedMesh):
-                    self._mesh_objects().add_shadow(tile, thing, eye)
+                    self._mesh_objects().add_shadow(tile, thing, view.eye)
                 elif isinstance(thing, Grid):
-                    self._grid_objects().add_shadow(tile, thing, eye)
+                    self._grid_objects().add_shadow(tile, thing, view.eye)
                 else:
-                    self._points.add_shadow(tile, thing, eye)
+                    self._points.add_shadow(tile, thing, view.eye)
                 self._count(thing)
 
     def _light_points(self, shown: tuple[Thing, ...], shot: Shot, lamps: Lamps) -> None:
@@ -339,6 +346,17 @@ class Pipeline:
         with canvas.opened(surfaces.window) as image:
             self.steps.always("light", self._light.draw, image, *inputs, None, canvas.linear)
 
+    def _draw_ground(
+        self, target: Target, shot: Shot, lamps: Lamps, canvas: Canvas, up: tuple[float, float, float]
+    ) -> None:
+        """The shadows on the ground, where nothing else is seen. Lights with shadows have left the surfaces there."""
+        self._ground = self._ground or FullscreenPass(self._gl, "ground.frag")
+        ground = self.steps.run("ground", ground_under, shot.scene, up)
+        inputs = self._light.inputs(lamps.seen_from(shot.eye.pose)) | {"surface_map": target.surfaces.surface}
+        inputs |= {"intrinsics": shot.eye.camera.intrinsics, "plane": seen_ground(ground, shot.eye.pose)}
+        with canvas.opened((0, 0, *target.size)) as image:
+            self._ground.draw(image, {}, material=_materials(shot)[0].strengths, **inputs)
+
     def _mesh_objects(self) -> MeshObjects:
         self._meshes = self._meshes or MeshObjects(self._gl)
         return self._meshes
@@ -356,7 +374,7 @@ class Pipeline:
     def release(self) -> None:
         """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
-        made = self._target, self._shadow_map, self._meshes, self._grids, self._consensus, self._develop
+        made = self._target, self._shadow_map, self._meshes, self._grids, self._consensus, self._develop, self._ground
         for item in (*made, self._light, self._points, self.frames):
             if item is not None:
                 item.release()

@@ -8,6 +8,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial, wraps
 from os import PathLike
 from typing import Any, Concatenate, ParamSpec, TypeVar
@@ -27,6 +28,8 @@ from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
 from .gpu.steps import Steps
+from .ground import LIGHT as GROUND_LIGHT
+from .ground import up_of
 from .level_of_detail import MERGE, check_merge
 from .light import Light, check_lights
 from .look import SHADINGS, Look, Material
@@ -105,6 +108,7 @@ class Renderer:
         upsample: str = "vote",
         samples: int = 1,
         background: str | Sequence[float] | None = None,
+        ground: bool | Sequence[float] = False,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -133,8 +137,12 @@ class Renderer:
                  seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
         background  a colour: a name, "#rrggbb", or linear RGB; None is transparent. Alpha is the share of the pixel
                  that is covered, and colours are not multiplied by it.
+        ground   True puts a ground under the object, on which only shadows are seen: those of lights that cast them.
+                 Without a light there is one that does, with soft shadows. Up is up in the frame's picture, as no frame
+                 says more, and the world's y in a scene; (3,) in world axes says it otherwise.
 
-        Averages and backgrounds are mixed in linear light.
+        Averages and backgrounds are mixed in linear light. Over a transparent background shadows are black, and their
+        alpha is the share of the light that they take.
 
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
@@ -144,7 +152,7 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, yaw=yaw, pitch=pitch,
-                dolly=dolly, samples=samples, background=background,
+                dolly=dolly, samples=samples, background=background, ground=ground,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -168,17 +176,22 @@ class Renderer:
         upsample: str = "vote",
         samples: int = 1,
         background: str | Sequence[float] | None = None,
+        ground: bool | Sequence[float] = False,
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
         only those are drawn that are missing.
         """
-        finish = Finish(samples, background)
+        finish = Finish(samples, background, ground)
         material = Material() if material is None else material
         frame = _loaded(frame)
         scene = self._shown(frame, (material, normals, shading, size, splat, max_depth_step, noise, upsample))
-        lights = check_lights(light if light is not None else scene.lights or None)
+        lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
+        if finish.ground is True:
+            finish = replace(
+                finish, ground=tuple(up_of(scene if isinstance(frame, Scene) else scene.things[0].content.frame))
+            )
         seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.draw(scene, lights, *seen, finish).color

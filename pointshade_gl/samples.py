@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .checks import check_count
 from .light import Light, unit
 from .shot import Shot
+from .wording import option
 
 # Steps of the sequences, in turns. Powers of the plastic number (Roberts, "The unreasonable effectiveness of
 # quasirandom sequences", 2018) within the pixel; for lights square roots of primes (Richtmyer 1951), so that the two
@@ -22,9 +23,9 @@ MOST = 4096  # samples of a picture: more cannot be seen
 
 def check_samples(samples: int) -> int:
     """How many pictures are averaged. Raises ValueError or TypeError unless it is a whole number from 1 to MOST."""
-    number = check_count(samples, "samples", 1)
+    number = check_count(samples, option("samples"), 1)
     if number > MOST:
-        raise ValueError(f"samples must be at most {MOST}, got {number}")
+        raise ValueError(f"{option('samples')} must be at most {MOST}, got {number}")
     return number
 
 

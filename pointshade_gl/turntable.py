@@ -33,7 +33,8 @@ def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
     turn = orbit_pose(pose, pivot, degrees, upright=upright_of(frame)) @ np.linalg.inv(pose)
     lights = view.lights or (frame.lights if isinstance(frame, Scene) else [])
     start = pivot + frame.scale * pose[:3, :3] @ _FRONT
-    return replace(view, lights=[_turned(light, turn) for light in lights or [Light(position=tuple(start))]])
+    own = Light(position=tuple(start), shadow=view.finish.ground is not False)
+    return replace(view, lights=[_turned(light, turn) for light in lights or [own]])
 
 
 def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View:

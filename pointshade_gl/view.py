@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera, check_pose, check_turns, orbit_pose
 from .checks import check_choice, check_size, check_type
+from .finish import SIMPLE, Finish
 from .frame import Frame
 from .light import Light, check_lights
 from .look import Look
@@ -30,6 +31,7 @@ class View:
     size    (width, height) of the picture in pixels; "depth" or "color": as large as that; None: as the larger of the
             two; "half": half as wide and high as the larger one
     look    how frames are drawn; the objects of a scene have their own
+    finish  how many samples are averaged, and what lies behind and below
 
     Raises TypeError or ValueError for anything else.
     """
@@ -41,6 +43,7 @@ class View:
     dolly: float = 0.0
     size: tuple[int, int] | str | None = None
     look: Look = field(default_factory=Look)
+    finish: Finish = SIMPLE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
@@ -58,7 +61,13 @@ class View:
         pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
         camera = None if self.size is None else _sized_camera(frame, self.size)
         look = {} if isinstance(frame, Scene) else self.look.options
-        return {"light": self.lights or None, "camera": camera, "pose": pose, **look}
+        return {"light": self.lights or None, "camera": camera, "pose": pose, **look, **self.finish.options}
+
+    def shows_photograph(self, source: Frame | Scene | Sequence[Frame]) -> bool:
+        """Whether frames are seen unlit as their cameras saw them: one sample gives their colours back exactly."""
+        is_plain = self.look.shading == "none" and self.look.splat == "footprint" and self.look.size in (None, 1)
+        is_moved = self.pose is not None or any((self.yaw, self.pitch, self.dolly)) or self.size is not None
+        return is_plain and not is_moved and not isinstance(source, Scene)
 
 
 def viewing_pose(

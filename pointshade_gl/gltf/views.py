@@ -25,7 +25,7 @@ INTENSITY = 1 / math.pi  # of ours for a lux or a candela: a white Lambertian su
 AHEAD = np.array([0.0, 0.0, -1.0])
 _HEIGHT, _ASPECT = 480, 4 / 3
 _CAMERA_KEYS = ("fx", "fy", "cx", "cy", "width", "height")  # in the order of Camera
-_LIGHT_KEYS = ("shadow", "attenuation", "at")
+_LIGHT_KEYS = ("shadow", "attenuation", "at", "radius", "angle")
 _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -96,6 +96,8 @@ def read_light(light: Any, factor: float, node_casts: bool) -> Light:
         attenuation=_three(attenuation),
         cone=_read_cone(light.get("spot")) if kind == "spot" else (0.0, 45.0),
         shadow=switch(said, "shadow", node_casts),
+        radius=numbers(said.get("radius", 0), (), "radius").item(),
+        angle=numbers(said.get("angle", 0), (), "angle").item(),
     )
 
 
@@ -142,6 +144,7 @@ def write_light(light: Light, node_casts: bool) -> dict[str, Any]:
         said["shadow"] = light.shadow
     if light.attenuation != (_DIRECTIONAL if kind == "directional" else _FALLING):
         said["attenuation"] = list(light.attenuation)
+    said |= {name: size for name in ("radius", "angle") if (size := getattr(light, name))}
     if light.position is None and light.direction is None:
         said["at"] = "viewer"
     if said:

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..shadow_views import ShadowView
 from .memory import Owner
-from .steps import Versioned
-from .textures import check_size, empty
+from .steps import Versioned, kept, same, state_of
+from .textures import check_size, confine
 
 
 class Tile(NamedTuple):
@@ -29,23 +29,33 @@ class ShadowMap(Versioned, Owner):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._layout = 0, 0  # pixels a side, number of views
+        self._shown: list[Any] = []  # what each view shows
         self._make(1, 1)
 
     def fit(self, views: Sequence[ShadowView]) -> None:
-        """Makes room for the views, all of one size, and empties it."""
+        """Makes room for the views, all of one size. If it has to be made anew, it is empty."""
         layout = views[0].eye.camera.width, len(views)
         if layout != self._layout:
             columns = math.ceil(math.sqrt(len(views)))
             self._make(columns * layout[0], math.ceil(len(views) / columns) * layout[0])
             self._layout = layout
-        self._target.viewport = (0, 0, *self.texture.size)
-        empty(self._target)
-        self.raise_version()
+            self._shown = [None] * layout[1]
 
-    def tile(self, k: int) -> Tile:
-        """The k-th view's part; its target draws there only, until the next one is asked for."""
+    def tile(self, k: int, view: ShadowView, things: tuple[Any, ...]) -> Tile | None:
+        """The k-th view's part, emptied, to draw these things; None if it shows them already.
+
+        Its target draws there only, until the next one is asked for.
+        """
+        now = state_of((view, things))
+        if same(self._shown[k], now):
+            return None
+        self._shown[k] = kept(now)
         side, first = self._layout[0], self._first(k)
+        confine(self._target, None)
+        self._target.use()
+        self._target.clear(depth=1.0, viewport=(*first, side, side))
         self._target.viewport = (*first, side, side)
+        self.raise_version()
         return Tile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:

@@ -89,11 +89,20 @@ class Panel:
         color = tuple(imgui.color_edit3("colour", list(state.light_color), picker)[1])
         intensity = self._slide("intensity", state.light_intensity, 0.0, 3.0)
         reach = self._slide("distance", state.light_reach, 0.1, 20.0, logarithmic=True)
+        self._softness(viewer)
         viewer.state = replace(
             state, light_mode=follows, light_color=color, light_intensity=intensity, light_reach=reach
         )  # fmt: skip
         if not isinstance(viewer.frame, Scene):  # the objects of a scene have their own
             self._surface(viewer)
+
+    def _softness(self, viewer: Viewer) -> None:
+        """How large the light is: metres, or degrees of a directional one."""
+        held, most = viewer.held, 0.5 * viewer.stage.radius
+        name, most = ("angle", 45.0) if held.position is None else ("radius", most)
+        size = self._slide(name, getattr(held, name), 0.0, most)
+        if size != getattr(held, name):
+            viewer.held = replace(held, **{name: size})
 
     def _surface(self, viewer: Viewer) -> None:
         imgui, state = self._imgui, viewer.state

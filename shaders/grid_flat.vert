@@ -12,10 +12,12 @@ vec3 point_at(ivec2 pixel) {
 void main() {
     Vertex vertex = find_vertex();
     place_vertex(vertex, texelFetch(surface_map, vertex.pixel, 0).w);
-    int first = vertex.number / 3 * 3;
-    vec3 p = point_at(vertex.square + vertex_corner(vertex.triangles, first));
-    vec3 q = point_at(vertex.square + vertex_corner(vertex.triangles, first + 1));
-    vec3 r = point_at(vertex.square + vertex_corner(vertex.triangles, first + 2));
+    // Vertices 0 and 2 speak for the first triangle, 1 and 3 for the second: one is the first of its triangle's vertices and
+    // one the last, of which GL takes either.
+    bool is_second = (vertex.number & 1) == 1;
+    vec3 p = point_at(vertex.square + vertex_corner(vertex.triangles, is_second ? 3 : 0));
+    vec3 q = point_at(vertex.square + vertex_corner(vertex.triangles, is_second ? 2 : 1));
+    vec3 r = point_at(vertex.square + vertex_corner(vertex.triangles, is_second ? 1 : 2));
     middle = (p + q + r) / 3.0;
     facet = triangle_normal(p, q, r);
 }

@@ -19,6 +19,7 @@ from .shadows import Tile
 from .state import enabled
 from .textures import FrameTextures, PointLight, PointSurface, SurfaceImage, confine
 
+TOGETHER = 1 << 16  # squares that one call draws
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
 
 
@@ -53,6 +54,9 @@ class GridObjects(Owner):
         super().__init__(context)
         self._finding: FullscreenPass | None = None
         self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}  # made when first needed
+        with self._all_or_nothing():
+            corners = 4 * np.arange(TOGETHER, dtype=np.uint32)[:, None] + np.array((0, 1, 2, 3, 2, 1), np.uint32)
+            self._corners = self._allocate(context.buffer, corners.tobytes())
 
     def find_triangles(self, grid: Grid) -> None:
         """Which triangles there are, by shaders/common/grid.glsl."""
@@ -96,14 +100,17 @@ class GridObjects(Owner):
         bind_textures(inputs)
         set_uniforms(program, **inputs)
         target.use()
+        squares = (width - 1) * (height - 1)
         with enabled(self._context, DEPTH_TEST):
-            array.render(moderngl.TRIANGLES, vertices=6 * (width - 1) * (height - 1))
+            for first in range(0, squares, TOGETHER):
+                set_uniforms(program, first_square=first)
+                array.render(moderngl.TRIANGLES, vertices=6 * min(TOGETHER, squares - first))
 
     def _program(self, variant: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
         if variant not in self._programs:
             vertex, fragment, constants = PROGRAMS[variant]
-            program = self._keep(build_program(self._context, vertex, fragment, **constants))
-            self._programs[variant] = program, self._allocate(self._context.vertex_array, program, [])
+            program = self._keep(build_program(self._context, vertex, fragment, None, **constants))
+            self._programs[variant] = program, self._allocate(self._context.vertex_array, program, [], self._corners)
         return self._programs[variant]
 
 

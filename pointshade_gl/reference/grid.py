@@ -12,9 +12,7 @@ from .vectors import dot, length, normalize
 F = np.float32
 FIRST, SECOND = 1, 2
 OTHER_DIAGONAL = 4
-CORNERS = np.array(
-    [(0, 0), (1, 0), (0, 1), (1, 1), (0, 1), (1, 0), (1, 0), (1, 1), (0, 0), (0, 1), (0, 0), (1, 1)],
-)
+CORNERS = np.array([(0, 0), (1, 0), (0, 1), (1, 1), (1, 0), (1, 1), (0, 0), (0, 1)])
 
 
 def is_joined(
@@ -52,12 +50,9 @@ def square_triangles(
     return np.where((usual == 0) & (others != 0), OTHER_DIAGONAL + others, usual)
 
 
-def has_vertex(triangles: np.ndarray, vertex: np.ndarray | int) -> np.ndarray:
-    return (triangles & np.where(np.less(vertex, 3), FIRST, SECOND)) != 0
-
-
 def vertex_corner(triangles: np.ndarray, vertex: np.ndarray | int) -> np.ndarray:
-    return CORNERS[np.where(triangles & OTHER_DIAGONAL, 6, 0) + vertex]
+    is_unused = np.equal(vertex, 0) & (triangles & FIRST == 0) | np.equal(vertex, 3) & (triangles & SECOND == 0)
+    return CORNERS[np.where(triangles & OTHER_DIAGONAL, 4, 0) + np.where(is_unused, 1, vertex)]
 
 
 def triangle_normal(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:

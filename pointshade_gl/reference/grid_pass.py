@@ -12,7 +12,7 @@ import numpy as np
 from ..camera import Camera
 from ..estimators import Step
 from .camera import pixel_ray, project
-from .grid import has_vertex, square_triangles, triangle_normal, vertex_corner
+from .grid import FIRST, SECOND, square_triangles, triangle_normal, vertex_corner
 from .vectors import texel
 
 F = np.float32
@@ -43,9 +43,9 @@ def triangles_of(surface_map: np.ndarray, source: Camera, max_step: Step) -> Tri
     intrinsics, (height, width) = np.array(source.intrinsics, F), corners[0].shape[:2]
     square = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1)
     codes = square_triangles(*corners, square.astype(F), intrinsics, np.array(max_step, F))
-    vertices = np.stack([square + vertex_corner(codes, k) for k in range(6)], -2)
-    pixels = vertices.reshape(height, width, 2, 3, 2)
-    exists = np.stack([has_vertex(codes, 0), has_vertex(codes, 3)], -1)
+    vertices = np.stack([square + vertex_corner(codes, k) for k in range(4)], -2)
+    pixels = vertices[:, :, [(0, 1, 2), (3, 2, 1)]]
+    exists = np.stack([codes & FIRST, codes & SECOND], -1) != 0
     whole = np.broadcast_to(exists.all(-1, keepdims=True), exists.shape)
     pixels = pixels[exists]
     points = pixel_ray(pixels.astype(F), intrinsics) * texel(surface_map, pixels)[..., 3:]

@@ -7,9 +7,9 @@
 const int FIRST = 1, SECOND = 2;  // triangles of a square: a b c and d c b
 const int OTHER_DIAGONAL = 4;     // instead b d a and c a d
 
-const ivec2 CORNERS[12] = ivec2[12](
-    ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(0, 1), ivec2(1, 0),
-    ivec2(1, 0), ivec2(1, 1), ivec2(0, 0), ivec2(0, 1), ivec2(0, 0), ivec2(1, 1)
+// Four vertices make both triangles: 0 1 2 and 3 2 1. These are their corners, for either diagonal.
+const ivec2 CORNERS[8] = ivec2[8](
+    ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(1, 0), ivec2(1, 1), ivec2(0, 0), ivec2(0, 1)
 );
 
 // Do two neighbours, the second one this many pixels off, belong to one surface? By max_step, in z: metres, and share of
@@ -38,14 +38,11 @@ int square_triangles(vec4 a, vec4 b, vec4 c, vec4 d, vec2 pixel, vec4 intrinsics
     return usual == 0 && others != 0 ? OTHER_DIAGONAL + others : usual;
 }
 
-// Is a vertex, 0 to 5, one of the triangles that the square has?
-bool has_vertex(int triangles, int vertex) {
-    return (triangles & (vertex < 3 ? FIRST : SECOND)) != 0;
-}
-
-// The square's corner at which a vertex lies.
+// The square's corner at which a vertex lies. One that belongs only to a triangle that is not there lies on another one,
+// so that this triangle has no area.
 ivec2 vertex_corner(int triangles, int vertex) {
-    return CORNERS[((triangles & OTHER_DIAGONAL) != 0 ? 6 : 0) + vertex];
+    bool is_unused = vertex == 0 && (triangles & FIRST) == 0 || vertex == 3 && (triangles & SECOND) == 0;
+    return CORNERS[((triangles & OTHER_DIAGONAL) != 0 ? 4 : 0) + (is_unused ? 1 : vertex)];
 }
 
 // Unit normal of a triangle, towards the camera at the origin; of one without area, the direction there.

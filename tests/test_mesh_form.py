@@ -193,6 +193,12 @@ def test_only_what_changed_runs_again(renderer):
     assert ran(yaw=5, max_depth_step=0.1) >= {"triangles", "surfaces", "mesh", "light"}
 
 
+def test_on_the_command_line(typed):
+    assert typed("render vase --splat mesh --size 64x48 -o out.png")[0] == 0
+    code, _, said = typed("render vase --splat meshes -o out.png")
+    assert code and "did you mean mesh?" in said
+
+
 def test_what_a_mesh_does_not_have_is_told(renderer):
     frame = frames.sphere()
     with pytest.raises(ValueError, match="a mesh has none: leave it out, or use splat='footprint' or 'round'"):

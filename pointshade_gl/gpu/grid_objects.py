@@ -90,17 +90,15 @@ class GridObjects(Owner):
 
     def _draw(self, variant: str, target: moderngl.Framebuffer, grid: Grid, eye: Eye, inputs: dict[str, Any]) -> None:
         left, top, width, height = grid.surface.window
+        squares = max(width - 1, 0) * max(height - 1, 0)
         program, array = self._program(variant)
         inputs |= {"surface_map": grid.surface.texture, "triangle_map": grid.surface.triangles.texture}
         inputs |= {"window": (left, top, width - 1), "near": eye.near / grid.scale}
         inputs |= {"target_size": (eye.camera.width, eye.camera.height)}
         inputs |= source_and_target(grid.source, eye.camera, carried(grid, eye))
-        if min(width, height) < 2:
-            return
         bind_textures(inputs)
         set_uniforms(program, **inputs)
         target.use()
-        squares = (width - 1) * (height - 1)
         with enabled(self._context, DEPTH_TEST):
             for first in range(0, squares, TOGETHER):
                 set_uniforms(program, first_square=first)

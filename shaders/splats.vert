@@ -28,18 +28,7 @@ flat out vec2 tilt;
 flat out vec4 to_target;
 
 #if LIT
-#include "common/color.glsl"
-#include "common/lights.glsl"
-#include "common/resolve.glsl"
-
-uniform sampler2D color_map;  // sRGB, of any size
-uniform sampler2D lights;     // these in source axes
-uniform vec3 eye;
-uniform vec4 material;
-uniform vec3 ambient;
-uniform int light_count;
-
-flat out vec3 lit;  // sRGB
+#include "lit.glsl"
 #endif
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
@@ -70,9 +59,6 @@ void main() {
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
 #if LIT
-    vec3 point = pixel_ray(vec2(pixel), source) * abs(surface.w);
-    vec3 albedo = srgb_to_linear(picture_at(color_map, vec2(pixel), vec2(textureSize(surface_map, 0))));
-    vec3 light = light_surface(point, eye, surface.xyz, albedo, material, ambient, lights, light_count);
-    lit = linear_to_srgb(stored(light));
+    lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * abs(surface.w), surface.xyz, vec2(textureSize(surface_map, 0)));
 #endif
 }

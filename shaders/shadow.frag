@@ -2,14 +2,21 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
-// What the splats drew in a light's view -> a tile of the shadow map: 1 - near/z.
+// What the splats drew in a light's view -> a tile of the shadow map: 1 - near/z, on the splats' tilted planes.
+#include "common/resolve.glsl"
+
 #if LOOK_UP
 layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
+uniform int side;
 #else
-uniform sampler2D depth_map;  // 1 - near/z already
+uniform isampler2D source_ids;
+uniform int first_id;  // of the first pixel; 0: nothing
+uniform sampler2D surface_map;  // of the frame: unit normal, depth
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
 #endif
 uniform ivec2 first;  // pixel of the tile
-uniform int side;
 uniform float near;   // divided by the scale of the object
 
 void main() {
@@ -17,8 +24,11 @@ void main() {
 #if LOOK_UP
     float inverse_depth = uintBitsToFloat(nearest[pixel.y * side + pixel.x]);
     if (inverse_depth == 0.0) discard;
-    gl_FragDepth = 1.0 - near * inverse_depth;
 #else
-    gl_FragDepth = texelFetch(depth_map, pixel, 0).r;
+    int index = texelFetch(source_ids, pixel, 0).r - first_id;
+    if (index < 0) discard;
+    ivec2 place = pixel_of(index, textureSize(surface_map, 0).x);
+    float inverse_depth = see_splat(surface_map, place, vec2(pixel), source, view, target).inverse_depth;
 #endif
+    gl_FragDepth = 1.0 - near * inverse_depth;
 }

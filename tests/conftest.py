@@ -114,6 +114,7 @@ def open_viewer(display):
 
     def open_it(source=None, kind=Viewer, **options):
         viewer = kind(source or frames.sphere(), **({"size": (320, 240)} | options))
+        viewer.samples = 1  # it rests at once
         made.append(viewer)
         viewer.step(wait=False)
         return viewer

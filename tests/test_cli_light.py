@@ -48,11 +48,11 @@ def test_what_is_not_said_is_the_callers():
 def test_a_new_field_of_a_light_becomes_a_word(monkeypatch):
     @dataclasses.dataclass(frozen=True)
     class Round(ps.Light):
-        radius: float = 0.0
+        roundness: float = 0.0
 
     monkeypatch.setattr(cli_light, "Light", Round)
     monkeypatch.setattr(cli_light, "FIELDS", {field.name: field for field in dataclasses.fields(Round)})
-    assert light_from("0,0,0 radius=.3").radius == 0.3
+    assert light_from("0,0,0 roundness=.3").roundness == 0.3
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,9 @@ def test_a_wrong_light_is_one_sentence_with_the_text_and_the_known_words(typed, 
     assert code == 2 and line.startswith(f"pointshade: --light {text!r}: {sentence}"), line
     assert "known are" in line or "must be" in line or "there twice" in line
     if "it takes" in line:
-        assert line.endswith("known are position, direction, color, intensity, attenuation, cone, shadow")
+        assert line.endswith(
+            "known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle"
+        )
 
 
 @pytest.mark.parametrize("line", ["--light position=0,0,0 shadow", "--light position=0,0,0 color=red vase"])
@@ -102,7 +104,7 @@ WORDS = "position=-.5,-.7,.2 color=#ffcc99 intensity=2 attenuation=1,.5,0"
 
 @pytest.mark.parametrize("shadow", ["", " shadow"])
 def test_the_picture_of_a_frame_is_that_of_the_same_light_in_python(renderer, typed, shadow):
-    assert typed(f'render vase --light "{WORDS}{shadow}" -o out.png')[0] == 0
+    assert typed(f'render vase --light "{WORDS}{shadow}" --samples 1 -o out.png')[0] == 0
     color = light_from("color=#ffcc99").color
     light = ps.Light(AT, color=color, intensity=2, attenuation=(1, 0.5, 0), shadow=bool(shadow))
     np.testing.assert_array_equal(picture("out.png"), renderer.render(ps.load_frame("vase"), light))
@@ -110,7 +112,7 @@ def test_the_picture_of_a_frame_is_that_of_the_same_light_in_python(renderer, ty
 
 def test_a_shadow_on_a_single_frame_darkens_it(renderer, typed):
     for name, shadow in (("plain", "no"), ("dark", "yes")):
-        assert typed(f'render vase --light "-.5,-.7,.2 shadow={shadow}" -o {name}.png')[0] == 0
+        assert typed(f'render vase --light "-.5,-.7,.2 shadow={shadow}" --samples 1 -o {name}.png')[0] == 0
     plain, dark = (picture(f"{name}.png")[..., :3].astype(int) for name in ("plain", "dark"))
     assert (dark <= plain + 1).all() and (dark < plain - 20).any(-1).mean() > 0.01
 
@@ -118,7 +120,7 @@ def test_a_shadow_on_a_single_frame_darkens_it(renderer, typed):
 def test_in_a_scene_a_light_casts_shadows_unless_it_says_no(renderer, typed):
     scene = ps.load_scene("demo")
     for text, shadow in (("0,1,.5", True), ("0,1,.5 shadow=no", False)):
-        assert typed(f'render demo --light "{text}" -o out.png')[0] == 0
+        assert typed(f'render demo --light "{text}" --samples 1 -o out.png')[0] == 0
         expected = renderer.render(scene, ps.Light((0, 1, 0.5), shadow=shadow))
         np.testing.assert_array_equal(picture("out.png"), expected)
 

@@ -78,7 +78,7 @@ def test_the_defaults_of_the_command_line_are_those_of_the_library():
 @pytest.mark.parametrize(
     ("name", "panels"),
     [
-        ("render", ["Frame", "Light and surface", "View", "Film"]),
+        ("render", ["Frame", "Light and surface", "View", "Picture", "Film"]),
         ("normals", ["Frame"]),
         ("depth", ["Frame", "View"]),
         ("view", ["Frame", "Light and surface", "View", "Film"]),

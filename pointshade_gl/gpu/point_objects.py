@@ -15,6 +15,7 @@ from .lit_splats import LitSplatPass
 from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
 from .point_splats import PointSplatPass
+from .programs import source_and_target
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
@@ -179,10 +180,13 @@ class PointObjects:
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
         self.draw_splats(image, points, eye)
+        near = eye.near / points.scale
         if not self._rasterizer(points).look_up:
-            return False, {"depth_map": image.depth}
+            way = source_and_target(points.source, eye.camera, carried(points, eye))
+            maps = {"source_ids": image.source_ids, "surface_map": points.surface.texture}
+            return False, maps | way | {"first_id": 1, "near": near}
         image.nearest.bind_to_storage_buffer(0)
-        return True, {"side": image.size[0], "near": eye.near / points.scale}
+        return True, {"side": image.size[0], "near": near}
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """The same of several frames, for set_shadow.frag."""

@@ -136,15 +136,7 @@ def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
     return result
 
 
-def point_depths(pairs: Pairs, near: float, target: Camera, inverse_depth: np.ndarray | None) -> np.ndarray:
-    """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it.
-
-    inverse_depth  1/z (h, w) of the splats' planes; None takes the depth of the splats' centres, as for GL points
-    """
-    if inverse_depth is not None:
-        window = (F(1) - F(near) * inverse_depth).astype(float)
-    else:
-        z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
-        window = np.ones((target.height, target.width))
-        np.minimum.at(window, (pairs.q[:, 1], pairs.q[:, 0]), (z_clip * F(0.5) + F(0.5)).astype(float))
+def buffer_depths(near: float, inverse_depth: np.ndarray) -> np.ndarray:
+    """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it."""
+    window = np.clip(F(1) - F(near) * inverse_depth, F(0), F(1)).astype(float)
     return (np.round(window * DEPTH_STEPS) / DEPTH_STEPS).astype(F)

@@ -10,19 +10,23 @@ import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
 from ..estimators import parse_max_depth_step
+from ..finish import SIMPLE, Finish, Vector
 from ..frame import Frame
+from ..ground import ground_under
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
+from ..shot import Shot
 from .camera import pixel_ray, project
-from .color import linear_to_srgb, srgb_to_linear
+from .color import srgb_to_linear
+from .finished import add_ground, finished
 from .grid import triangle_position
 from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Pairs, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
+from .rasterizers import Pairs, buffer_depths, covered_pairs, merged_splats, nearest, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
@@ -58,48 +62,61 @@ def render(
     eye: Eye,
     rasterizer: str = "points",
     merge: float = MERGE,
+    finish: Finish = SIMPLE,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
-    if look.splat == "mesh":
-        return render_mesh(frame, normals, lights, look, eye)
+    points = Splatted(frame, normals, look, rasterizer, merge)
+    lights = [at_upper_left(light, eye.pose) for light in lights]
+    shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
+    return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
+
+
+def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen; ground is where up is, or False."""
+    eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
+    image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
+    if not isinstance(ground, bool) and lamps.shadow_map is not None:
+        rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
+        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
+        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+    return image
+
+
+def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen."""
+    frame, normals, look, rasterizer, _ = points
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    points = Splatted(frame, normals, look, rasterizer, merge)
     pairs = carried_pairs(points, eye)
     surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
         target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
-    image = np.zeros((camera.height, camera.width, 4), np.uint8)
+    image = np.zeros((camera.height, camera.width, 4), F)
     u, v = target_pixel.T
-    image[v, u, 3] = 255
+    image[v, u, 3] = 1
     if look.shading == "none":
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
-        image[v, u, :3] = np.round(colors * 255)
-        return image
-    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], points)
-    if look.shading == "phong":
+        image[v, u, :3] = srgb_to_linear(colors)
+    elif look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
-        lit = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
+        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
         light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
-        if look.shading == "flat":
-            lit = texel(light_map, seen.pixel)
-        else:
-            lit = mix_light(seen, seen_weights(seen, np.array(source.intrinsics, F)), light_map)
-    image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
+        weights = seen_weights(seen, np.array(source.intrinsics, F))
+        is_flat = look.shading == "flat"
+        image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
     return image
 
 
-def render_mesh(frame: Frame, normals: np.ndarray, lights: Sequence[Light], look: Look, eye: Eye) -> np.ndarray:
+def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     """The same of the triangles between the pixels."""
+    frame, normals, look, *_ = points
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    points = Splatted(frame, normals, look, "", 0.0)
     triangles, drawn = carried_triangles(points, eye)
     surface_map = surface_map_of(normals, frame.depth)
-    lamps = hung_up([at_upper_left(light, eye.pose) for light in lights], points)
     size, intrinsics = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
     whole = triangles.is_whole[drawn.triangle]
 
@@ -121,9 +138,9 @@ def render_mesh(frame: Frame, normals: np.ndarray, lights: Sequence[Light], look
         point = interpolate(triangles.points, drawn)
         normal = normalize(interpolate(texel(surface_map, triangles.pixels)[..., :3], drawn))
         linear = color_at(point) if look.shading == "none" else lit_at(point, normal)
-    image = np.zeros((eye.camera.height, eye.camera.width, 4), np.uint8)
+    image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
     u, v = drawn.pixel.T
-    image[v, u, :3], image[v, u, 3] = np.round(linear_to_srgb(linear) * 255), 255
+    image[v, u, :3], image[v, u, 3] = linear, 1
     return image
 
 
@@ -178,9 +195,16 @@ def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
         result = np.ones((eye.camera.height, eye.camera.width), F)
         result[drawn.pixel[:, 1], drawn.pixel[:, 0]] = drawn.window
         return result
-    pairs = carried_pairs(points, eye)
-    planes = nearest(pairs, eye.camera) if points.rasterizer == "compute" else None
-    return point_depths(pairs, eye.near, eye.camera, planes)
+    pairs, frame = carried_pairs(points, eye), points.frame
+    if points.rasterizer == "compute":
+        inverse_depth = nearest(pairs, eye.camera)
+    else:
+        view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
+        surface_map = surface_map_of(points.normals, frame.depth)
+        pixel, seen = seen_by_id(ids, surface_map, frame.camera, eye.camera, view)
+        inverse_depth = np.zeros((eye.camera.height, eye.camera.width), F)
+        inverse_depth[pixel[:, 1], pixel[:, 0]] = seen.inverse_depth
+    return buffer_depths(eye.near, inverse_depth)
 
 
 def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:

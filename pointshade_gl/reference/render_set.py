@@ -9,16 +9,19 @@ import numpy as np
 
 from ..camera import Eye, view_matrix
 from ..consensus import Comparison, band_of, compared, gains_of, importances, nearest_others
+from ..finish import SIMPLE, Finish
 from ..frame import Frame
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import shadow_views
+from ..shot import Shot
 from .camera import pixel_ray
-from .color import linear_to_srgb, srgb_to_linear
+from .color import srgb_to_linear
 from .consensus import carry_forth, depth_excess, end_around, end_in_row, log_ratio, surface_ends, trust_in, vote_on
 from .corners import Corners
+from .finished import finished
 from .lights import light_surface
 from .parts import (
     agreement,
@@ -72,8 +75,17 @@ def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
     return Judged(views, trusts, band, gains_of(pairs, len(frames)))
 
 
-def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
-    """The result of Renderer.render for several frames, phong or none, (h, w, 4) uint8."""
+def render_set(
+    judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str, finish: Finish = SIMPLE
+) -> np.ndarray:
+    """The result of Renderer.render for several frames, phong or none, without a ground, (h, w, 4) uint8."""
+    lights = [at_upper_left(light, eye.pose) for light in lights]
+    shot = Shot(eye, lights, Scene((Node(PointObject([view.frame for view in judged.views])),)), (), ())
+    return finished(lambda sample: _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), shot, finish)
+
+
+def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen."""
     camera, target = eye.camera, np.array(eye.camera.intrinsics, F)
     weights = importances([view.frame for view in judged.views], eye.pose)
     key = _keys(judged, eye, weights > 0.999, rasterizer)
@@ -86,13 +98,13 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
     u, v, pixel, sums, inverse_depth = u[known], v[known], pixel[known], sums[known], inverse_depth[known]
     z = F(1) / (inverse_depth * (F(1) + sums[:, 3] / sums[:, 7]))
     albedo = stored(sums[:, 4:7] / sums[:, 7:])
-    image = np.zeros((camera.height, camera.width, 4), np.uint8)
-    image[v, u, 3] = 255
+    image = np.zeros((camera.height, camera.width, 4), F)
+    image[v, u, 3] = 1
     lit = albedo
     if look.shading == "phong":
         point, normal = pixel_ray(pixel, target) * z[:, None], normalize(sums[:, :3])
         lit = _light(point, normal, albedo, judged, lights, look, eye, rasterizer)
-    image[v, u, :3] = np.round(linear_to_srgb(lit) * 255)
+    image[v, u, :3] = lit
     return image
 
 
@@ -223,7 +235,6 @@ def _light(
     eye: Eye,
     rasterizer: str,
 ) -> np.ndarray:
-    lights = [at_upper_left(light, eye.pose) for light in lights]
     strengths, viewer = np.array(look.material.strengths, F), np.zeros(3, F)
     common = point, viewer, normal, albedo, strengths, np.ones(3, F)
     if not any(light.shadow or light.is_spot for light in lights):

@@ -52,12 +52,12 @@ class Screen:
                 self._panel = Panel(self.window.scale)
         return self._panel
 
-    def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool) -> None:
+    def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool, samples: int) -> None:
         """Redraws the whole window."""
         state = viewer.state
         self.renderer.steps.timed = state.panel
         with self.window:
-            picture = self.renderer.draw(**render_arguments(viewer, camera))
+            picture = self.renderer.draw(**render_arguments(viewer, camera), samples=samples)
             began = time.perf_counter()
             marker = self._marker(state, viewer.stage, camera) if marked else None
             self._present.draw(self.gl.screen, picture, marker)
@@ -69,10 +69,10 @@ class Screen:
                 self.panel.draw(viewer, camera.width, camera.height, self._present_lap)
             self.window.swap()
 
-    def read(self, viewer: Viewer, camera: Camera) -> NDArray[np.uint8]:
+    def read(self, viewer: Viewer, camera: Camera, samples: int) -> NDArray[np.uint8]:
         """The picture without marker and text: (h, w, 4) uint8."""
         with self.window:
-            return self.renderer.render(**render_arguments(viewer, camera))
+            return self.renderer.render(**render_arguments(viewer, camera), samples=samples)
 
     def release(self) -> None:
         with self.window:

@@ -27,12 +27,14 @@ from .events import Event
 from .panel import MISSING
 from .playback import Playback
 from .record import RATE, Recorder
+from .refining import Refining
 from .screen import Screen
 from .state import OWN_LIGHT, Stage, State
 from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
+SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
@@ -52,7 +54,7 @@ class Viewer:
 
     An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
     it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, and
-    sleeps otherwise. Use it in the main thread of the process, as windows require.
+    sleeps otherwise: while nothing moves, its picture is refined to `samples` samples. Use it in the main thread of the process, as windows require.
 
     Raises ContextError without a display; ValueError, TypeError or OSError for anything that cannot be shown.
     """
@@ -84,6 +86,8 @@ class Viewer:
         self._mouse = Mouse()
         self._shown: Any = None
         self._animates = type(self).on_frame is not Viewer.on_frame
+        self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
+        self._refining = Refining()
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
             self._recorder = None if record is None else Recorder(check_path(record), fps or RATE)
@@ -160,10 +164,12 @@ class Viewer:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
         self._expire_message(now)
-        if self.camera and (self._content() != self._shown or self._panel_settling()):
+        is_due = self._content() != self._shown or self._panel_settling() or self._refining_patience(now) == 0
+        if self.camera and is_due:
             self._draw(self.camera)
         if self._recorder:
-            self._recorder.add(time.perf_counter(), lambda: self.screen.read(self, self._film_camera))
+            samples = self._refining.samples if self.camera == self._film_camera else 1
+            self._recorder.add(time.perf_counter(), lambda: self.screen.read(self, self._film_camera, samples))
 
     def handle(self, event: Event) -> None:
         """Gives an event to the application first, then to the panel, then to mouse and keys."""
@@ -250,7 +256,8 @@ class Viewer:
             return None
         path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
         try:
-            save_image(path, self.screen.read(self, self.camera))
+            self._refining.samples = self._most_samples
+            save_image(path, self.screen.read(self, self.camera, self._refining.samples))
         except OSError as error:
             self.say(f"not saved: {error}")
             return None
@@ -272,6 +279,7 @@ class Viewer:
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
             self._playback.patience(now) if self._playback else None,
             self._recorder.patience(now) if self._recorder else None,
+            self._refining_patience(now) if visible else None,
             max(self._until - now, 0.0) if self._until < float("inf") else None,
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
@@ -288,6 +296,22 @@ class Viewer:
     def _panel_settling(self) -> bool:
         return self.state.panel and self.screen.panel.settling > 0
 
+    @property
+    def _most_samples(self) -> int:
+        """Of the picture as it is: a photograph seen as it was taken has no more than one, and stays sharp."""
+        start = State()
+        place = [(s.yaw, s.pitch, s.distance, s.pan) for s in (self.state, start)]
+        is_unlit = not self.state.lit or self.state.look.shading == "none"
+        is_own = isinstance(self.frame, Frame) and self.camera == self._own_camera and place[0] == place[1]
+        return 1 if is_unlit and is_own else self.samples
+
+    def _refining_patience(self, now: float) -> float | None:
+        return self._refining.patience(self._picture(), now, self._most_samples)
+
+    def _picture(self) -> tuple[Any, ...]:
+        """Everything that the picture below marker, text and panel depends on."""
+        return replace(self.state, help=False, panel=False), self.lights, self.held, self.frame, self.camera
+
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
@@ -295,6 +319,7 @@ class Viewer:
 
     def _draw(self, camera: Camera) -> None:
         content = self._content()
-        self.screen.draw(self, camera, self._message, marked=self._mouse.drag not in ("orbit", "pan"))
+        samples = self._refining.following(self._picture(), time.perf_counter(), self._most_samples)
+        self.screen.draw(self, camera, self._message, self._mouse.drag not in ("orbit", "pan"), samples)
         self._shown = content
         self.drawn += 1

@@ -1,0 +1,46 @@
+"""Finished pictures on the CPU: samples averaged, over a background and a ground, as in pipeline.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..camera import Eye
+from ..finish import Finish
+from ..ground import seen_ground
+from ..samples import at_sample
+from ..shot import Shot
+from .camera import pixel_ray
+from .developed import developed
+from .ground import ground_depth, shadow_alpha
+
+F = np.float32
+
+
+def finished(draw: Callable[[Shot], np.ndarray], shot: Shot, finish: Finish) -> np.ndarray:
+    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen."""
+    sums = sum(draw(at_sample(shot, k)) for k in range(finish.samples))
+    background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
+    return np.round(developed(np.asarray(sums, F), finish.samples, background) * 255).astype(np.uint8)
+
+
+def add_ground(
+    image: np.ndarray,
+    ground: np.ndarray,
+    eye: Eye,
+    material: np.ndarray,
+    rows: np.ndarray,
+    shadow_map: np.ndarray,
+    views: np.ndarray,
+) -> None:
+    """Draws the shadows on the ground (4,) where nothing is seen; rows (n, 5, 4) as `light_rows` makes them."""
+    v, u = np.nonzero(image[..., 3] == 0)
+    ray = pixel_ray(np.stack([u, v], -1).astype(F), np.array(eye.camera.intrinsics, F))
+    plane = np.array(seen_ground(ground, eye.pose), F)
+    depth = ground_depth(ray, plane)
+    met = depth > 0
+    point, n = (ray * depth[:, None])[met], np.broadcast_to(plane[:3], (met.sum(), 3))
+    to_world = eye.pose[:3, :3].astype(F)
+    alpha = shadow_alpha(point, n, material, np.ones(3, F), rows, len(rows), shadow_map, views, to_world)
+    image[v[met], u[met], 3] = alpha

@@ -5,6 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.camera import Eye
+from pointshade_gl.finish import Finish
 from pointshade_gl.reference.render import render as mirror_render
 
 from . import frames
@@ -57,6 +58,15 @@ def test_colours_of_another_size_and_a_frame_pose(renderer, golden):
     golden(
         "mesh_colours", *both(renderer, frame, [LIGHT], turned(frame, 10, 0, 0.2), "5%", upsample="none"), stored=False
     )
+
+
+def test_samples_are_averaged(renderer, golden):
+    frame = frames.sphere_before_wall()
+    look, pose = ps.Look(splat="mesh", normals="triangles-8"), turned(frame)
+    actual = renderer.render(frame, SHADOW, pose=pose, samples=3, **look.options)
+    normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8"))
+    eye = Eye.at_distance(frame.camera, pose, frame.scale)
+    golden("mesh_samples", actual, mirror_render(frame, normals, [SHADOW], look, eye, finish=Finish(3)), stored=False)
 
 
 def test_both_rasterizers_draw_the_same_mesh(renderer):

@@ -85,7 +85,7 @@ def test_splats_have_fewer_holes_and_meshes_less_spill(renderer):
 def test_both_ways_to_light_splats_are_timed_and_give_the_same_picture(renderer):
     view = forms.view_of(SOURCE, 1, *truth_at(15))
     with ps.Renderer(rasterizer="points") as points:
-        rows = forms.measure_lit(points, source_frames(SOURCE)[0], view, 1)
+        rows = forms.measure_lit(points, source_frames(SOURCE)[0], view)
     made, resolved, phong = rows
     assert [row["way"] for row in rows] == [forms.MADE, forms.RESOLVED, forms.PHONG]
     assert all(row["ms"] > 0 for row in rows)

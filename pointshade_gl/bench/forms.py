@@ -23,7 +23,8 @@ from .tracing import Array, encode
 SAMPLES = 1, 4, 16
 YAWS = 0, 15, 30, 60
 SCALES = 0.25, 1, LARGEST  # pixels of the view for each of the source, on a side
-LIGHT, OTHER = Light(position=(-1.0, -1.0, -0.5)), Light(position=(1.0, -1.0, -0.5))
+LIGHT = Light(position=(-1.0, -1.0, -0.5))
+LIT_ROUNDS = 7  # of a few quick steps
 MADE, RESOLVED, PHONG = "flat, lit in the vertex shader", "flat, lit in the resolve pass", "phong, in the resolve pass"
 Advance = Callable[[], None]
 
@@ -73,7 +74,7 @@ def measure_forms(renderer: Renderer, size: tuple[int, int], rounds: int, advanc
             views = {scale: view_of(source, scale, pose, truth) for scale in SCALES}
             advance()
             rows += [{"yaw": yaw} | row for row in measure_view(renderer, scene, objects, views, rounds, advance)]
-            lit += [{"yaw": yaw} | row for row in measure_lit(points, scene, views[1], rounds)]
+            lit += [{"yaw": yaw} | row for row in measure_lit(points, scene, views[1])]
             advance()
     return {"size": list(size), "rows": rows, "lit": lit}
 
@@ -102,7 +103,7 @@ def measure_view(
     return [job._asdict() | {"ms": median(laps[job][1:])} | scores[job] for job in jobs()]
 
 
-def measure_lit(renderer: Renderer, scene: Frame, view: View, rounds: int) -> list[dict[str, Any]]:
+def measure_lit(renderer: Renderer, scene: Frame, view: View) -> list[dict[str, Any]]:
     """The same view by GL points: lit in the vertex shader, or in the passes after it."""
     laps: dict[str, list[float]] = {MADE: [], RESOLVED: [], PHONG: []}
     images = {}
@@ -116,7 +117,7 @@ def measure_lit(renderer: Renderer, scene: Frame, view: View, rounds: int) -> li
         laps[way].append(sum(lap.wall_ms for name, lap in steps.laps.items() if name in names))
 
     steps.timed = True
-    for _ in range(rounds + 1):
+    for _ in range(LIT_ROUNDS + 1):
         renderer.render(scene, LIGHT, shading="flat", **elsewhere)
         draw(MADE, ["lit splats"], "flat")
         steps.forget("splats")

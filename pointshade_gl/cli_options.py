@@ -317,7 +317,9 @@ class BenchOptions:
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Only this method, condition or stress; repeatable.")
     ] = None
-    images: Annotated[bool, typer.Option("--images", help="Also measure complete lit pictures.")] = False
+    images: Annotated[bool, typer.Option("--images", help="Also measure lit pictures: estimators, forms, samples.")] = (
+        False
+    )
     speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the noise and the holes.")] = 0
 

@@ -50,7 +50,7 @@ def ball_point(k: int) -> NDArray[np.float64]:
 
 
 def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
-    """The light of sample k: a point of a light with a radius or an angle; others stay. centre (3,) of what it lights."""
+    """The light of sample k: a point of a light with a radius or an angle. centre (3,) of what it lights."""
     if k == 0 or not light.is_soft:
         return light
     offset = ball_point(k)

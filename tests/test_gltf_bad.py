@@ -122,6 +122,8 @@ def test_unnamed_nodes_are_named_by_their_number(tmp_path):
         ({"type": "point", "color": [1, 1]}, "color must be 3 numbers"),
         ({"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 0.5}}, "light cone must be two half angles"),
         ({"type": "point", "extras": {"pointshade": {"at": "home"}}}, "at must be 'viewer'"),
+        ({"type": "point", "extras": {"pointshade": {"angle": 1}}}, "a light with a position has a radius"),
+        ({"type": "directional", "extras": {"pointshade": {"radius": -1}}}, "light radius must be a number from 0"),
         ({"type": "point", "extras": {"pointshade": {"shade": False}}}, "unknown 'shade'"),
         (7, "must be an object"),
     ],

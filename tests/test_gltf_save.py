@@ -87,9 +87,11 @@ def everything():
     below = (
         meshes,
         ps.Node(UNLIT, "", np.diag([1, 2, -3, 1.0])),  # a mirror: no rotation says it
-        ps.Node(ps.Light(direction=(0, 0, -1), attenuation=(1, 0.5, 0)), "sun", transform(2), visible=False),
+        ps.Node(
+            ps.Light(direction=(0, 0, -1), attenuation=(1, 0.5, 0), angle=0.53), "sun", transform(2), visible=False
+        ),
         ps.Node(dataclasses.replace(spot, shadow=False), "off", shadow=False),
-        ps.Node(ps.Light(**lamp), "bulb"),
+        ps.Node(ps.Light(**lamp, radius=0.05), "bulb"),
         ps.Node(ps.Light(), "default"),
         ps.Node(FLAT, "again", shadow=False),
     )

@@ -7,7 +7,8 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
         The node stands where the camera stood that took the frame, and looks as glTF cameras do, along -z with y up;
         pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.
         {"visible": false}, {"shadow": false} are the switches of any `Node`.
-light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"at": "viewer"} is the light at the viewer's upper left.
+light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
+        a directional one, as in `Light`; {"at": "viewer"} is the light at the viewer's upper left.
         Without extras a light casts shadows; point and spot lights fall with the square of the distance.
 material  values of `Material`, and shading of `Mesh`.
 camera  fx, fy, cx, cy, width, height of `Camera`, all of them.

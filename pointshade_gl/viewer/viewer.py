@@ -53,8 +53,8 @@ class Viewer:
     panel   opens the panel, if its extra is installed
 
     An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
-    it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, and
-    sleeps otherwise: while nothing moves, its picture is refined to `samples` samples. Use it in the main thread of the process, as windows require.
+    it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, then
+    refined to `samples` samples, and sleeps otherwise. Use it in the main thread of the process, as windows require.
 
     Raises ContextError without a display; ValueError, TypeError or OSError for anything that cannot be shown.
     """

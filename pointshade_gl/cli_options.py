@@ -210,7 +210,7 @@ class LookOptions(NormalOptions):
         str,
         typer.Option(
             metavar="SHAPE",
-            help=f"Shape of a point: {', '.join(SPLATS)}.",
+            help=f"What is drawn of each point: {', '.join(SPLATS)} (triangles between pixels).",
             autocompletion=one_of(SPLATS),
             rich_help_panel=VIEW,
         ),
@@ -353,7 +353,9 @@ class BenchOptions:
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="Only this method, condition or stress; repeatable.")
     ] = None
-    images: Annotated[bool, typer.Option("--images", help="Also measure complete lit pictures.")] = False
+    images: Annotated[bool, typer.Option("--images", help="Also measure lit pictures: estimators, forms, samples.")] = (
+        False
+    )
     speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
     views: Annotated[
         bool, typer.Option("--views", help="Measure several views of one thing instead: normals, flicker, cost.")

@@ -14,7 +14,7 @@ from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
-SPLATS = ("footprint", "round")
+SPLATS = ("footprint", "round", "mesh")
 UPSAMPLINGS = ("vote", "none")
 NORMALS_AT = ("source", "target")
 FLYING = ("keep", "snap")
@@ -50,7 +50,11 @@ class Look:
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
     shading   "none", "flat", "gouraud" or "phong"
     size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
-    splat     "footprint" carries the pixel's square into the view, "round" the circle round it
+    splat     "footprint" carries the pixel's square into the view, "round" the circle round it; "mesh" draws the
+              triangles between neighbouring pixels instead, which have no size. The mesh ends at the middle of the last
+              pixels: from the frame's own camera its colours are exact, but the outer half pixel is missing. It also
+              ends where max_depth_step says, or without it where neither of two neighbours lies on the other's tangent
+              plane, to 2 % of 1/z.
     max_depth_step, noise  as for `Renderer.estimate_normals`
     upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
               where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.
@@ -90,6 +94,9 @@ class Look:
         if self.size is not None and _is_single(self.size):
             size = check_float(self.size, "size must be a number of source pixels, 0 or above", 0)
             object.__setattr__(self, "size", size)
+        if self.splat == "mesh" and not (self.size is None or (np.ndim(self.size) == 0 and self.size == 1)):
+            others = option("splat", *SPLATS[:-1])
+            raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
         if isinstance(self.noise, str):
             check_sensor(self.noise)
         elif self.noise is not None and _is_single(self.noise):

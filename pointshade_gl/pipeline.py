@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,8 @@ from .gpu.canvas import Canvas
 from .gpu.consensus import ConsensusPass
 from .gpu.context import Context
 from .gpu.develop import DevelopPass
-from .gpu.frame_store import FrameStore
+from .gpu.frame_store import DrawnPoints, FrameStore
+from .gpu.grid_objects import Grid, GridObjects, ShownGrid, depth_step
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
 from .gpu.mesh_objects import MeshObjects, PlacedMesh
@@ -26,7 +28,7 @@ from .gpu.rasterizers import Rasterizers
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
-from .gpu.textures import SurfaceImage, Target, empty
+from .gpu.textures import FrameTextures, SurfaceImage, Target, empty
 from .ground import ground_under, seen_ground
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light import Light
@@ -42,7 +44,7 @@ LIT_EARLY = ("flat", "gouraud")  # shading models that light points or corners, 
 # What a scene holds, on the GPU. A new kind of object is described beside mesh.py, may be placed by scene.py, has its
 # passes beside gpu/mesh_objects.py and its type here. It needs a branch wherever this module, shot.py, viewer/screen.py
 # and gltf/write.py ask whether something is a mesh: all others count as point objects.
-Thing = ShownPoints | ShownSet | PlacedMesh
+Thing = ShownPoints | ShownGrid | ShownSet | PlacedMesh
 
 
 class Pipeline:
@@ -59,9 +61,10 @@ class Pipeline:
         rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
         self._points = PointObjects(context.gl, rasterizers)
         self._light = LightPass(context.gl)
-        self._ground: FullscreenPass | None = None  # these five are made for the first scene that needs them
+        self._ground: FullscreenPass | None = None  # these six are made for the first scene that needs them
         self._develop: DevelopPass | None = None
         self._consensus: ConsensusPass | None = None
+        self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
         self._shadow_map: ShadowMap | None = None
         self._coarse: dict[tuple[Frame, int], Frame] = {}
@@ -76,8 +79,10 @@ class Pipeline:
         things = self._prepare(shot)
         target = self._fit_target(camera)
         if finish == SIMPLE:
-            lamps = self._hang_up(shot, things)
-            self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
+            lamps = self._draw_shadows(shot, things)
+            if not self._draw_lit_splats(target, shot, things, lamps):
+                self._light_points(tuple(things[p] for p in shot.shown), shot, lamps)
+                self._draw_sample(target, shot, things, lamps, Canvas(target.picture))
         else:
             self._develop = self._develop or DevelopPass(self._gl)
             self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish)
@@ -180,14 +185,19 @@ class Pipeline:
         singles = [member for p in objects for member in p.members]
         shown = self._prepare_points(singles, shot, {p for p in objects if p.content.is_single})
         for p in objects:
-            views = tuple(shown[member] for member in p.members)
-            things[p] = views[0] if p.content.is_single else self._as_one(p, views, shot)
+            if p.content.is_single:
+                things[p] = shown[p]
+            else:
+                views = (shown[member] for member in p.members)
+                things[p] = self._as_one(p, tuple(v for v in views if isinstance(v, ShownPoints)), shot)
         self.drawn = things
         return things
 
-    def _prepare_points(self, singles: list[Placed], shot: Shot, alone: set[Placed]) -> dict[Placed, ShownPoints]:
+    def _prepare_points(
+        self, singles: list[Placed], shot: Shot, alone: set[Placed]
+    ) -> dict[Placed, ShownPoints | ShownGrid]:
         """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
-        shown = {}
+        shown: dict[Placed, ShownPoints | ShownGrid] = {}
         steps = [self._coarser_step(p, shot) if p in alone else 1 for p in singles]
         frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
@@ -195,12 +205,20 @@ class Pipeline:
             look = p.content.look
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, shot.eye.camera) if is_finer else frame.camera
-            surface, lit, source = self.frames.find_points(textures, frame, look, camera)
-            sizes = check_sizes(look.size, frame.depth.shape)
-            sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
-            points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
-            shown[p] = ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
+            drawn = self.frames.find_points(textures, frame, look, camera)
+            is_mesh = look.splat == "mesh"
+            shown[p] = self._as_grid(p, drawn, textures) if is_mesh else _as_splats(p, drawn, textures, step)
         return shown
+
+    def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
+        """Points as the triangles between them."""
+        surface, lit, source = drawn
+        look = p.content.look
+        grid = Grid(surface, source, *p.rigid_axes, depth_step(look))
+        self.steps.run("triangles", self._grid_objects().find_triangles, grid, of=surface)
+        light = lit if look.shading == "gouraud" else None
+        material = look.material.strengths if look.shading == "flat" else None
+        return ShownGrid(grid, textures, look.shading, light, material)
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], shot: Shot) -> ShownSet:
         """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
@@ -250,7 +268,7 @@ class Pipeline:
         return Lamps(lights, shot.scene.ambient, views, spans, shadow_map)
 
     def _fill_shadow_map(
-        self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PointSet | PlacedMesh, ...]
+        self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PointSet | Grid | PlacedMesh, ...]
     ) -> None:
         shadow_map.fit(views)
         for k, view in enumerate(views):
@@ -258,6 +276,8 @@ class Pipeline:
             for thing in things if tile else ():
                 if isinstance(thing, PlacedMesh):
                     self._mesh_objects().add_shadow(tile, thing, view.eye)
+                elif isinstance(thing, Grid):
+                    self._grid_objects().add_shadow(tile, thing, view.eye)
                 else:
                     self._points.add_shadow(tile, thing, view.eye)
                 self._count(thing)
@@ -266,19 +286,35 @@ class Pipeline:
         """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
         for p, thing in zip(shot.shown, shown, strict=True):
             for view in thing.views if isinstance(thing, ShownSet) else (thing,):
-                if isinstance(view, ShownPoints) and view.light:
+                if isinstance(view, ShownPoints | ShownGrid) and view.light:
                     self.steps.always("light", self._light_some, view, p.content.look.material, shot.eye, lamps)
 
-    def _light_some(self, thing: ShownPoints, material: Material, eye: Eye, lamps: Lamps) -> None:
+    def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, lamps: Lamps) -> None:
         points, light = thing.points, thing.light
         assert light is not None
-        viewer = (np.linalg.inv(points.pose) @ eye.pose)[:3, 3]
+        viewer = _seen_from(points.pose, eye)
         empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
         self._light.draw(
             light.target, points.surface.texture, thing.textures.color, points.source, lamps.seen_from(points.pose),
             np.array([material.strengths]), (viewer, points.scale),
         )  # fmt: skip
         light.raise_version()
+
+    def _draw_lit_splats(self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> bool:
+        """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
+        shown = tuple(things[p] for p in shot.shown)
+        if not _is_single(shown, lamps):
+            return False
+        thing, counts = shown[0], self.steps.counts
+        if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not self._points.can_light(thing.points):
+            return False
+        before = counts["lit splats"]
+        inputs = self._light.inputs(lamps.seen_from(thing.points.pose))
+        inputs |= {"material": shot.shown[0].content.look.material.strengths}
+        inputs |= {"eye": tuple(_seen_from(thing.points.pose, shot.eye).tolist())}
+        draw = partial(self._points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
+        self.steps.run("lit splats", draw, target, thing.points, thing.textures, shot.eye)
+        return counts["lit splats"] > before
 
     def _draw_single(self, target: Target, canvas: Canvas, thing: Thing, shot: Shot, lamps: Lamps) -> None:
         """The picture of one point object. A new view is lit at once, because most views see only one light."""
@@ -301,7 +337,7 @@ class Pipeline:
         """The visible surfaces of all things, with the numbers of their materials."""
         materials = _materials(shot)
         numbers = tuple(1 + materials.index(_material(p)) for p in shot.shown)
-        early = any(isinstance(thing, PlacedMesh) and thing.mesh.shading in LIT_EARLY for thing in shown)
+        early = any(map(_is_lit_as_drawn, shown))
         lighting = lamps.seen_from(shot.eye.pose) if early else None
         self.steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, shot.eye, lighting)
 
@@ -309,13 +345,15 @@ class Pipeline:
         self, target: Target, surfaces: SurfaceImage, shown: tuple[Thing, ...], numbers: tuple[int, ...], eye: Eye,
         lighting: Lighting | None,
     ) -> None:  # fmt: skip
-        """lighting: for meshes that are lit at their corners"""
+        """lighting: for meshes that are lit as they are drawn"""
         empty(surfaces.shared_target)
         surfaces.window = 0, 0, *surfaces.size
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             if isinstance(thing, PlacedMesh):
                 self._mesh_objects().add_surface(surfaces, thing, eye, number, lights)
+            elif isinstance(thing, ShownGrid):
+                self._grid_objects().add_surface(surfaces, thing, eye, number, lights)
             elif isinstance(thing, ShownSet):
                 self._points.add_set(target, thing, eye, number)
             else:
@@ -346,24 +384,49 @@ class Pipeline:
         self._meshes = self._meshes or MeshObjects(self._gl)
         return self._meshes
 
-    def _count(self, thing: Points | PointSet | Thing) -> None:
+    def _grid_objects(self) -> GridObjects:
+        self._grids = self._grids or GridObjects(self._gl)
+        return self._grids
+
+    def _count(self, thing: Points | PointSet | Grid | Thing) -> None:
         points = thing.points if isinstance(thing, ShownSet) else thing
         several = len(points.parts) if isinstance(points, PointSet) else 1
-        self.steps.counts["mesh" if isinstance(thing, PlacedMesh) else "splats"] += several
+        is_mesh = isinstance(thing, PlacedMesh | Grid | ShownGrid)
+        self.steps.counts["mesh" if is_mesh else "splats"] += several
 
     def release(self) -> None:
         """Frees everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
-        made = self._target, self._shadow_map, self._meshes, self._consensus, self._develop, self._ground
+        made = self._target, self._shadow_map, self._meshes, self._grids, self._consensus, self._develop, self._ground
         for item in (*made, self._light, self._points, self.frames):
             if item is not None:
                 item.release()
+
+
+def _as_splats(p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int) -> ShownPoints:
+    look, (surface, lit, source) = p.content.look, drawn
+    sizes = check_sizes(look.size, p.content.frame.depth.shape)
+    sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
+    points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
+    return ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
+
+
+def _seen_from(pose: Matrix, eye: Eye) -> NDArray[np.float64]:
+    """(3,) where an eye is, in the axes of this pose (4, 4)."""
+    return (np.linalg.inv(pose) @ eye.pose)[:3, 3]
 
 
 def _is_single(shown: tuple[Thing, ...], lamps: Lamps) -> bool:
     """One point object at its own scale, without spots and shadows."""
     one = shown[0] if len(shown) == 1 else None
     return lamps.shadow_map is None and isinstance(one, ShownPoints) and one.points.scale == 1
+
+
+def _is_lit_as_drawn(thing: Thing) -> bool:
+    """Its surfaces change with the light."""
+    if isinstance(thing, PlacedMesh):
+        return thing.mesh.shading in LIT_EARLY
+    return isinstance(thing, ShownGrid) and thing.shading == "flat"
 
 
 def _material(p: Placed) -> Material:

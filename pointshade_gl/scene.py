@@ -20,10 +20,10 @@ from .checks import LARGEST, as_array, check_color, check_flag, check_type, item
 from .consensus import MOST_FRAMES
 from .frame import Frame
 from .light import Light
-from .look import Look, Material
+from .look import SPLATS, Look, Material
 from .mesh import Mesh
 from .preview import Preview
-from .wording import counted, shown
+from .wording import counted, option, shown
 
 Matrix = NDArray[np.float64]
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
@@ -41,8 +41,8 @@ class PointObject:
 
     The frame's own pose places it under the node's transform.
 
-    Raises TypeError or ValueError as `Look` and `Look.for_frame`, and for no frames, too many, or options that are
-    arrays with several frames.
+    Raises TypeError or ValueError as `Look` and `Look.for_frame`, and for no frames, too many, or with several frames
+    for options that are arrays and for splat="mesh".
     """
 
     frame: Frame
@@ -66,6 +66,9 @@ class PointObject:
         frame, *rest = check_frames((*check_frames(frame), *others))
         if rest and not look.is_uniform:
             raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
+        if rest and look.splat == "mesh":
+            forms = option("splat", *SPLATS[:-1])
+            raise ValueError(f"a mesh is that of one frame, got {1 + len(rest)}: merge them with {forms}")
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "look", look.for_frame(frame.depth))
         object.__setattr__(self, "others", tuple(rest))

@@ -1,4 +1,7 @@
 #version 330 core
+#ifndef LIT
+#define LIT 0  // 1: the splat is lit here, once for all of its pixels
+#endif
 // One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers.
@@ -23,6 +26,10 @@ flat out int id;
 flat out float inverse_depth;  // these three for set_splats.frag
 flat out vec2 tilt;
 flat out vec4 to_target;
+
+#if LIT
+#include "lit.glsl"
+#endif
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -51,4 +58,7 @@ void main() {
     vec2 middle = (low + high + 1.0) / target_size - 1.0;
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
+#if LIT
+    lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * abs(surface.w), surface.xyz, vec2(textureSize(surface_map, 0)));
+#endif
 }

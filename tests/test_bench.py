@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from pointshade_gl.bench import command, measure, speed
+from pointshade_gl.bench import command, forms, measure, speed
 from pointshade_gl.bench.charts import pareto_front, who_holds
 from pointshade_gl.bench.command import bench_speed
 from pointshade_gl.bench.labels import place_labels
@@ -205,7 +205,9 @@ class TestCommand:
                 assert image.width == 1800 and np.asarray(image.convert("L")).std() > 5
         assert re.search(r"out: chart.png, stability.png, results.json: \d+ methods on .+\n$", done.stdout)
 
-    def test_only_measures_what_is_named_and_images_adds_pictures(self, tmp_path):
+    def test_only_measures_what_is_named_and_images_adds_pictures(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(forms, "SAMPLES", (1, 2))
+        monkeypatch.setattr(forms, "YAWS", (30,))
         named = ("--only", "star", "--only", "auto", "--only", "kinect")
         done = run("--quick", *named, "--images", "-o", tmp_path)
         assert done.exit_code == 0, done.output
@@ -213,7 +215,12 @@ class TestCommand:
         assert results["methods"] == ["auto", "star"] and results["conditions"] == ["kinect"]
         assert not results["stability"] and not (tmp_path / "stability.png").exists()
         assert len(results["pictures"]["rows"]["clean"]) == 2 * 3 * 2
-        assert {path.name for path in tmp_path.iterdir()} == {"chart.png", "images.png", "results.json"}
+        assert len(results["forms"]["rows"]) == 3 * 3 * 2 and len(results["forms"]["lit"]) == 3
+        names = {path.name for path in tmp_path.iterdir()}
+        assert names == {"chart.png", "images.png", "forms.png", "results.json"}
+        with Image.open(tmp_path / "forms.png") as image:
+            assert image.width == 1800 and np.asarray(image.convert("L")).std() > 5
+        assert "forms at the source's size" in done.stdout and "lit in the vertex shader" in done.stdout
 
     def test_errors_are_the_same_every_time_and_whatever_else_is_measured(self, renderer):
         def errors(methods, conditions):

@@ -23,6 +23,7 @@ def frame():
 
 def scene():
     parts = ps.PointObject(frame()), ps.PointObject(frame(), size=1.5, splat="round", shading="gouraud"), MESH
+    parts += (ps.PointObject(frame(), splat="mesh", shading="flat"),)
     return ps.Scene(tuple(map(ps.Node, parts)), camera=frames.CAMERA)
 
 
@@ -36,6 +37,7 @@ CALLS = {
     "render": lambda renderer: renderer.render(frame()),
     "draw": draw,
     "points": lambda renderer: renderer.render(frame(), size=np.full((120, 160), 1.5), splat="round"),
+    "lit splats": lambda renderer: renderer.render(frame(), size=2, shading="flat"),
     "scene": lambda renderer: renderer.render(scene(), LIGHTS),
     "normals": lambda renderer: renderer.estimate_normals(frame(), "star-borrow"),
 }

@@ -227,7 +227,7 @@ class Soak:
         sizes = self.pick(None, None, None, 1.5, self.random.uniform(0, 2, frame.depth.shape))
         return {
             "normals": self.pick(*self.METHODS), "shading": self.pick("none", "flat", "gouraud", "phong"),
-            "size": sizes, "splat": self.pick("footprint", "footprint", "round"),
+            "size": sizes, "splat": self.pick("footprint", "round", "footprint" if sizes is not None else "mesh"),
         }  # fmt: skip
 
     def lights(self):

@@ -40,6 +40,8 @@ CALLS = {
     "phong": lambda r: [r.render(SMOOTH, light, normals="star") for light in (None, SUN)][-1],
     "flat": lambda r: r.render(SMOOTH, shading="flat", pose=SIDE),
     "own sizes": lambda r: r.render(SMOOTH, size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
+    "lit splats": lambda r: r.render(SMOOTH, size=2, shading="flat", pose=SIDE),
+    "mesh": lambda r: [r.render(SMOOTH, SUN, splat="mesh", shading=shading) for shading in ("flat", "gouraud")][-1],
     "adaptive": lambda r: r.render(NOISY, normals="adaptive"),
     "small depth": lambda r: r.render(SMALL_DEPTH, shading="flat"),
     "borrow": lambda r: r.estimate_normals(NOISY, "star-borrow"),

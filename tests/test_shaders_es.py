@@ -21,6 +21,7 @@ FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
+    "grid_flat.frag": {"SHADOWS": FLAG},
     "light.frag": {"POINTS": FLAG, "SHADOWS": FLAG, "MATERIALS": FLAG, "LINEAR": FLAG},
     "merged.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG},
     "merged_depth.frag": {"LOOK_UP": FLAG},
@@ -31,6 +32,8 @@ CONSTANTS = {  # the values that the project builds each with
     "set_shadow.frag": {"LOOK_UP": FLAG},
     "shadow.frag": {"LOOK_UP": FLAG},
     "large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "splats.frag": {"LIT": FLAG},
+    "splats.vert": {"LIT": FLAG},
     "splats.comp": {"SET": FLAG, "WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},

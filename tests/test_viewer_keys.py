@@ -7,6 +7,7 @@ from PIL import Image
 import pointshade_gl as ps
 import pointshade_gl.viewer.viewer as viewer_module
 from pointshade_gl.viewer.controls import ESTIMATORS
+from pointshade_gl.viewer.state import State
 
 from . import frames
 from .viewing import move, press, quiet, shown
@@ -36,6 +37,11 @@ class TestKeys:
             seen.append(viewer.renderer.choice.method)
             assert viewer.state.look.normals in viewer._message
         assert seen[:-1] == list(ESTIMATORS[1:]) and viewer.state.look.normals == "auto"
+
+    def test_a_mesh_has_no_point_size(self, open_viewer):
+        viewer = open_viewer(state=State(look=ps.Look(splat="mesh")))
+        press(viewer, "+")
+        assert viewer.state.look.size is None and "no point size" in viewer._message
 
     def test_plus_and_minus_change_the_point_size_and_find_the_way_back(self, open_viewer):
         viewer = open_viewer()

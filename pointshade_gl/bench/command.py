@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from rich.console import Console
@@ -17,6 +18,8 @@ from ..renderer import Renderer
 from ..suggestions import did_you_mean
 from ..wording import option
 from .charts import check_matplotlib, error_chart, stability_chart
+from .form_chart import form_chart
+from .forms import count_forms, measure_forms
 from .lit_pictures import count_pictures, measure_pictures
 from .measure import BROKEN, FULL, QUICK, Measurement, Plan
 from .picture_chart import picture_chart
@@ -25,7 +28,9 @@ from .tables import bold, brief, new_table, wide_console
 
 
 def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
-    """Writes results.json, chart.png, stability.png and, with `images`, images.png to a folder; prints tables.
+    """Writes results.json, chart.png, stability.png and, with `images`, images.png and forms.png to a folder.
+
+    Prints tables.
 
     only  names of methods, conditions or stresses to measure; empty: all. With methods alone, all conditions and
           stresses are measured; with conditions alone no stresses, and with stresses alone no conditions
@@ -47,6 +52,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
         pictures["stability.png"] = stability_chart(results)
     if images:
         pictures["images.png"] = picture_chart(results)
+        pictures["forms.png"] = form_chart(results)
     for name, content in pictures.items():
         write_bytes(output / name, content)
     write_bytes(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
@@ -131,10 +137,14 @@ def measure(
         task = progress.add_task("measuring", total=None)
         measurement = Measurement(renderer, plan, methods, seed, lambda: progress.advance(task))
         steps, rounds = measurement.steps(conditions, stresses), max(plan.rounds - 1, 1)
-        progress.update(task, total=steps + (count_pictures(methods, rounds) if images else 0))
+        few = max(rounds // 2, 1)
+        more = count_pictures(methods, rounds) + count_forms(few) if images else 0
+        progress.update(task, total=steps + more)
         results = measurement.results(conditions, stresses)
         if images:
             results["pictures"] = measure_pictures(renderer, plan.size, methods, rounds, seed, measurement.advance)
+            half = plan.size[0] // 8 * 4, plan.size[1] // 8 * 4
+            results["forms"] = measure_forms(renderer, half, few, measurement.advance)
     return results
 
 
@@ -160,6 +170,32 @@ def show(results: dict[str, Any]) -> None:
         for method in methods:
             table.add_row(method, *(brief(row[method]) for row in breaks.values()), style=bold(method))
         console.print(table)
+    if "forms" in results:
+        show_forms(results["forms"], console)
+
+
+def show_forms(forms: dict[str, Any], console: Console) -> None:
+    """Prints PSNR, holes, spill and outline of each form at the source's size, and where splats are lit."""
+    table = new_table(
+        "forms at the source's size: PSNR dB / holes % / spill % / pixels that the outline is off", "form"
+    )
+    table.add_column("samples", justify="right")
+    table.add_column("ms", justify="right")
+    yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
+    for yaw in yaws:
+        table.add_column(f"{yaw}°", justify="right")
+    rows = {(row["splat"], row["samples"], row["yaw"]): row for row in forms["rows"] if row["scale"] == 1}
+    for splat, samples in dict.fromkeys(key[:2] for key in rows):
+        own = [rows[splat, samples, yaw] for yaw in yaws]
+        cells = [f"{r['psnr']:.1f}/{100 * r['holes']:.2f}/{100 * r['spill']:.2f}/{r['outline']:.2f}" for r in own]
+        table.add_row(splat, str(samples), brief(median(r["ms"] for r in own)), *cells)
+    console.print(table)
+    table = new_table("splats by GL points: milliseconds to draw and light them / PSNR dB", "lit")
+    for yaw in yaws:
+        table.add_column(f"{yaw}°", justify="right")
+    for way in dict.fromkeys(row["way"] for row in forms["lit"]):
+        table.add_row(way, *(f"{brief(r['ms'])}/{r['psnr']:.1f}" for r in forms["lit"] if r["way"] == way))
+    console.print(table)
 
 
 def shortened(value: Any) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 from ..camera import orbit_pose
 from ..frame import Frame
 from ..light import Light
-from ..look import SHADINGS, SPLATS, Material
+from ..look import SHADINGS, Material
 from ..renderer import Renderer
 from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera
@@ -21,13 +21,14 @@ from .stress import CONDITIONS, generator
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
 SPOILED = "clean", "1mm-noise", "kinect"
+SHAPES = "footprint", "round"  # of splats; meshes: forms.py
 LIT = tuple(shading for shading in SHADINGS if shading != "none")
 LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
 
 
 def count_pictures(methods: Sequence[str], rounds: int) -> int:
     """How many times `measure_pictures` will call `advance`."""
-    return len(SPOILED) * len(methods) * len(LIT) * len(SPLATS) * (rounds + 1)
+    return len(SPOILED) * len(methods) * len(LIT) * len(SHAPES) * (rounds + 1)
 
 
 def measure_pictures(
@@ -55,9 +56,9 @@ def measure_pictures(
         frame, numbered = Frame(colors, depth, camera), Frame(numbers, depth, camera)
         shown = {
             splat: renderer.render(numbered, pose=pose, shading="none", splat=splat)[..., 0].astype(int) - 1
-            for splat in SPLATS
+            for splat in SHAPES
         }
-        jobs = list(product(methods, LIT, SPLATS))
+        jobs = list(product(methods, LIT, SHAPES))
         laps: dict[tuple[str, str, str], list[float]] = {job: [] for job in jobs}
         rows = []
         for turn in range(rounds + 1):  # the first one warms up; its pictures are scored

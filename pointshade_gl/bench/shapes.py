@@ -27,16 +27,17 @@ def pose_at(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float
     return pose
 
 
-def box(half: ArrayLike) -> Surface:
-    """A box round the origin, by its half edges."""
+def box(half: ArrayLike, far: bool = False) -> Surface:
+    """A box round the origin, by its half edges. far: where rays leave it, instead of where they enter."""
     size = np.asarray(half, float)
 
     def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
         with np.errstate(divide="ignore", invalid="ignore"):
             sides = np.sort([(-size - origin) / rays, (size - origin) / rays], axis=0)
         enter, leave = sides[0].max(-1), sides[1].min(-1)
-        normals = np.eye(3)[sides[0].argmax(-1)]
-        return np.where((enter < leave) & (enter > 0), enter, np.inf), normals
+        t = leave if far else enter
+        normals = np.eye(3)[sides[1].argmin(-1) if far else sides[0].argmax(-1)]
+        return np.where((enter < leave) & (t > 0), t, np.inf), normals
 
     return Surface(meet, grey)
 

@@ -37,14 +37,15 @@ class Hits:
     surface: NDArray[np.int64]
 
 
-def sphere(centre: ArrayLike, radius: float, albedo: Albedo) -> Surface:
-    middle = np.asarray(centre, float)
+def sphere(centre: ArrayLike, radius: float, albedo: Albedo, far: bool = False) -> Surface:
+    """far: where rays leave it, instead of where they enter."""
+    middle, sign = np.asarray(centre, float), 1 if far else -1
 
     def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
         a = (rays * rays).sum(-1)
         b = rays @ (middle - origin)
         q = b * b - a * ((middle - origin) @ (middle - origin) - radius**2)
-        t = np.where(q > 0, (b - np.sqrt(np.maximum(q, 0))) / a, np.inf)
+        t = np.where(q > 0, (b + sign * np.sqrt(np.maximum(q, 0))) / a, np.inf)
         normals = (origin + np.where(np.isfinite(t), t, 0)[..., None] * rays - middle) / radius
         return np.where(t > 0, t, np.inf), normals
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import moderngl
 import numpy as np
@@ -13,6 +13,7 @@ from ..explain import SetReport
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
+from .lit_splats import LitSplatPass
 from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
 from .point_splats import PointSplatPass
@@ -99,8 +100,9 @@ class PointObjects:
         self._context, self._rasterizers = context, rasterizers
         self._resolve = ResolvePass(context)
         self._shadow_passes: dict[tuple[str, bool], FullscreenPass] = {}
-        self._merge: MergePass | None = None  # made for the first set of frames
-        self._target_normals: TargetNormals | None = None  # and for the first whose normals are found in the view
+        self._lit: LitSplatPass | None = None  # these three are made when they are first needed
+        self._merge: MergePass | None = None
+        self._target_normals: TargetNormals | None = None
         self._scratch: SplatImage | None = None  # of the size of a shadow view
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
@@ -108,6 +110,20 @@ class PointObjects:
         rasterizer, near = self._rasterizer(points), eye.near / points.scale
         view = carried(points, eye)
         rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
+
+    def can_light(self, points: Points) -> bool:
+        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices."""
+        return not self._rasterizer(points).look_up
+
+    def draw_lit_splats(
+        self, target: Target, points: Points, textures: FrameTextures, eye: Eye, lights: dict[str, Any]
+    ) -> None:
+        """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
+        self._lit = self._lit or LitSplatPass(self._context)
+        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat == "round")
+        inputs = lights | {"color_map": textures.color}
+        self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
+        target.raise_version()
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
@@ -214,14 +230,23 @@ class PointObjects:
         return self._shadow_passes[fragment, look_up]
 
     def release(self) -> None:
-        merging = self._target_normals, self._merge
-        items = self._scratch, *self._shadow_passes.values(), *merging, self._resolve, self._rasterizers
+        rare = self._lit, self._target_normals, self._merge
+        items = self._scratch, *self._shadow_passes.values(), *rare, self._resolve, self._rasterizers
         for item in items:
             if item is not None:
                 item.release()
 
 
-def carried(points: Points, eye: Eye) -> np.ndarray:
+class Posed(Protocol):
+    """Points that have a place in the world."""
+
+    @property
+    def pose(self) -> np.ndarray: ...
+    @property
+    def scale(self) -> float: ...
+
+
+def carried(points: Posed, eye: Eye) -> np.ndarray:
     """(4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
     view = np.linalg.inv(eye.pose) @ points.pose
     view[:3, 3] /= points.scale

@@ -70,13 +70,13 @@ def build_program(
     version: int = 330,
     **constants: int,
 ) -> moderngl.Program:
-    """A program from two shader files; `constants` are defined in the fragment shader.
+    """A program from two shader files; `constants` are defined in both.
 
     version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
 
     Raises ShaderError with file and line of the driver's complaints.
     """
-    vertex_text, vertex_origin = splice(vertex, folder)
+    vertex_text, vertex_origin = _define(vertex, splice(vertex, folder), constants)
     fragment_text, fragment_origin = _define(fragment, splice(fragment, folder), constants)
     fragment_text = fragment_text.replace("330", str(version), 1)
     try:

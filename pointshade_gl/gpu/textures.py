@@ -142,6 +142,11 @@ class PointSurface(Images):
         depth = self._allocate(self._context.depth_renderbuffer, self.size)
         return self._framebuffer(self.texture, depth=depth)
 
+    @cached_property
+    def triangles(self) -> TriangleImage:
+        """For points that are drawn as a mesh."""
+        return self._keep(TriangleImage(self._context, self.size))
+
     def confine(self, window: Box) -> None:
         """From now on only this part has points."""
         if self.window != window:
@@ -157,6 +162,18 @@ class PointSurface(Images):
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, read-only"""
         return _read(self._context, self.texture, np.float32)
+
+
+class TriangleImage(Images):
+    """Which triangles lie between a pixel and its neighbours on the right and below (R8), see common/grid.glsl."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(1)
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
 
 
 class PointLight(Images):
@@ -284,6 +301,11 @@ class Target(Images):
     @cached_property
     def picture(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.color)
+
+    @cached_property
+    def shared_picture(self) -> moderngl.Framebuffer:
+        """The picture with a depth buffer, for splats that are drawn with their light."""
+        return self._framebuffer(self.color, depth=self._allocate(self._context.depth_renderbuffer, self.size))
 
     def read(self) -> np.ndarray:
         """The picture as (h, w, 4) uint8, top row first."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
+from ..estimators import parse_max_depth_step
 from ..finish import SIMPLE, Finish, Vector
 from ..frame import Frame
 from ..ground import ground_under
@@ -18,16 +19,18 @@ from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
 from ..shot import Shot
-from .camera import pixel_ray
+from .camera import pixel_ray, project
 from .color import srgb_to_linear
 from .finished import add_ground, finished
+from .grid import triangle_position
+from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
 from .lights import light_surface
 from .picture import picture_at
 from .rasterizers import Pairs, buffer_depths, covered_pairs, merged_splats, nearest, single_splats, source_ids
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .shadowed_lights import light_surface_shadowed
-from .vectors import texel
+from .vectors import normalize, texel
 
 F = np.float32
 
@@ -70,7 +73,18 @@ def render(
 
 def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarray:
     """(h, w, 4) float32: linear light and 1 where something is seen; ground is where up is, or False."""
-    (frame, normals, look, rasterizer, _), eye = points, shot.eye
+    eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
+    image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
+    if not isinstance(ground, bool) and lamps.shadow_map is not None:
+        rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
+        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
+        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+    return image
+
+
+def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen."""
+    frame, normals, look, rasterizer, _ = points
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
@@ -83,7 +97,6 @@ def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarr
     image = np.zeros((camera.height, camera.width, 4), F)
     u, v = target_pixel.T
     image[v, u, 3] = 1
-    lamps = hung_up(shot.lights, points)
     if look.shading == "none":
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = srgb_to_linear(colors)
@@ -91,16 +104,58 @@ def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarr
         surface, albedo = surfaces(seen, picture, source, view)
         image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
-        viewer = (np.linalg.inv(frame.pose) @ eye.pose)[:3, 3].astype(F)
-        light_map = light_points(frame, normals, picture, viewer, lamps, look)
+        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
         weights = seen_weights(seen, np.array(source.intrinsics, F))
         is_flat = look.shading == "flat"
         image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
-    if not isinstance(ground, bool) and lamps.shadow_map is not None:
-        rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(look.material.strengths, F)
-        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
-        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
     return image
+
+
+def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
+    """The same of the triangles between the pixels."""
+    frame, normals, look, *_ = points
+    picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    triangles, drawn = carried_triangles(points, eye)
+    surface_map = surface_map_of(normals, frame.depth)
+    size, intrinsics = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
+    whole = triangles.is_whole[drawn.triangle]
+
+    def color_at(point: np.ndarray) -> np.ndarray:
+        at = triangle_position(project(point, intrinsics), whole)
+        return stored(srgb_to_linear(picture_at(picture, at, size)))
+
+    def lit_at(point: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        surface = np.concatenate([normal, point[:, 2:]], -1)
+        axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
+        return light(project(point, intrinsics), surface, color_at(point), *axes, look)
+
+    if look.shading == "gouraud":
+        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
+        linear = interpolate(texel(light_map, triangles.pixels), drawn)
+    elif look.shading == "flat":
+        linear = lit_at(*(values[drawn.triangle] for values in middles(triangles)))
+    else:
+        point = interpolate(triangles.points, drawn)
+        normal = normalize(interpolate(texel(surface_map, triangles.pixels)[..., :3], drawn))
+        linear = color_at(point) if look.shading == "none" else lit_at(point, normal)
+    image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
+    u, v = drawn.pixel.T
+    image[v, u, :3], image[v, u, 3] = linear, 1
+    return image
+
+
+def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
+    """(3,) where an eye is, in the axes of a camera with this pose."""
+    return (np.linalg.inv(pose) @ eye.pose)[:3, 3].astype(F)
+
+
+def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]:
+    """The triangles between the pixels, and what a view shows of them."""
+    frame, step = points.frame, points.look.max_depth_step
+    max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
+    triangles = triangles_of(surface_map_of(points.normals, frame.depth), frame.camera, max_step)
+    view = view_matrix(frame.pose, eye.pose).astype(F)
+    return triangles, fragments(triangles.points, view, eye.camera, eye.near)
 
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
@@ -125,21 +180,31 @@ def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
 
 def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
     """The shadow map: 1 - near/z, the views as tiles."""
-    frame, (columns, side) = points.frame, tiling(views)
-    surface_map = surface_map_of(points.normals, frame.depth)
+    columns, side = tiling(views)
     result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
     for k, (eye, _) in enumerate(views):
-        pairs = carried_pairs(points, eye)
-        if points.rasterizer == "compute":
-            inverse_depth = nearest(pairs, eye.camera)
-        else:
-            view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
-            (u, v), seen = (found := seen_by_id(ids, surface_map, frame.camera, eye.camera, view))[0].T, found[1]
-            inverse_depth = np.zeros((side, side), F)
-            inverse_depth[v, u] = seen.inverse_depth
         left, top = k % columns * side, k // columns * side
-        result[top : top + side, left : left + side] = buffer_depths(eye.near, inverse_depth)
+        result[top : top + side, left : left + side] = window_depths(points, eye)
     return result
+
+
+def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
+    """(h, w) 1 - near/z as a depth buffer keeps it."""
+    if points.look.splat == "mesh":
+        _, drawn = carried_triangles(points, eye)
+        result = np.ones((eye.camera.height, eye.camera.width), F)
+        result[drawn.pixel[:, 1], drawn.pixel[:, 0]] = drawn.window
+        return result
+    pairs, frame = carried_pairs(points, eye), points.frame
+    if points.rasterizer == "compute":
+        inverse_depth = nearest(pairs, eye.camera)
+    else:
+        view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
+        surface_map = surface_map_of(points.normals, frame.depth)
+        pixel, seen = seen_by_id(ids, surface_map, frame.camera, eye.camera, view)
+        inverse_depth = np.zeros((eye.camera.height, eye.camera.width), F)
+        inverse_depth[pixel[:, 1], pixel[:, 0]] = seen.inverse_depth
+    return buffer_depths(eye.near, inverse_depth)
 
 
 def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:

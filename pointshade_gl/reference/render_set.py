@@ -88,8 +88,10 @@ def judge(frames: Sequence[Frame], normals: Sequence[np.ndarray]) -> Judged:
 def render_set(
     judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str, finish: Finish = SIMPLE
 ) -> np.ndarray:
-    """The result of Renderer.render for several frames, phong or none, without a ground, (h, w, 4) uint8; target normals
-    are "auto"."""
+    """The result of Renderer.render for several frames, phong or none, without a ground, (h, w, 4) uint8.
+
+    Normals at the target are those of "auto".
+    """
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject([view.frame for view in judged.views])),)), (), ())
     return finished(lambda sample: _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), shot, finish)

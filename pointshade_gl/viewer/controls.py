@@ -114,6 +114,9 @@ def _compare(viewer: Viewer, _: str) -> None:
 
 
 def _resize_points(viewer: Viewer, name: str) -> None:
+    if viewer.state.look.splat == "mesh":
+        viewer.say("a mesh has no point size")
+        return
     factor = 1.25 if name in ("+", "=") else 1 / 1.25
     size = round(min(max(viewer.state.point_size * factor, 0.25), 8.0), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size

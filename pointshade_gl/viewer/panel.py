@@ -134,7 +134,7 @@ class Panel:
         size = self._slide("size", state.point_size, 0.25, 8.0, logarithmic=True)
         viewer.state = state.with_look(
             shading=shading, material=material, normals=normals, splat=splat,
-            size=look.size if size == state.point_size else size,
+            size=None if splat == "mesh" else look.size if size == state.point_size else size,
             max_depth_step=look.max_depth_step if step == before else None if step == "off" else step,
         )  # fmt: skip
 

@@ -273,7 +273,9 @@ class Pipeline:
         shadow_map.fit(views)
         for k, view in enumerate(views):
             tile = shadow_map.tile(k, view, things)
-            for thing in things if tile else ():
+            if tile is None:
+                continue
+            for thing in things:
                 if isinstance(thing, PlacedMesh):
                     self._mesh_objects().add_shadow(tile, thing, view.eye)
                 elif isinstance(thing, Grid):

@@ -80,6 +80,6 @@ def at_sample(shot: Shot, k: int) -> Shot:
 
 def _across(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Two unit vectors (3,) at right angles to a unit direction and to each other."""
-    x = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-    x /= np.linalg.norm(x)
-    return x, np.cross(direction, x)
+    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = unit(np.asarray(np.cross(direction, other), np.float64))
+    return x, unit(np.asarray(np.cross(direction, x), np.float64))

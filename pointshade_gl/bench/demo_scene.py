@@ -108,8 +108,8 @@ def scene() -> Scene:
     """The whole scene, with a camera to the right of the one that took the vase."""
     vase = PointObject(read_frame({"frame": "vase"}, Folder(FOLDER), print))
     lamp = Light(position=(0, 0, 0), direction=(0, 0, -1), color=(1, 0.72, 0.42), intensity=3.2,
-                 attenuation=(0, 0, 1), cone=(20, 32), shadow=True)  # fmt: skip
-    sky = Light(direction=(0, 0, -1), color=(0.5, 0.68, 1), intensity=0.42, shadow=True)
+                 attenuation=(0, 0, 1), cone=(20, 32), shadow=True, radius=0.04)  # fmt: skip
+    sky = Light(direction=(0, 0, -1), color=(0.5, 0.68, 1), intensity=0.42, shadow=True, angle=15)
     return Scene(
         (
             Node(vase, "vase", POSE @ FLIP),

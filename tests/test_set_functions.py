@@ -163,6 +163,7 @@ def test_view_weight(gpu):
     call = f"view_weight({SEEN}, q, k, {VIEW_GLSL}, t)"
     close(gpu("parts.glsl", call, **inputs, q=target_pixel, **WAY), expected, rtol=1e-3)
     turned_away = (seen.own[:, :3] * camera.pixel_ray(at, K)).sum(-1) / np.linalg.norm(camera.pixel_ray(at, K), axis=-1)
+    seen = seen._replace(inverse_depth=1 / seen.own[:, 3])
     own = parts.view_weight(seen, at, K, np.eye(4, dtype=F), K)
     np.testing.assert_allclose(own, -turned_away, rtol=1e-4)  # of a frame in its own view
     assert (own > 50 * expected).all()

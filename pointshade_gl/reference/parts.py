@@ -105,12 +105,11 @@ def view_weight(
     seen: Seen, target_pixel: np.ndarray, source: np.ndarray, view: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
     normal, z = seen.own[..., :3], seen.own[..., 3]
-    point = pixel_ray(seen.at, source) * z[..., None]
-    away = point + view[:3, 3] @ view[:3, :3]
-    from_source, from_target = normalize(point), normalize(away)
+    from_source = normalize(pixel_ray(seen.at, source))
+    from_target = normalize(pixel_ray(target_pixel, target) @ view[:3, :3])
     ours = np.maximum(-dot(normal, from_source)[..., 0], F(0))
     theirs = np.maximum(-dot(normal, from_target)[..., 0], MIN_COSINE)
-    closer = away @ view[2, :3] / z
+    closer = F(1) / np.maximum(np.abs(seen.inverse_depth) * z, F(0.01))
     detail = np.abs(source[0] * source[1] / (target[0] * target[1])) * closer * closer * ours / theirs
     turned = F(2) * (F(1) - dot(from_source, from_target)[..., 0])
     alike = np.maximum(np.exp(-turned / (SEEN_ALIKE * SEEN_ALIKE)), LEAST_ALIKE)

@@ -92,12 +92,10 @@ float agreement(float off, float band) {
 // How much a frame can say about what a target pixel shows: more if it saw it from near, from ahead, and from where the
 // target sees it.
 float view_weight(Seen seen, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
-    vec3 point = pixel_ray(seen.at, source) * seen.own.w;
-    vec3 away = point + view[3].xyz * mat3(view);  // from the target's camera, source axes
-    vec3 from_source = normalize(point), from_target = normalize(away);
+    vec3 from_source = normalize(pixel_ray(seen.at, source));
+    vec3 from_target = normalize(pixel_ray(target_pixel, target) * mat3(view));  // source axes
     float ours = max(-dot(seen.own.xyz, from_source), 0.0), theirs = max(-dot(seen.own.xyz, from_target), MIN_COSINE);
-    float target_z = dot(away, vec3(view[0].z, view[1].z, view[2].z));
-    float closer = target_z / seen.own.w;
+    float closer = 1.0 / max(abs(seen.inverse_depth) * seen.own.w, 0.01);
     float detail = abs(source.x * source.y / (target.x * target.y)) * closer * closer * ours / theirs;
     float turned = 2.0 * (1.0 - dot(from_source, from_target));  // angle squared, nearly
     return min(detail, MOST_DETAIL) * ours * max(exp(-turned / (SEEN_ALIKE * SEEN_ALIKE)), LEAST_ALIKE);

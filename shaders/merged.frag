@@ -24,7 +24,7 @@ void main() {
     vec4 geometry = surface_at(geometry_map, pixel), colors = surface_at(albedo_map, pixel);
     if (colors.w == 0.0) discard;
     float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
-    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz);
+    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny
     if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);

@@ -115,7 +115,7 @@ def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, 
     image[v, u, 3] = 1
     lit = albedo
     if look.shading == "phong":
-        point, normal = pixel_ray(pixel, target) * z[:, None], normalize(sums[:, :3])
+        point, normal = pixel_ray(pixel, target) * z[:, None], normalize(sums[:, :3] / sums[:, 7:])
         if look.normals_at == "target":
             depth = np.zeros(key.shape, F)
             depth[v, u] = z

@@ -78,6 +78,8 @@ class Pipeline:
         shot = compose(scene, lights, camera, pose)
         things = self._prepare(shot)
         target = self._fit_target(camera)
+        if target.samples.content and target.samples.content[0] is not scene:
+            self._forget_samples(target)
         if finish == SIMPLE:
             lamps = self._draw_shadows(shot, things)
             if not self._draw_lit_splats(target, shot, things, lamps):
@@ -88,6 +90,11 @@ class Pipeline:
             self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish)
             self._develop.develop(target, finish.samples, finish.background)
         return target
+
+    def _forget_samples(self, target: Target) -> None:
+        """Lets go of a scene that is no longer shown."""
+        target.samples.content = None
+        self.steps.forget("ground")
 
     def _add_samples(
         self, target: Target, shot: Shot, things: dict[Placed, Thing], canvas: Canvas, finish: Finish
@@ -245,6 +252,7 @@ class Pipeline:
         if self._target is None or self._target.size != size:
             if self._target is not None:
                 self._target.release()
+                self._forget_samples(self._target)
                 self.steps.forget(of=[self._target, self._target.splats, self._target.surfaces])
             self._target = None  # stays so when the new one does not fit the GPU
             self._target = Target(self._gl, size)
@@ -270,11 +278,12 @@ class Pipeline:
     def _fill_shadow_map(
         self, shadow_map: ShadowMap, views: list[ShadowView], things: tuple[Points | PointSet | Grid | PlacedMesh, ...]
     ) -> None:
-        shadow_map.fit(views)
+        if shadow_map.fit(views):
+            self.steps.forget("tile")
         for k, view in enumerate(views):
-            tile = shadow_map.tile(k, view, things)
-            if tile is None:
+            if not self.steps.is_new("tile", view, things, of=k):
                 continue
+            tile = shadow_map.tile(k)
             for thing in things:
                 if isinstance(thing, PlacedMesh):
                     self._mesh_objects().add_shadow(tile, thing, view.eye)

@@ -101,14 +101,15 @@ def test_copies_that_stay_are_not_uploaded_again(renderer):
     assert (counts["upload"], counts["surface"]) == (0, 0)
 
 
-def test_frames_and_meshes_that_are_no_longer_shown_are_let_go(renderer):
+@pytest.mark.parametrize("options", [{}, {"samples": 2, "ground": (0, -1, 0)}], ids=["plain", "finished"])
+def test_frames_and_meshes_that_are_no_longer_shown_are_let_go(renderer, options):
     corners = np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]])
     content = [small(seed) for seed in range(20)]
     mesh = ps.Mesh(corners, np.array([[0, 1, 2]]))
     refs = [*map(weakref.ref, content), weakref.ref(mesh)]
     scene = scene_of(content)
     scene = ps.Scene((*scene.nodes, ps.Node(mesh)), camera=scene.camera)
-    renderer.render(scene, ps.Light(direction=(0, 0, 1), shadow=True))
+    renderer.render(scene, ps.Light(direction=(0, 0, 1), shadow=True), **options)
     del content, mesh, scene
     renderer.render(small(99))
     gc.collect()

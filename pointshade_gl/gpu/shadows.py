@@ -11,7 +11,7 @@ import numpy as np
 
 from ..shadow_views import ShadowView
 from .memory import Owner
-from .steps import Versioned, kept, same, state_of
+from .steps import Versioned
 from .textures import check_size, confine
 
 
@@ -29,27 +29,20 @@ class ShadowMap(Versioned, Owner):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._layout = 0, 0  # pixels a side, number of views
-        self._shown: list[Any] = []  # what each view shows
         self._make(1, 1)
 
-    def fit(self, views: Sequence[ShadowView]) -> None:
-        """Makes room for the views, all of one size. If it has to be made anew, it is empty."""
+    def fit(self, views: Sequence[ShadowView]) -> bool:
+        """Makes room for the views, all of one size. Returns whether it had to be made anew."""
         layout = views[0].eye.camera.width, len(views)
-        if layout != self._layout:
+        is_new = layout != self._layout
+        if is_new:
             columns = math.ceil(math.sqrt(len(views)))
             self._make(columns * layout[0], math.ceil(len(views) / columns) * layout[0])
             self._layout = layout
-            self._shown = [None] * layout[1]
+        return is_new
 
-    def tile(self, k: int, view: ShadowView, things: tuple[Any, ...]) -> Tile | None:
-        """The k-th view's part, emptied, to draw these things; None if it shows them already.
-
-        Its target draws there only, until the next one is asked for.
-        """
-        now = state_of((view, things))
-        if same(self._shown[k], now):
-            return None
-        self._shown[k] = kept(now)
+    def tile(self, k: int) -> Tile:
+        """The k-th view's part, emptied. Its target draws there only, until the next one is asked for."""
         side, first = self._layout[0], self._first(k)
         confine(self._target, None)
         self._target.use()

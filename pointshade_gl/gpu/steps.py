@@ -57,11 +57,17 @@ class Steps:
         of  what the step is run on, when there are several: each has its own last run
         """
         before = self._done.pop((name, of), None)  # gone if the work fails
-        if before is None or not same(before[0], state_of(arguments)):
+        if before is None or not _same(before[0], _state(arguments)):
             result = self.always(name, work, *arguments)
-            before = kept(state_of(arguments)), result  # afterwards: what the step itself wrote has not changed
+            before = _kept(_state(arguments)), result  # afterwards: what the step itself wrote has not changed
         self._done[name, of] = before
         return before[1]
+
+    def is_new(self, name: str, *arguments: Any, of: Any = None) -> bool:
+        """Whether a step would run; from now on it counts as done with these arguments. For parts of a step's work."""
+        before, now = self._done.pop((name, of), None), _state(arguments)
+        self._done[name, of] = _kept(now), None
+        return before is None or not _same(before[0], now)
 
     def always(self, name: str, work: Callable[..., _Result], *arguments: Any) -> _Result:
         """The result of work(*arguments), counted and timed, for a step that has nothing to compare."""
@@ -97,10 +103,10 @@ class Steps:
         return result
 
 
-def state_of(value: Any) -> Any:
+def _state(value: Any) -> Any:
     """A value as it is compared: tuples and lists part by part, images with their version."""
     if isinstance(value, tuple | list):
-        return tuple(map(state_of, value))
+        return tuple(map(_state, value))
     return (value, value.version) if isinstance(value, Versioned) else value
 
 
@@ -109,20 +115,19 @@ def _mentions(state: Any, things: set[int]) -> bool:
     return id(state) in things or (isinstance(state, tuple) and any(_mentions(part, things) for part in state))
 
 
-def same(before: Any, now: Any) -> bool:
-    """Whether two states are equal."""
+def _same(before: Any, now: Any) -> bool:
     if before is now:
         return True
     if isinstance(before, tuple) and isinstance(now, tuple):
-        return len(before) == len(now) and all(map(same, before, now))
+        return len(before) == len(now) and all(map(_same, before, now))
     if isinstance(before, np.ndarray) or isinstance(now, np.ndarray):
         return isinstance(before, np.ndarray) and isinstance(now, np.ndarray) and np.array_equal(before, now)
     return bool(before == now)
 
 
-def kept(state: Any) -> Any:
+def _kept(state: Any) -> Any:
     """The state with copies of its arrays, unless nobody can write into them afterwards."""
     if isinstance(state, tuple):
-        return tuple(map(kept, state))
+        return tuple(map(_kept, state))
     is_open = isinstance(state, np.ndarray) and (state.flags.writeable or state.base is not None)
     return state.copy() if is_open else state

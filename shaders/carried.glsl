@@ -1,7 +1,7 @@
 // What the two steps of the compute rasteriser have in common: their inputs, which splats a block of source pixels is
 // drawn as, and how a splat's 1/z is noted in the view.
 // SET: it is one of several frames, whose splats leave keys, see common/parts.glsl.
-#include "common/splat.glsl"
+#include "common/rim_splat.glsl"
 #if SET
 #include "common/parts.glsl"
 #endif
@@ -56,6 +56,7 @@ uint noted(float inverse_depth) {
 
 // What a step does with a splat; each defines its own.
 void take_splat(Footprint splat, float reach);
+void take_rim(ivec2 pixel);
 
 vec4 own_surface(ivec2 pixel) {
     if (any(greaterThanEqual(pixel, textureSize(surface_map, 0)))) return vec4(0.0);
@@ -135,9 +136,12 @@ void take_splats(ivec2 block) {
             ivec2 pixel = quarter + ivec2(j & 1, j >> 1);
             vec4 surface = own_surface(pixel);
             if (surface.w == 0.0) continue;
-            Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
+            float z = abs(surface.w);
+            Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
+            if (!splat_is_ahead(splat, near)) continue;
             note_source(pixel, 1.0);
-            if (splat_is_ahead(splat, near)) take_splat(splat, splat_reach(1.0, false));
+            if (surface.w < 0.0 && draws_rim(splat, z, source, target)) take_rim(pixel);
+            else take_splat(splat, splat_reach(1.0, false));
         }
     }
 }

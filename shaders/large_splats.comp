@@ -25,6 +25,8 @@ void take_splat(Footprint splat, float reach) {
     note_splat(splat, reach, start, high, ivec2(32, gl_NumWorkGroups.y));
 }
 
+void take_rim(ivec2 pixel) {}
+
 void main() {
     int columns = (textureSize(surface_map, 0).x + 3) / 4;
     uint end = min(count, uint(list_length));

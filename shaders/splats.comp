@@ -34,6 +34,29 @@ void take_splat(Footprint splat, float reach) {
     note_splat(splat, reach, low, high, ivec2(1));
 }
 
+layout(std430, binding = 2) restrict buffer Rims {
+    uvec4 rim_groups;
+    uint rim_count;
+    uint rims[];
+};
+
+uint rims_here = 0u;
+
+void take_rim(ivec2 pixel) {
+    rims_here |= 1u << uint(4 * (pixel.y & 3) + (pixel.x & 3));
+}
+
+void put_rims_on_list(ivec2 block) {
+    int count = bitCount(rims_here);
+    uint place = atomicAdd(rim_count, uint(count));
+    atomicMax(rim_groups.x, min((place + uint(count) + 31u) / 32u, uint(most_groups)));
+    for (int k = 0; k < count; ++k) {
+        int bit = findLSB(rims_here);
+        rims_here &= rims_here - 1u;
+        rims[place + uint(k)] = uint((block.y + (bit >> 2)) * textureSize(surface_map, 0).x + block.x + (bit & 3));
+    }
+}
+
 void put_on_list(uint block) {
     uint place = atomicAdd(count, 1u);
     if (place < uint(list_length)) large[place] = block;
@@ -45,5 +68,6 @@ void main() {
     int columns = (textureSize(surface_map, 0).x + 3) / 4;
     if (block.x >= 4 * columns) return;
     take_splats(block);
+    if (rims_here != 0u) put_rims_on_list(block);
     if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
 }

@@ -4,6 +4,7 @@
 #endif
 // Depth -> surface (unit normal, depth) by the edge-exact star of 16 neighbours, for depth without noise.
 #include "common/normals_star.glsl"
+#include "common/rim_marks.glsl"
 
 uniform sampler2D depth_map;
 uniform vec4 intrinsics;
@@ -13,5 +14,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec4 star = estimate_star(depth_map, pixel, intrinsics, 0.0);
-    surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : depth_at(depth_map, pixel, ivec2(0)));
+    surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : mark_rim(depth_map, pixel, intrinsics));
 }

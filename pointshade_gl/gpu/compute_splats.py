@@ -36,6 +36,7 @@ class ComputeSplatPass(Owner):
         self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
+        self._rims: moderngl.Buffer | None = None
 
     def draw(
         self,
@@ -90,9 +91,20 @@ class ComputeSplatPass(Owner):
         groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*groups, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
+        need = 4 * (5 + points.size[0] * points.size[1])
+        if self._rims is None or self._rims.size < need:
+            self._rims = self._allocate(self._context.buffer, reserve=need)
+        self._rims.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._rims.bind_to_storage_buffer(2)
         program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         window, large = self._read_header(*image.size) if self._is_software else ((0, 0, *image.size), None)
+        if np.frombuffer(self._rims.read(4), np.int32)[0]:
+            rims_program = self._program("rims.comp", of_set is not None)
+            set_uniforms(rims_program, **{k: v for k, v in inputs.items() if k in rims_program})
+            rims_program.run_indirect(self._rims)
+            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+            window = self._read_header(*image.size)[0] if self._is_software else window
         if large != 0:
             self._draw_large(inputs, of_set is not None)
             window = self._read_header(*image.size)[0] if self._is_software else window

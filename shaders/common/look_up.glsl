@@ -37,7 +37,7 @@ vec3 carry_back(vec2 target_pixel, float inverse_depth, vec4 target, mat4 view, 
 float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
     if (z == 0.0) return 0.0;
     float expected = w + dot(slope, corner - pixel);
-    if (abs(1.0 / z - expected) > SAME_SURFACE * w) return 0.0;
+    if (abs(1.0 / abs(z) - expected) > SAME_SURFACE * w) return 0.0;
     vec2 closeness = max(1.0 - abs(at - corner), 0.0);
     return closeness.x * closeness.y;
 }
@@ -45,6 +45,6 @@ float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 
 // Whether the splat at a corner covers this position, and how well its 1/z agrees. The most likely has the least value.
 float look_up_error(float z, vec2 corner, vec2 at, float w_at) {
     vec2 off = abs(at - corner);
-    if (z == 0.0 || max(off.x, off.y) > 0.501 + MARGIN) return 1e30;
-    return abs(1.0 / z - w_at);
+    if (z == 0.0 || max(off.x, off.y) > (z < 0.0 ? 0.985 : 0.501 + MARGIN)) return 1e30;
+    return abs(1.0 / abs(z) - w_at);
 }

@@ -17,7 +17,7 @@ struct Seen {
 // What a target pixel shows if it is known which splat is seen there.
 Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
     vec2 centre = vec2(pixel);
-    vec4 own = texelFetch(surface_map, pixel, 0);
+    vec4 own = surface_at(surface_map, pixel);
     vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(centre, source), own.w, source);
     vec2 at = source_position(carry_footprint(centre, own.w, own.xyz, source, view, target), centre, target_pixel);
     float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);

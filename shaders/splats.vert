@@ -33,7 +33,7 @@ void main() {
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     vec4 surface = texelFetch(surface_map, pixel, 0);
     if (surface.w == 0.0 || !(size > 0.0)) return;
-    Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
+    Footprint splat = carry_footprint(vec2(pixel), abs(surface.w), surface.xyz, source, view, target);
     reach = splat_reach(size, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
     vec2 extent = footprint_extent(splat, reach, is_round);

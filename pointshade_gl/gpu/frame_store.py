@@ -71,7 +71,7 @@ class FrameStore:
         if estimator := _estimator(frame, look):
             self.choice = self._steps.run("surface", self._surface.run, textures, frame.camera, *estimator, of=textures)
         else:
-            self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
+            self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             self.choice = Choice("the caller's")
 
     def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:

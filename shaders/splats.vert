@@ -2,7 +2,7 @@
 // One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers.
-#include "common/splat.glsl"
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
@@ -20,9 +20,10 @@ flat out vec4 to_source;
 flat out vec2 bend;
 flat out float reach;
 flat out int id;
-flat out float inverse_depth;  // these three for set_splats.frag
+flat out float inverse_depth;
 flat out vec2 tilt;
 flat out vec4 to_target;
+flat out vec4 rim;  // outward, width (0: it is none), drop
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -37,8 +38,17 @@ void main() {
     reach = splat_reach(size, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
     vec2 extent = footprint_extent(splat, reach, is_round);
-    vec2 low = max(splat.centre - extent, vec2(-0.5));
-    vec2 high = min(splat.centre + extent, target_size - 0.5);
+    vec4 box = vec4(splat.centre - extent, splat.centre + extent);
+    rim = vec4(0.0);
+    bool is_rim = surface.w < 0.0 && size == 1.0 && !is_round && draws_rim(splat, -surface.w, source, target);
+    int rims = is_rim ? 1 : 0;  // a loop is left out where no pixel takes it, a branch is not
+    for (int k = 0; k < rims; ++k) {
+        Rim own = estimate_rim(surface_map, pixel, source);
+        box = rim_box(own, vec2(pixel), vec4(surface.xyz, -surface.w), source, view, target);
+        rim = vec4(own.outward, own.width, own.drop);
+    }
+    vec2 low = max(box.xy, vec2(-0.5));
+    vec2 high = min(box.zw, target_size - 0.5);
     if (low.x > high.x || low.y > high.y) return;
     centre = splat.centre;
     to_source = invert_footprint(splat.to_target);

@@ -1,7 +1,7 @@
 #version 330 core
 // One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
-// still shows the part that lies inside. The fragment shader keeps what the footprint covers.
+// still shows the part that lies inside. The fragment shader keeps what the footprint covers. Rims: rims.vert.
 #include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth
@@ -11,6 +11,7 @@ uniform mat4 view;
 uniform vec2 target_size;
 uniform float near;
 uniform bool is_round;
+uniform bool has_rims;  // drawn by rims.vert
 uniform int first_id;  // of the first pixel; 0 stands for nothing
 
 in float size;  // source pixels
@@ -20,10 +21,9 @@ flat out vec4 to_source;
 flat out vec2 bend;
 flat out float reach;
 flat out int id;
-flat out float inverse_depth;
+flat out float inverse_depth;  // these three for set_splats.frag
 flat out vec2 tilt;
 flat out vec4 to_target;
-flat out vec4 rim;  // outward, width (0: it is none), drop
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -34,21 +34,14 @@ void main() {
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     vec4 surface = texelFetch(surface_map, pixel, 0);
     if (surface.w == 0.0 || !(size > 0.0)) return;
-    Footprint splat = carry_footprint(vec2(pixel), abs(surface.w), surface.xyz, source, view, target);
+    float z = abs(surface.w);
+    Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
     reach = splat_reach(size, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
+    if (has_rims && surface.w < 0.0 && draws_rim(splat, z, source, target)) return;
     vec2 extent = footprint_extent(splat, reach, is_round);
-    vec4 box = vec4(splat.centre - extent, splat.centre + extent);
-    rim = vec4(0.0);
-    bool is_rim = surface.w < 0.0 && size == 1.0 && !is_round && draws_rim(splat, -surface.w, source, target);
-    int rims = is_rim ? 1 : 0;  // a loop is left out where no pixel takes it, a branch is not
-    for (int k = 0; k < rims; ++k) {
-        Rim own = estimate_rim(surface_map, pixel, source);
-        box = rim_box(own, vec2(pixel), vec4(surface.xyz, -surface.w), source, view, target);
-        rim = vec4(own.outward, own.width, own.drop);
-    }
-    vec2 low = max(box.xy, vec2(-0.5));
-    vec2 high = min(box.zw, target_size - 0.5);
+    vec2 low = max(splat.centre - extent, vec2(-0.5));
+    vec2 high = min(splat.centre + extent, target_size - 0.5);
     if (low.x > high.x || low.y > high.y) return;
     centre = splat.centre;
     to_source = invert_footprint(splat.to_target);

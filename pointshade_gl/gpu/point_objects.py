@@ -15,6 +15,7 @@ from .passes import FullscreenPass
 from .point_splats import PointSplatPass
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
+from .rims import has_rims
 from .resolve import Looking, ResolvePass
 from .set_splats import SetSplats
 from .shadows import Tile
@@ -177,7 +178,8 @@ class PointObjects:
         points = shown.points
         colors = shown.textures.color if shown.light is None else shown.light.texture
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
-        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up)
+        rims = has_rims(points.sizes, points.splat)
+        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, rims)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

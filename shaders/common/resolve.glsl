@@ -15,7 +15,9 @@ struct Seen {
 };
 
 // What a target pixel shows if it is known which splat is seen there.
-Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target) {
+Seen see_splat(
+    sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target, bool has_rims
+) {
     vec2 centre = vec2(pixel);
     vec4 marked = marked_surface_at(surface_map, pixel), own = vec4(marked.xyz, abs(marked.w));
     vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(centre, source), own.w, source);
@@ -23,7 +25,7 @@ Seen see_splat(sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 sourc
     vec2 at = source_position(splat, centre, target_pixel);
     float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);
     float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
-    int rims = marked.w < 0.0 && draws_rim(splat, own.w, source, target) ? 1 : 0;
+    int rims = has_rims && marked.w < 0.0 && draws_rim(splat, own.w, source, target) ? 1 : 0;
     for (int k = 0; k < rims; ++k) {
         Rim rim = estimate_rim(surface_map, pixel, source);
         float met = rim_inverse_depth(rim, centre, own, splat.inverse_depth, target_pixel, source, view, target);

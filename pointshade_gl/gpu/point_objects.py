@@ -15,8 +15,8 @@ from .passes import FullscreenPass
 from .point_splats import PointSplatPass
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
-from .rims import has_rims
 from .resolve import Looking, ResolvePass
+from .rims import has_rims
 from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled

@@ -11,8 +11,8 @@ import numpy as np
 from ..camera import Camera
 from .memory import Owner
 from .programs import build_program, set_uniforms, source_and_target
-from .rims import has_rims
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from .rims import has_rims
 from .set_splats import SetSplats
 from .state import enabled
 from .textures import Box, PointSurface, SplatImage
@@ -31,7 +31,9 @@ class PointSplatPass(Owner):
         with self._all_or_nothing():
             self._program = self._keep(build_program(context, "splats.vert", "splats.frag"))
             self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
-        self._rims: dict[bool, moderngl.VertexArray] = {}  # of one frame, and of one of a set: when they are first needed
+        self._rims: dict[
+            bool, moderngl.VertexArray
+        ] = {}  # of one frame, and of one of a set: when they are first needed
         self._set_program: moderngl.Program | None = None  # these two for the first set of frames
         self._set_vertices: Vertices | None = None
 

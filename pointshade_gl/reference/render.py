@@ -17,11 +17,22 @@ from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
+from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Pairs, covered_pairs, merged_splats, nearest, point_depths, single_splats, source_ids
+from .rasterizers import (
+    Pairs,
+    covered_pairs,
+    drawn_pairs,
+    merged_splats,
+    nearest,
+    point_depths,
+    single_splats,
+    source_ids,
+)
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
+from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
 from .vectors import texel
 
@@ -41,7 +52,7 @@ class Splatted(NamedTuple):
     """A frame, and how its points become splats."""
 
     frame: Frame
-    normals: np.ndarray
+    surface_map: np.ndarray
     look: Look
     rasterizer: str
     merge: float
@@ -60,11 +71,12 @@ def render(
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    points = Splatted(frame, normals, look, rasterizer, merge)
+    surface_map = surface_map_of(normals, mark_rim(depth, pixel_grid(depth), source.intrinsics))
+    points = Splatted(frame, surface_map, look, rasterizer, merge)
     pairs = carried_pairs(points, eye)
-    surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
-        target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
+        ids, rims = source_ids(pairs, eye.near, camera), has_rims(points)
+        target_pixel, seen = seen_by_id(ids, surface_map, source, camera, view, rims)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)
@@ -91,14 +103,23 @@ def render(
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
     """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
-    frame, normals, look, rasterizer, merge = points
+    frame, surface_map, look, rasterizer, merge = points
+    depth, normals = surface_map[..., 3], surface_map[..., :3]
     view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
         size = np.asarray(1.0 if look.size is None else look.size, F).ravel()
-        splats = single_splats(frame.depth, normals, size)
+        splats = single_splats(depth, normals, size)
     else:
-        splats = merged_splats(frame.depth, normals, frame.camera, merge, view)
+        splats = merged_splats(depth, normals, frame.camera, merge, view)
+    if has_rims(points):
+        return drawn_pairs(splats, surface_map, frame.camera, eye.camera, view, eye.near)
     return covered_pairs(splats, frame.camera, eye.camera, view, eye.near, look.splat == "round")
+
+
+def has_rims(points: Splatted) -> bool:
+    """Footprints of size 1 have rims."""
+    size = 1 if points.look.size is None else points.look.size
+    return points.look.splat == "footprint" and bool((np.asarray(size) == 1).all())
 
 
 def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:

@@ -18,7 +18,8 @@ from ..shadow_views import shadow_views
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
 from .consensus import carry_forth, depth_excess, end_around, end_in_row, log_ratio, surface_ends, trust_in, vote_on
-from .corners import Corners
+from .corners import Corners, surface_at
+from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .parts import (
     agreement,
@@ -32,12 +33,13 @@ from .parts import (
     view_weight,
 )
 from .picture import picture_at
-from .rasterizers import DEPTH_STEPS, Pairs, covered_pairs, merged_splats, single_splats
+from .rasterizers import DEPTH_STEPS, Pairs, drawn_pairs, merged_splats, single_splats
 from .render import tiling, view_rows
 from .resolve import Seen, color_position, mix_normal, seen_weights, stored
 from .resolve_pass import surface_map_of
+from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
-from .splat import footprint_extent, footprint_inverse_depth, splat_reach
+from .splat import footprint_extent, splat_reach
 from .vectors import normalize, texel
 
 F = np.float32
@@ -98,7 +100,8 @@ def render_set(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, ra
 
 def _view(frame: Frame, normals: np.ndarray) -> View:
     picture = np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color
-    surface_map = surface_map_of(normals, np.where(normals.any(-1), frame.depth, F(0)))
+    depth = np.where(normals.any(-1), frame.depth, F(0))
+    surface_map = surface_map_of(normals, mark_rim(depth, pixel_grid(depth), frame.camera.intrinsics))
     return View(frame, surface_map, picture.astype(F) / F(255), np.array(frame.camera.intrinsics, F))
 
 
@@ -111,7 +114,7 @@ def _compare(one: View, other: View) -> Comparison:
     columns, rows = max(width // STRIDE, 1), max(height // STRIDE, 1)
     at = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2) * STRIDE + STRIDE // 2
     place = np.minimum(at, (width - 1, height - 1))
-    own = texel(one.surface_map, place)
+    own = surface_at(one.surface_map, place)
     known = own[:, 3] > 0
     place, at, own = place[known], at[known], own[known]
     there = carry_forth(
@@ -128,9 +131,9 @@ def _compare(one: View, other: View) -> Comparison:
 def _trust(view: View, others: Sequence[View], band: float) -> np.ndarray:
     height, width = view.frame.depth.shape
     pixel = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1)
-    known = view.surface_map[..., 3] > 0
+    known = view.surface_map[..., 3] != 0
     votes = np.zeros((height, width, 2), F)
-    w = F(1) / np.where(known, view.surface_map[..., 3], F(1))
+    w = F(1) / np.where(known, np.abs(view.surface_map[..., 3]), F(1))
     for other in others:
         there = carry_forth(pixel.astype(F), w, view.intrinsics, _way(view, other.frame.pose), other.intrinsics)
         votes += vote_on(other.surface_map, there, other.intrinsics, band) * known[..., None]
@@ -151,7 +154,7 @@ def _keys(judged: Judged, eye: Eye, primary: np.ndarray, rasterizer: str) -> np.
         pairs, sides = _pairs(view, eye, rasterizer)
         stretched = is_stretched(footprint_extent(pairs.splat, splat_reach(sides, False), False), sides)
         level = splat_level(trust[..., 0].ravel()[pairs.source_index], stretched, bool(is_primary))
-        inverse_depth = footprint_inverse_depth(pairs.splat, pairs.to_source, pairs.q.astype(F) - pairs.splat.centre)
+        inverse_depth = pairs.inverse_depth
         keys, place = splat_key(inverse_depth, level), (pairs.q[:, 1], pairs.q[:, 0])
         if rasterizer == "compute":
             np.maximum.at(result, place, keys)
@@ -178,7 +181,7 @@ def _pairs(view: View, eye: Eye, rasterizer: str) -> tuple[Pairs, np.ndarray]:
         splats = merged_splats(depth, normals, source, MERGE, way)
     size = np.ones(depth.size, F)
     size[splats.source_index] = splats.size
-    pairs = covered_pairs(splats, source, eye.camera, way, eye.near, False)
+    pairs = drawn_pairs(splats, view.surface_map, source, eye.camera, way, eye.near)
     return pairs, size[pairs.source_index]
 
 

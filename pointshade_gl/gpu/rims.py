@@ -6,5 +6,5 @@ import numpy as np
 
 
 def has_rims(sizes: np.ndarray, splat: str) -> bool:
-    """Whether splats of these sizes, (1,) or (h*w,) source pixels, and of this shape have rims: footprints of 1 have."""
+    """Whether splats of these sizes, (1,) or (h*w,) source pixels, and of this shape have rims: squares of 1."""
     return splat == "footprint" and bool((sizes == 1).all())

@@ -151,7 +151,7 @@ def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
     """(h, w) int: the source pixel that each target pixel shows, -1 for none: the result of the points."""
     z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
     window = np.round((z_clip * F(0.5) + F(0.5)).astype(float) * DEPTH_STEPS)
-    order = np.lexsort((pairs.source_index, window))[::-1]  # farthest first: the nearest writes last and stays
+    order = np.argsort(window, kind="stable")[::-1]  # farthest first: the nearest, of equals the first, writes last
     result = np.full((target.height, target.width), -1)
     result[pairs.q[order, 1], pairs.q[order, 0]] = pairs.source_index[order]
     return result

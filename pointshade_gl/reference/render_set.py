@@ -161,7 +161,7 @@ def _keys(judged: Judged, eye: Eye, primary: np.ndarray, rasterizer: str) -> np.
             continue
         window = (F(4) - level - np.clip(F(eye.near) * inverse_depth, F(0), F(1))) * F(0.25)
         window = np.round(window.astype(float) * DEPTH_STEPS)
-        order = np.lexsort((pairs.source_index, window))[::-1]
+        order = np.argsort(window, kind="stable")[::-1]
         nearest = np.full(result.shape, np.inf)
         np.minimum.at(nearest, place, window)
         picked = np.zeros_like(result)

@@ -30,6 +30,8 @@ CONSTANTS = {  # the values that the project builds each with
     "set_shadow.frag": {"LOOK_UP": FLAG},
     "shadow.frag": {"LOOK_UP": FLAG},
     "large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "rims.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "rims.frag": {"SET": FLAG},
     "splats.comp": {"SET": FLAG, "WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},

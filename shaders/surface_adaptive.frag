@@ -20,7 +20,8 @@ void main() {
     if (STAGE == 0) slope = calm_slope(picture, pixel, here, widest_stride(here, intrinsics));
     if (STAGE == 1) slope = robust_slope(picture, pixel, here, widest_stride(here, intrinsics));
     if (STAGE == 2) slope = nearer_slope(picture, pixel, here, widest_stride(here, intrinsics));
-    if (STAGE == 3) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y).xy, 1.0);
+    vec4 beside;
+    if (STAGE == 3) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y, beside).xy, 1.0);
     bool known = here.x > 0.0;
     if (known && slope.z < 0.5) discard;
     vec3 normal = normal_of_slope(slope.xy, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);

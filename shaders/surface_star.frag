@@ -13,6 +13,9 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 star = estimate_star(depth_map, pixel, intrinsics, 0.0);
-    surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : mark_rim(depth_map, pixel, intrinsics));
+    vec4 beside;
+    vec4 star = estimate_star(depth_map, pixel, intrinsics, 0.0, beside);
+    float here = depth_at(depth_map, pixel, ivec2(0));
+    float marked = is_rim(beside, pixel, textureSize(depth_map, 0), intrinsics) ? -here : here;
+    surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : marked);
 }

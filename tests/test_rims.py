@@ -67,22 +67,23 @@ def ball(camera, spot=CENTRE, radius=RADIUS):
 
 
 def test_rim_marks(gpu):
-    rng = np.random.default_rng(1)
-    here, before, after = (rng.choice([0.0, 1.0, 1.02, 1.3], (400, 1)).astype(F) + F(0.5) for _ in range(3))
-    before[:50], after[30:80] = 0, 0
-    facing, inside = rng.normal(0, 1e-3, (400, 1)).astype(F), rng.integers(0, 2, (400, 2)).astype(F)
-    focal, k = rim_marks.mean_focal_length(K), K[None]
-    inputs = {"h": here, "b": before, "a": after, "f": facing, "i": inside, "k": k}
-    answer = gpu("rim_marks.glsl", "rise_of(h, a, f, mean_focal_length(k)), 0, 0, 0", **inputs)
-    rise = rim_marks.rise_of(here, after, facing, focal)
-    close(answer, rise)
-    call = "ends_along(h, b, a, bvec2(i), f, mean_focal_length(k)), 0, 0, 0"
-    expected = rim_marks.ends_along(here, before, after, inside.T[..., None] > 0, facing, focal)
-    close(gpu("rim_marks.glsl", call, **inputs), expected)
-    assert 0.2 < expected.mean() < 0.8
-    steps = rng.uniform(-30, 5, (400, 2)).astype(F)
-    answer = gpu("rim_marks.glsl", "ends_before(s.x, s.y), 0, 0, 0", s=steps)
-    close(answer, rim_marks.ends_before(steps[:, 0], steps[:, 1]))
+    rng, k = np.random.default_rng(1), K[None]
+    beside = rng.choice([0.0, -0.03, 0.2, -0.4, 1e6], (400, 4)).astype(F)
+    facing, pixel = rng.normal(0, 1e-3, (400, 1)).astype(F), rng.integers(0, 3, (400, 2)).astype(F)
+    focal, inside = rim_marks.mean_focal_length(K), pixel > 0
+    inputs = {"b": beside, "f": facing, "k": k, "p": pixel}
+    close(
+        gpu("rim_marks.glsl", "rise_of(b.x, f, mean_focal_length(k)), 0, 0, 0", **inputs),
+        rim_marks.rise_of(beside[:, 0], facing[:, 0], focal),
+    )
+    answer = gpu("rim_marks.glsl", "ends_along(b.xy, bvec2(p), f, mean_focal_length(k)), 0, 0, 0", **inputs)
+    close(answer, rim_marks.ends_along(beside[:, :2], inside, facing[:, 0], focal))
+    expected = rim_marks.is_rim(beside, pixel.T, (3, 4), K)
+    close(gpu("rim_marks.glsl", "is_rim(b, ivec2(p), ivec2(3, 4), k), 0, 0, 0", **inputs), expected)
+    assert 0.2 < expected.mean() < 0.9
+    rises = rng.uniform(-30, 5, (400, 2)).astype(F)
+    answer = gpu("rim_marks.glsl", "ends_before(s.x, s.y), 0, 0, 0", s=rises)
+    close(answer, rim_marks.ends_before(rises[:, 0], rises[:, 1]))
 
 
 @pytest.mark.parametrize("make", [frames.sphere_before_wall, frames.holes, frames.tilted_plane])

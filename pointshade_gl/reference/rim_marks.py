@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, facing_slope, relative_step, start
+from .inverse_depth import depth_at, facing_slope, relative_step
 
 F = np.float32
 DROP, STEEPER = F(6), F(3)
-BOTTOMLESS = F(-1e30)
+MISSING, BOTTOMLESS = F(1e5), F(-1e30)
 
 
 def mean_focal_length(intrinsics):
@@ -16,9 +16,9 @@ def mean_focal_length(intrinsics):
     return F(0.5) * (np.abs(F(intrinsics[0])) + np.abs(F(intrinsics[1])))
 
 
-def rise_of(here, there, facing, focal):
-    """Return by how many pixels of depth `there` lies before the surface facing the viewer; BOTTOMLESS if missing."""
-    return np.where(there > 0, focal * (relative_step(here, there) - facing), BOTTOMLESS)
+def rise_of(step, facing, focal):
+    """Return by how many pixels of depth a pixel lies before the surface facing the viewer; BOTTOMLESS if missing."""
+    return np.where(step < MISSING, focal * (step - facing), BOTTOMLESS)
 
 
 def ends_before(rise, opposite):
@@ -26,19 +26,27 @@ def ends_before(rise, opposite):
     return rise < -(DROP + STEEPER * np.maximum(opposite, F(0)))
 
 
-def ends_along(here, before, after, inside, facing, focal):
-    """Return whether the surface ends along one direction; inside = (before, after) lie in the picture."""
-    rise_b, rise_a = rise_of(here, before, -facing, focal), rise_of(here, after, facing, focal)
-    return (inside[0] & ends_before(rise_b, rise_a)) | (inside[1] & ends_before(rise_a, rise_b))
+def ends_along(steps, inside, facing, focal):
+    """Return whether the surface ends along one direction; steps, inside = (..., 2): before, after."""
+    before, after = rise_of(steps[..., 0], -facing, focal), rise_of(steps[..., 1], facing, focal)
+    return (inside[..., 0] & ends_before(before, after)) | (inside[..., 1] & ends_before(after, before))
+
+
+def is_rim(beside, pixel, size, intrinsics):
+    """Return whether pixels, a pair (u, v), are rims; beside = (..., 4) steps to the left, right, above, below."""
+    intrinsics = [F(k) for k in intrinsics]
+    ray = (pixel[0] - intrinsics[2]) / intrinsics[0], (pixel[1] - intrinsics[3]) / intrinsics[1]
+    focal, facing = mean_focal_length(intrinsics), facing_slope(ray, intrinsics)
+    inside = [np.stack([at > 0, at < side - 1], -1) for at, side in zip(pixel, size, strict=True)]
+    return ends_along(beside[..., :2], inside[0], facing[0], focal) | ends_along(
+        beside[..., 2:], inside[1], facing[1], focal
+    )
 
 
 def mark_rim(depth_map, pixel, intrinsics):
     """Return (h, w) float32 depth, negative at rims; pixel = pixel_grid(depth_map)."""
-    known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
-    focal, facing = mean_focal_length(intrinsics), facing_slope(ray, intrinsics)
-    (u, v), (height, width) = pixel, depth_map.shape
-    left, right = depth_at(depth_map, pixel, (-1, 0)), depth_at(depth_map, pixel, (1, 0))
-    above, below = depth_at(depth_map, pixel, (0, -1)), depth_at(depth_map, pixel, (0, 1))
-    is_rim = ends_along(here, left, right, (u > 0, u < width - 1), facing[0], focal)
-    is_rim |= ends_along(here, above, below, (v > 0, v < height - 1), facing[1], focal)
-    return np.where(known & is_rim, -depth_map, depth_map)
+    known = depth_map > 0
+    here = np.where(known, depth_map, F(1))
+    around = [depth_at(depth_map, pixel, off) for off in ((-1, 0), (1, 0), (0, -1), (0, 1))]
+    beside = np.stack([relative_step(here, there) for there in around], -1)
+    return np.where(known & is_rim(beside, pixel, depth_map.shape[::-1], intrinsics), -depth_map, depth_map)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .camera import pixel_ray
 from .corners import surface_at
-from .inverse_depth import facing_slope
+from .inverse_depth import facing_slope, relative_step
 from .rim_marks import BOTTOMLESS, DROP, ends_before, mean_focal_length, rise_of
 from .splat import inverse_depth_slope
 from .vectors import dot, length
@@ -44,7 +44,8 @@ def rise_at(
     place, last = pixel + off, np.array(surface_map.shape[1::-1]) - 1
     near = np.clip(place, 0, last)
     there = np.where((place == near).all(-1), surface_at(surface_map, near)[..., 3], F(0))
-    return rise_of(here, there, dot(facing, np.broadcast_to(off, place.shape).astype(F))[..., 0], focal)
+    along = dot(facing, np.broadcast_to(off, place.shape).astype(F))[..., 0]
+    return rise_of(relative_step(here, there), along, focal)
 
 
 def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Around:

@@ -37,7 +37,7 @@ float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 fa
     ivec2 place = pixel + off;
     bool is_inside = place == clamp(place, ivec2(0), textureSize(surface_map, 0) - 1);
     float there = is_inside ? surface_at(surface_map, place).w : 0.0;
-    return rise_of(here, there, dot(facing, vec2(off)), focal);
+    return rise_of(relative_step(here, there), dot(facing, vec2(off)), focal);
 }
 
 Around look_around(sampler2D surface_map, ivec2 pixel, vec4 source) {

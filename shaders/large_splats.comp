@@ -7,7 +7,7 @@
 #ifndef SET
 #define SET 0     // 1: one of several frames
 #endif
-#include "carried.glsl"
+#include "blocks.glsl"
 
 layout(local_size_x = 32) in;
 
@@ -24,6 +24,8 @@ void take_splat(Footprint splat, float reach) {
     ivec2 start = low + ivec2(gl_LocalInvocationID.x, gl_WorkGroupID.y);
     note_splat(splat, reach, start, high, ivec2(32, gl_NumWorkGroups.y));
 }
+
+void take_rim(ivec2 pixel) {}  // rims are never large
 
 void main() {
     int columns = (textureSize(surface_map, 0).x + 3) / 4;

@@ -40,7 +40,7 @@ void main() {
     vec4 surface = textureLod(surface_map, texel, 0.0);
     if (surface.w == 0.0) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;
-    vec3 point = pixel_ray(pixel, intrinsics) * surface.w;
+    vec3 point = pixel_ray(pixel, intrinsics) * abs(surface.w);
     if (POINTS == 1) point *= scale;
 
     vec4 albedo = textureLod(albedo_map, texel, 0.0);

@@ -22,11 +22,13 @@ Seen find_seen() {
 #else
 uniform isampler2D source_ids;
 uniform int first_id;  // of the first pixel; 0: nothing
+uniform bool has_rims;
 
 Seen find_seen() {
     ivec2 size = textureSize(surface_map, 0);
     int index = texelFetch(source_ids, ivec2(gl_FragCoord.xy), 0).r - first_id;
     if (index < 0 || index >= size.x * size.y) discard;
-    return see_splat(surface_map, pixel_of(index, size.x), gl_FragCoord.xy - 0.5, source, view, target);
+    vec2 pixel = gl_FragCoord.xy - 0.5;
+    return see_splat(surface_map, pixel_of(index, size.x), pixel, source, view, target, has_rims);
 }
 #endif

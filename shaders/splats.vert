@@ -4,8 +4,8 @@
 #endif
 // One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
-// still shows the part that lies inside. The fragment shader keeps what the footprint covers.
-#include "common/splat.glsl"
+// still shows the part that lies inside. The fragment shader keeps what the footprint covers. Rims: rims.vert.
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
@@ -14,6 +14,7 @@ uniform mat4 view;
 uniform vec2 target_size;
 uniform float near;
 uniform bool is_round;
+uniform bool has_rims;  // drawn by rims.vert
 uniform int first_id;  // of the first pixel; 0 stands for nothing
 
 in float size;  // source pixels
@@ -40,9 +41,11 @@ void main() {
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     vec4 surface = texelFetch(surface_map, pixel, 0);
     if (surface.w == 0.0 || !(size > 0.0)) return;
-    Footprint splat = carry_footprint(vec2(pixel), surface.w, surface.xyz, source, view, target);
+    float z = abs(surface.w);
+    Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
     reach = splat_reach(size, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
+    if (has_rims && surface.w < 0.0 && draws_rim(splat, z, source, target)) return;
     vec2 extent = footprint_extent(splat, reach, is_round);
     vec2 low = max(splat.centre - extent, vec2(-0.5));
     vec2 high = min(splat.centre + extent, target_size - 0.5);

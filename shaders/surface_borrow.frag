@@ -1,6 +1,7 @@
 #version 330 core
 // Second pass after surface_star.frag: pixels without a good plane of their own take a neighbour's.
 #include "common/normals_borrow.glsl"
+#include "common/rim_marks.glsl"
 
 uniform sampler2D depth_map;
 uniform sampler2D normal_map;  // unit normal, residual
@@ -10,5 +11,5 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = vec4(borrow(depth_map, normal_map, pixel, intrinsics).xyz, depth_at(depth_map, pixel, ivec2(0)));
+    surface = vec4(borrow(depth_map, normal_map, pixel, intrinsics).xyz, mark_rim(depth_map, pixel, intrinsics));
 }

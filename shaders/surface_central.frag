@@ -1,6 +1,7 @@
 #version 330 core
-// Depth -> surface (unit normal, depth) by central differences of 1/z.
+// Depth -> surface (unit normal, depth, negative at rims) by central differences of 1/z.
 #include "common/normals_differences.glsl"
+#include "common/rim_marks.glsl"
 
 uniform sampler2D depth_map;
 uniform vec4 intrinsics;
@@ -9,5 +10,5 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = vec4(estimate_central(depth_map, pixel, intrinsics), depth_at(depth_map, pixel, ivec2(0)));
+    surface = vec4(estimate_central(depth_map, pixel, intrinsics), mark_rim(depth_map, pixel, intrinsics));
 }

@@ -2,8 +2,9 @@
 #ifndef WINDOW
 #define WINDOW 7  // pixels, odd; one program for each size, so that the loops have a fixed length
 #endif
-// Depth -> surface (unit normal, depth) by a least-squares plane of 1/z over a window.
+// Depth -> surface (unit normal, depth, negative at rims) by a least-squares plane of 1/z over a window.
 #include "common/normals_plane_fit.glsl"
+#include "common/rim_marks.glsl"
 
 uniform sampler2D depth_map;
 uniform vec4 intrinsics;
@@ -13,5 +14,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 normal = estimate_plane_fit(depth_map, pixel, intrinsics, WINDOW);
-    surface = vec4(normal, depth_at(depth_map, pixel, ivec2(0)));
+    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics));
 }

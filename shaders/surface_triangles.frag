@@ -1,6 +1,7 @@
 #version 330 core
-// Depth -> surface (unit normal, depth) by 1, 2, 4 or 8 triangles around each pixel.
+// Depth -> surface (unit normal, depth, negative at rims) by 1, 2, 4 or 8 triangles around each pixel.
 #include "common/normals_triangles.glsl"
+#include "common/rim_marks.glsl"
 
 uniform sampler2D depth_map;
 uniform vec4 intrinsics;
@@ -12,5 +13,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 normal = normal_from_triangles(depth_map, pixel, intrinsics, triangle_count, max_step);
-    surface = vec4(normal, texelFetch(depth_map, pixel, 0).r);
+    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics));
 }

@@ -36,6 +36,7 @@ class ComputeSplatPass(Owner):
         self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
+        self._rims: RimList | None = None
 
     def draw(
         self,
@@ -81,28 +82,42 @@ class ComputeSplatPass(Owner):
         """of_set: inputs of one of several frames."""
         left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
-        inputs = {"surface_map": 0, "target_size": image.size, "near": near, "tolerance": self._tolerance}
-        inputs |= {"list_length": LIST_LENGTH} | source_and_target(source, camera, view) | (of_set or {})
-        program = self._program("splats.comp", of_set is not None)
-        set_uniforms(program, **inputs, corner=corner, most_groups=MOST_GROUPS)
+        inputs = {"surface_map": 0, "target_size": image.size}
+        inputs |= source_and_target(source, camera, view) | (of_set or {})
+        listed = {"near": near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
+        is_set = of_set is not None
+        program = self._program("splats.comp", is_set)
+        set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)
         points.texture.use(0)
         image.nearest.bind_to_storage_buffer(0)
         groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*groups, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
+        rims = self._empty_rims(points.size[0] * points.size[1])
         program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        window, large = self._read_header(*image.size) if self._is_software else ((0, 0, *image.size), None)
-        if large != 0:
-            self._draw_large(inputs, of_set is not None)
-            window = self._read_header(*image.size)[0] if self._is_software else window
-        return window
+        if not self._is_empty(rims):
+            self._run_list("rims.comp", rims, inputs, is_set)
+        if not self._is_empty(self._large):
+            self._run_list("large_splats.comp", self._large, inputs | listed, is_set)
+        return self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
 
-    def _draw_large(self, inputs: dict[str, Any], is_set: bool) -> None:
-        """The splats that the first step has put on its list."""
-        program = self._program("large_splats.comp", is_set)
+    def _empty_rims(self, most: int) -> moderngl.Buffer:
+        """The list of rim pixels, with room for all pixels of the frame."""
+        if self._rims is None or self._rims.most < most:
+            if self._rims is not None:
+                self._rims.release()
+            self._rims = None
+            self._rims = RimList(self._context, most)
+        self._rims.buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._rims.buffer.bind_to_storage_buffer(2)
+        return self._rims.buffer
+
+    def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
+        """Draws what the first step has put on a list."""
+        program = self._program(name, is_set)
         set_uniforms(program, **inputs)
-        program.run_indirect(self._large)
+        program.run_indirect(listed)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 
     def _program(self, name: str, is_set: bool) -> moderngl.ComputeShader:
@@ -111,13 +126,17 @@ class ComputeSplatPass(Owner):
             self._programs[name, is_set] = self._keep(made)
         return self._programs[name, is_set]
 
-    def _read_header(self, width: int, height: int) -> tuple[Box, int]:
-        """The part of the view that has splats, to which later passes are confined; how many blocks are on the list.
+    def _is_empty(self, listed: moderngl.Buffer) -> bool:
+        """Whether a list is known to be empty.
 
         A software driver runs compute shaders at once, so there is nothing to wait for.
         """
-        large, _, _, _, to_left, up, right, down = np.frombuffer(self._large.read(32), np.int32).tolist()
-        return (width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)), large
+        return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
+
+    def _read_window(self, width: int, height: int) -> Box:
+        """The part of the view that has splats, to which later passes are confined."""
+        to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
+        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def _wait_for_readers(self) -> None:
         """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
@@ -125,3 +144,17 @@ class ComputeSplatPass(Owner):
             self._context.finish()
         else:
             self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def release(self) -> None:
+        if self._rims is not None:
+            self._rims.release()
+        super().release()
+
+
+class RimList(Owner):
+    """Room for so many rim pixels, see carried.glsl."""
+
+    def __init__(self, context: moderngl.Context, most: int):
+        super().__init__(context)
+        self.most = most
+        self.buffer = self._allocate(context.buffer, reserve=4 * (5 + most))

@@ -73,7 +73,7 @@ class FrameStore:
                 "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
             )
         else:
-            self._steps.run("surface", textures.surface.write, look.normals, frame.depth, of=textures)
+            self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
         self.choice = textures.choice
 

@@ -12,6 +12,7 @@ from ..camera import Camera
 from .memory import Owner
 from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from .rims import has_rims
 from .set_splats import SetSplats
 from .state import enabled
 from .textures import Box, PointSurface, SplatImage
@@ -30,6 +31,9 @@ class PointSplatPass(Owner):
         with self._all_or_nothing():
             self._program = self._keep(build_program(context, "splats.vert", "splats.frag"))
             self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
+        self._rims: dict[
+            bool, moderngl.VertexArray
+        ] = {}  # of one frame, and of one of a set: when they are first needed
         self._set_program: moderngl.Program | None = None  # these two for the first set of frames
         self._set_vertices: Vertices | None = None
 
@@ -50,7 +54,11 @@ class PointSplatPass(Owner):
             self._vertices.release()
             self._vertices = vertices
         self._clear(image)
-        self._add(self._program, self._vertices, points, source, image, camera, view, near, is_round=splat == "round")
+        warp = points, source, image, camera, view, near
+        rims = has_rims(sizes, splat)
+        self._add(self._program, self._vertices.array, *warp, is_round=splat == "round", has_rims=rims)
+        if rims:
+            self._add_rims(*warp)
         image.raise_version()
 
     def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
@@ -65,10 +73,12 @@ class PointSplatPass(Owner):
         self._clear(image)
         for part in parts:
             part.trust.use(1)
-            inputs = {"trust_map": 1, "primary": part.primary, "side": float(part.sizes[0])}
-            inputs["is_round"] = part.splat == "round"
-            warp = image, camera, part.view, part.near
-            self._add(self._set_program, self._set_vertices, part.surface, part.source, *warp, **inputs)
+            rims, inputs = has_rims(part.sizes, part.splat), {"trust_map": 1, "primary": part.primary}
+            warp = part.surface, part.source, image, camera, part.view, part.near
+            shape = {"side": float(part.sizes[0]), "is_round": part.splat == "round", "has_rims": rims}
+            self._add(self._set_program, self._set_vertices.array, *warp, **inputs, **shape)
+            if rims:
+                self._add_rims(*warp, **inputs)
         image.raise_version()
         return [image.window] * len(parts)
 
@@ -80,7 +90,7 @@ class PointSplatPass(Owner):
     def _add(
         self,
         program: moderngl.Program,
-        vertices: Vertices,
+        vertices: moderngl.VertexArray,
         points: PointSurface,
         source: Camera,
         image: SplatImage,
@@ -93,7 +103,16 @@ class PointSplatPass(Owner):
         set_uniforms(program, surface_map=0, target_size=image.size, near=near, **warp, first_id=1, **inputs)
         points.texture.use(0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            vertices.array.render(moderngl.POINTS, vertices=source.width * source.height)
+            vertices.render(moderngl.POINTS, vertices=source.width * source.height)
+
+    def _add_rims(self, *warp: Any, **of_set: Any) -> None:
+        """of_set: inputs of one of several frames."""
+        is_set = bool(of_set)
+        if is_set not in self._rims:
+            program = self._keep(build_program(self._context, "rims.vert", "rims.frag", SET=int(is_set)))
+            self._rims[is_set] = self._allocate(self._context.vertex_array, program, [])
+        array = self._rims[is_set]
+        self._add(array.program, array, *warp, **of_set)
 
     def release(self) -> None:
         for vertices in (self._set_vertices, self._vertices):

@@ -7,6 +7,7 @@ import numpy as np
 
 from .compute_splats import ComputeSplatPass
 from .point_splats import PointSplatPass
+from .rims import has_rims
 
 
 class Rasterizers:
@@ -23,7 +24,7 @@ class Rasterizers:
 
     def choose(self, sizes: np.ndarray, splat: str) -> PointSplatPass | ComputeSplatPass:
         """For splats of these sizes, (1,) or (h*w,) in source pixels, and of this shape."""
-        computed = self._can_compute and splat == "footprint" and bool((sizes == 1).all())
+        computed = self._can_compute and has_rims(sizes, splat)
         if computed not in self._made:
             made = ComputeSplatPass(self._context, self._merge, self._is_software) if computed else None
             self._made[computed] = made or PointSplatPass(self._context)

@@ -65,6 +65,14 @@ class SurfacePass:
             self._pass(name).draw(frame.surface.target, source, intrinsics=intrinsics)
         return Choice(method)
 
+    def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
+        """The caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
+        frame.surface.raise_version()
+        scratch = self._fit(frame)
+        scratch.image.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
+        maps = {"normal_map": scratch.image, "depth_map": frame.depth}
+        self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
+
     def _run_by_noise(
         self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
     ) -> Choice:
@@ -105,7 +113,7 @@ class SurfacePass:
 
 
 class Scratch(Owner):
-    """What surface_star.frag writes for surface_borrow.frag: normal and residual."""
+    """What surface_star.frag writes for surface_borrow.frag: normal and residual; or the caller's normals."""
 
     def __init__(self, context: moderngl.Context, width: int, height: int):
         super().__init__(context)

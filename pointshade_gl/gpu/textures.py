@@ -126,6 +126,8 @@ class TrustImage(Images):
 class PointSurface(Images):
     """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
 
+    Depth is negative at rims, see shaders/common/rim_marks.glsl: these pixels are drawn otherwise.
+
     window  the part with points: the passes write no other
     """
 
@@ -153,15 +155,11 @@ class PointSurface(Images):
             self.window = window
             empty(self.target, window)
 
-    def write(self, normals: np.ndarray, depth: np.ndarray) -> None:
-        """normals (h, w, 3), (0, 0, 0) where missing, and depth (h, w), both float32."""
-        known = np.where(normals.any(-1), depth, np.float32(0))
-        self.texture.write(np.concatenate([normals, known[..., None]], -1))
-        self.raise_version()
-
     def read(self) -> np.ndarray:
-        """(h, w, 4) float32, read-only"""
-        return _read(self._context, self.texture, np.float32)
+        """(h, w, 4) float32, rims not marked"""
+        surface = _read(self._context, self.texture, np.float32).copy()
+        np.abs(surface[..., 3], out=surface[..., 3])
+        return surface
 
 
 class TriangleImage(Images):

@@ -43,7 +43,7 @@ def depth_excess(surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndar
 def vote_on(surface_map: np.ndarray, there: np.ndarray, intrinsics: np.ndarray, band: float) -> np.ndarray:
     inside = lies_inside(there, np.array(surface_map.shape[1::-1], F))
     at, w = np.where(inside[..., None], there[..., :2], F(0)), np.where(inside, there[..., 2], F(1))
-    depth = np.stack([corner[..., 3] for corner in corners_at(surface_map, at)[2:]], -1)
+    depth = np.stack([np.abs(corner[..., 3]) for corner in corners_at(surface_map, at)[2:]], -1)
     beyond = (depth * w[..., None] > F(1) + np.maximum(F(2) * F(band), SEE_THROUGH)).all(-1)
     supports = np.abs(depth_excess(surface_map, there, intrinsics)) < F(band)
     return np.stack([inside & supports, inside & beyond], -1).astype(F)

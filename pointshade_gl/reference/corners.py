@@ -15,21 +15,30 @@ F = np.float32
 class Corners(NamedTuple):
     low: np.ndarray  # (n, 2) int
     high: np.ndarray
-    a: np.ndarray  # (n, 4) float
+    a: np.ndarray  # (n, 4) float; depth is negative at rims
     b: np.ndarray
     c: np.ndarray
     d: np.ndarray
 
 
-def surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+def marked_surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     return texel(surface_map, pixel)
+
+
+def surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    surface = marked_surface_at(surface_map, pixel)
+    return unmarked(surface) if surface_map.shape[2:] == (4,) else surface  # other maps are read by it, too
+
+
+def unmarked(surface: np.ndarray) -> np.ndarray:
+    return np.concatenate([surface[..., :3], np.abs(surface[..., 3:])], -1)
 
 
 def corners_at(surface_map: np.ndarray, at: np.ndarray) -> Corners:
     last = np.array(surface_map.shape[1::-1]) - 1
     low = np.clip(np.floor(at).astype(int), 0, last)
     high = np.clip(np.floor(at).astype(int) + 1, 0, last)
-    return Corners(low, high, *(surface_at(surface_map, pixel) for pixel in four(low, high)))
+    return Corners(low, high, *(marked_surface_at(surface_map, pixel) for pixel in four(low, high)))
 
 
 def seen_corner(corners: Corners, at: np.ndarray, w_at: np.ndarray) -> np.ndarray:
@@ -47,7 +56,8 @@ def corner_pixel(corners: Corners, side: np.ndarray) -> np.ndarray:
 
 def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
     right, below = side[..., :1], side[..., 1:]
-    return np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
+    surface = np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
+    return unmarked(surface)
 
 
 def corner_weights(corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from .vectors import dot
 
 F = np.float32
 SAME_SURFACE = F(0.02)
+RIM_REACH = F(0.985)
 
 
 def pixel_of(index: np.ndarray, columns: int) -> np.ndarray:
@@ -36,14 +37,14 @@ def carry_back(
 def neighbour_weight(
     z: np.ndarray, corner: np.ndarray, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray
 ) -> np.ndarray:
-    known = z > 0
+    known = z != 0
     expected = w + dot(slope, corner - pixel)[..., 0]
-    off = np.abs(F(1) / np.where(known, z, F(1)) - expected) > SAME_SURFACE * w
+    off = np.abs(F(1) / np.where(known, np.abs(z), F(1)) - expected) > SAME_SURFACE * w
     closeness = np.maximum(F(1) - np.abs(at - corner), F(0))
     return np.where(known & ~off, closeness[..., 0] * closeness[..., 1], F(0))
 
 
 def look_up_error(z: np.ndarray, corner: np.ndarray, at: np.ndarray, w_at: np.ndarray) -> np.ndarray:
     off = np.abs(at - corner).max(-1)
-    known = (z > 0) & (off <= F(0.501) + MARGIN)
-    return np.where(known, np.abs(F(1) / np.where(known, z, F(1)) - w_at), F(1e30))
+    known = (z != 0) & (off <= np.where(z < 0, RIM_REACH, F(0.501) + MARGIN))
+    return np.where(known, np.abs(F(1) / np.where(known, np.abs(z), F(1)) - w_at), F(1e30))

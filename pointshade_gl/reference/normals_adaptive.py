@@ -74,7 +74,7 @@ def estimate_adaptive(picture, pixel, intrinsics):
     """
     known, depth, ray, intrinsics = start(picture[..., 0], pixel, intrinsics)
     noise = picture[..., 1]
-    slope_u, slope_v, _ = star_slope(picture[..., 0], pixel, depth, intrinsics, noise)
+    slope_u, slope_v, _, _ = star_slope(picture[..., 0], pixel, depth, intrinsics, noise)
     stride = widest_stride((depth, noise), intrinsics)
     v, u = np.nonzero(known)
     for answer in (nearer_slope, robust_slope, calm_slope):  # the preferred answer writes last

@@ -61,7 +61,7 @@ def slope_along(before2, before1, after1, after2, steepest, variance):
 
 
 def star_slope(depth_map, pixel, here, intrinsics, sigma):
-    """Return (slope u, slope v, residual) of w per pixel relative to w.
+    """Return (slope u, slope v, residual) of w per pixel relative to w; and the steps beside, (h, w, 4).
 
     `here` = depth without zeros, sigma = depth noise over depth, scalar or (h, w).
     """
@@ -69,7 +69,7 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
     variance = np.asarray(sigma, f32) * np.asarray(sigma, f32)
     steep_x, steep_y = STEEPEST / abs(fx), STEEPEST / abs(fy)
     steep_diagonal = np.sqrt(steep_x * steep_x + steep_y * steep_y)
-    votes = []
+    votes, beside = [], []
     for (du, dv), steepest in (
         ((1, 0), steep_x),
         ((0, 1), steep_y),
@@ -77,6 +77,7 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
         ((1, -1), steep_diagonal),
     ):
         steps = {k: relative_step(here, depth_at(depth_map, pixel, (k * du, k * dv))) for k in (-2, -1, 1, 2)}
+        beside += [steps[-1], steps[1]]
         votes.append(slope_along(steps[-2], steps[-1], steps[1], steps[2], steepest, variance))
     ray_x, ray_y = (pixel[0] - cx) / fx, (pixel[1] - cy) / fy
     square = ONE + ray_x * ray_x + ray_y * ray_y
@@ -90,7 +91,7 @@ def star_slope(depth_map, pixel, here, intrinsics, sigma):
     slope_u = ((uv + up + uq) * u + vp * (p - v) + vq * (q + v) + pq * (HALF * (p + q))) / pairs
     slope_v = ((uv + vp + vq) * v + up * (p - u) + uq * (u - q) + pq * (HALF * (p - q))) / pairs
     trace = weight_u + weight_v + TWO * (weight_p + weight_q)
-    return slope_u, slope_v, np.sqrt(trace / pairs)
+    return slope_u, slope_v, np.sqrt(trace / pairs), np.stack(beside[:4], -1)
 
 
 def estimate_star(depth_map, pixel, intrinsics, sigma):
@@ -99,6 +100,6 @@ def estimate_star(depth_map, pixel, intrinsics, sigma):
     depth_map (h, w) float32; pixel = pixel_grid(depth_map); sigma = noise over depth, scalar or (h, w), 0 = clean.
     """
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
-    slope_u, slope_v, residual = star_slope(depth_map, pixel, here, intrinsics, sigma)
+    slope_u, slope_v, residual, _ = star_slope(depth_map, pixel, here, intrinsics, sigma)
     normal = normal_of_slope((slope_u, slope_v), ray, intrinsics)
     return np.where(known[..., None], np.concatenate([normal, residual[..., None]], -1), f32(0))

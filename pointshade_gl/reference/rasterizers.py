@@ -8,6 +8,10 @@ import numpy as np
 
 from ..camera import Camera
 from .camera import pixel_ray
+from .corners import surface_at
+from .look_up import pixel_of
+from .rim_splat import draws_rim, rim_box, rim_inverse_depth
+from .rims import Rim, estimate_rim
 from .splat import (
     ENDLESS,
     FLAT,
@@ -33,7 +37,7 @@ class Pairs(NamedTuple):
     """Every (splat, target pixel that it covers), n of them."""
 
     splat: Footprint  # of the pair
-    to_source: np.ndarray  # (n, 4)
+    inverse_depth: np.ndarray  # (n,) of the splat there
     source_index: np.ndarray  # (n,) the source pixel's number, row by row
     q: np.ndarray  # (n, 2) the target pixel
 
@@ -49,11 +53,11 @@ class Splats(NamedTuple):
 
 
 def single_splats(depth: np.ndarray, normals: np.ndarray, size: np.ndarray) -> Splats:
-    """A splat for every pixel. size (1,) or (h*w,) source pixels; normals 0 where missing."""
+    """A splat for every pixel. size (1,) or (h*w,) source pixels; normals 0 where missing; depth negative at rims."""
     v, u = np.nonzero(depth)
     index = v * depth.shape[1] + u
     sizes = np.broadcast_to(size, depth.size)[index].astype(F)
-    return Splats(np.stack([u, v], -1).astype(F), depth[v, u], normals[v, u], sizes, index)
+    return Splats(np.stack([u, v], -1).astype(F), np.abs(depth[v, u]), normals[v, u], sizes, index)
 
 
 def merged_splats(
@@ -97,31 +101,57 @@ def merged_splats(
 def covered_pairs(
     splats: Splats, source: Camera, target: Camera, view: np.ndarray, near: float, is_round: bool
 ) -> Pairs:
-    """Every pixel of every splat's box is tried."""
+    """What the splats cover, all of them drawn as footprints."""
     shown, reach = splats.size > 0, splat_reach(splats.size, is_round)
     intrinsics = np.array(source.intrinsics, F), np.array(target.intrinsics, F)
     splat = carry_footprint(splats.centre, splats.z, splats.normal, intrinsics[0], view, intrinsics[1])
     bend = splat_bend(splat, reach)
     shown &= splat_is_ahead(splat, near) & (splat_bends(splat, reach) < ENDLESS)
     extent = footprint_extent(splat, reach, is_round)
-    edge = np.array([target.width, target.height]) - 1
-    low = np.maximum(np.ceil(np.maximum(splat.centre - extent, -0.5)).astype(int), 0)
-    high = np.minimum(np.floor(np.minimum(splat.centre + extent, edge + 0.5)).astype(int), edge)
-    across, down = np.moveaxis(np.where(shown[:, None], np.maximum(high - low + 1, 0), 0), -1, 0)
-    which = np.repeat(np.arange(len(shown)), across * down)
-    place = np.arange(len(which)) - np.repeat(np.cumsum(across * down) - across * down, across * down)
-    q = low[which] + np.stack([place % np.maximum(across[which], 1), place // np.maximum(across[which], 1)], -1)
-    to_source = invert_footprint(splat.to_target)[which]
-    keep = footprint_covers(to_source, bend[which], q.astype(F) - splat.centre[which], reach[which], is_round)
+    which, q = _pixels_of(np.concatenate([splat.centre - extent, splat.centre + extent], -1), shown, target)
+    to_source, offset = invert_footprint(splat.to_target)[which], q.astype(F) - splat.centre[which]
+    keep = footprint_covers(to_source, bend[which], offset, reach[which], is_round)
+    which, q, to_source, offset = which[keep], q[keep], to_source[keep], offset[keep]
+    found = Footprint(*(part[which] for part in splat))
+    return Pairs(found, footprint_inverse_depth(found, to_source, offset), splats.source_index[which], q)
+
+
+def rim_pairs(
+    surface_map: np.ndarray, index: np.ndarray, source: Camera, target: Camera, view: np.ndarray, near: float
+) -> Pairs:
+    """What rims cover: the source pixels with these numbers (n,)."""
+    pixel = pixel_of(index, source.width)
+    centre, own, cameras = pixel.astype(F), surface_at(surface_map, pixel), _cameras(source, target, view)
+    splat, rim = carry_footprint(centre, own[:, 3], own[:, :3], *cameras), estimate_rim(surface_map, pixel, cameras[0])
+    box = rim_box(rim, centre, own, *cameras)
+    which, q = _pixels_of(box, splat_is_ahead(splat, near), target)
+    its, there = Rim(*(part[which] for part in rim)), q.astype(F)
+    met = rim_inverse_depth(its, centre[which], own[which], splat.inverse_depth[which], there, *cameras)
+    keep = met > 0
     which = which[keep]
-    return Pairs(Footprint(*(part[which] for part in splat)), to_source[keep], splats.source_index[which], q[keep])
+    return Pairs(Footprint(*(part[which] for part in splat)), met[keep], index[which], q[keep])
+
+
+def drawn_pairs(
+    splats: Splats, surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray, near: float
+) -> Pairs:
+    """What splats of size 1 and of merged pixels cover; rims are drawn as such."""
+    marked = (surface_map[..., 3].ravel()[splats.source_index] < 0) & (splats.size == 1)
+    cameras = _cameras(source, target, view)
+    footprint = carry_footprint(splats.centre, splats.z, splats.normal, *cameras)
+    rims = marked & draws_rim(footprint, splats.z, cameras[0], cameras[2])
+    others = Splats(*(part[~rims] for part in splats))
+    drawn = covered_pairs(others, source, target, view, near, False)
+    found = rim_pairs(surface_map, splats.source_index[rims], source, target, view, near)
+    splat = Footprint(*map(_joined, drawn.splat, found.splat))
+    return Pairs(splat, *map(_joined, drawn[1:], found[1:]))
 
 
 def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
     """(h, w) int: the source pixel that each target pixel shows, -1 for none: the result of the points."""
     z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
     window = np.round((z_clip * F(0.5) + F(0.5)).astype(float) * DEPTH_STEPS)
-    order = np.lexsort((pairs.source_index, window))[::-1]  # farthest first: the nearest writes last and stays
+    order = np.argsort(window, kind="stable")[::-1]  # farthest first: the nearest, of equals the first, writes last
     result = np.full((target.height, target.width), -1)
     result[pairs.q[order, 1], pairs.q[order, 0]] = pairs.source_index[order]
     return result
@@ -129,10 +159,8 @@ def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
 
 def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
     """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: the result of the compute rasteriser."""
-    offset = pairs.q.astype(F) - pairs.splat.centre
     result = np.zeros((target.height, target.width), F)
-    place = pairs.q[:, 1], pairs.q[:, 0]
-    np.maximum.at(result, place, footprint_inverse_depth(pairs.splat, pairs.to_source, offset))
+    np.maximum.at(result, (pairs.q[:, 1], pairs.q[:, 0]), pairs.inverse_depth)
     return result
 
 
@@ -140,3 +168,23 @@ def buffer_depths(near: float, inverse_depth: np.ndarray) -> np.ndarray:
     """(h, w) float32 window depth 1 - near/z as a depth buffer keeps it."""
     window = np.clip(F(1) - F(near) * inverse_depth, F(0), F(1)).astype(float)
     return (np.round(window * DEPTH_STEPS) / DEPTH_STEPS).astype(F)
+
+
+def _pixels_of(box: np.ndarray, shown: np.ndarray, target: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """All pixels of the view in boxes (n, 4): number of the box, and the pixel (m, 2); shown (n,) says which count."""
+    edge = np.array([target.width, target.height]) - 1
+    low = np.maximum(np.ceil(np.maximum(box[:, :2], -0.5)).astype(int), 0)
+    high = np.minimum(np.floor(np.minimum(box[:, 2:], edge + 0.5)).astype(int), edge)
+    across, down = np.moveaxis(np.where(shown[:, None], np.maximum(high - low + 1, 0), 0), -1, 0)
+    which = np.repeat(np.arange(len(shown)), across * down)
+    place = np.arange(len(which)) - np.repeat(np.cumsum(across * down) - across * down, across * down)
+    wide = np.maximum(across[which], 1)
+    return which, low[which] + np.stack([place % wide, place // wide], -1)
+
+
+def _cameras(source: Camera, target: Camera, view: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)
+
+
+def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.concatenate([one, other])

@@ -24,11 +24,22 @@ from .color import srgb_to_linear
 from .finished import add_ground, finished
 from .grid import triangle_position
 from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
+from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .picture import picture_at
-from .rasterizers import Pairs, buffer_depths, covered_pairs, merged_splats, nearest, single_splats, source_ids
+from .rasterizers import (
+    Pairs,
+    buffer_depths,
+    covered_pairs,
+    drawn_pairs,
+    merged_splats,
+    nearest,
+    single_splats,
+    source_ids,
+)
 from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
+from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
 from .vectors import normalize, texel
 
@@ -48,7 +59,7 @@ class Splatted(NamedTuple):
     """A frame, and how its points become splats."""
 
     frame: Frame
-    normals: np.ndarray
+    surface_map: np.ndarray
     look: Look
     rasterizer: str
     merge: float
@@ -65,7 +76,8 @@ def render(
     finish: Finish = SIMPLE,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
-    points = Splatted(frame, normals, look, rasterizer, merge)
+    marked = mark_rim(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
+    points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge)
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
     return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
@@ -84,14 +96,14 @@ def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarr
 
 def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     """(h, w, 4) float32: linear light and 1 where something is seen."""
-    frame, normals, look, rasterizer, _ = points
+    frame, surface_map, look, rasterizer, _ = points
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
     pairs = carried_pairs(points, eye)
-    surface_map = surface_map_of(normals, depth)
     if rasterizer == "points":
-        target_pixel, seen = seen_by_id(source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
+        ids, rims = source_ids(pairs, eye.near, camera), has_rims(points)
+        target_pixel, seen = seen_by_id(ids, surface_map, source, camera, view, rims)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), F)
@@ -104,7 +116,7 @@ def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
         surface, albedo = surfaces(seen, picture, source, view)
         image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
     else:
-        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
+        light_map = light_points(frame, surface_map[..., :3], picture, viewer_in(frame.pose, eye), lamps, look)
         weights = seen_weights(seen, np.array(source.intrinsics, F))
         is_flat = look.shading == "flat"
         image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
@@ -113,10 +125,9 @@ def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
 
 def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     """The same of the triangles between the pixels."""
-    frame, normals, look, *_ = points
+    frame, surface_map, look, *_ = points
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
     triangles, drawn = carried_triangles(points, eye)
-    surface_map = surface_map_of(normals, frame.depth)
     size, intrinsics = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
     whole = triangles.is_whole[drawn.triangle]
 
@@ -130,7 +141,7 @@ def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
         return light(project(point, intrinsics), surface, color_at(point), *axes, look)
 
     if look.shading == "gouraud":
-        light_map = light_points(frame, normals, picture, viewer_in(frame.pose, eye), lamps, look)
+        light_map = light_points(frame, surface_map[..., :3], picture, viewer_in(frame.pose, eye), lamps, look)
         linear = interpolate(texel(light_map, triangles.pixels), drawn)
     elif look.shading == "flat":
         linear = lit_at(*(values[drawn.triangle] for values in middles(triangles)))
@@ -153,21 +164,30 @@ def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]
     """The triangles between the pixels, and what a view shows of them."""
     frame, step = points.frame, points.look.max_depth_step
     max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
-    triangles = triangles_of(surface_map_of(points.normals, frame.depth), frame.camera, max_step)
+    triangles = triangles_of(points.surface_map, frame.camera, max_step)
     view = view_matrix(frame.pose, eye.pose).astype(F)
     return triangles, fragments(triangles.points, view, eye.camera, eye.near)
 
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
     """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
-    frame, normals, look, rasterizer, merge = points
+    frame, surface_map, look, rasterizer, merge = points
+    depth, normals = surface_map[..., 3], surface_map[..., :3]
     view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
         size = np.asarray(1.0 if look.size is None else look.size, F).ravel()
-        splats = single_splats(frame.depth, normals, size)
+        splats = single_splats(depth, normals, size)
     else:
-        splats = merged_splats(frame.depth, normals, frame.camera, merge, view)
+        splats = merged_splats(depth, normals, frame.camera, merge, view)
+    if has_rims(points):
+        return drawn_pairs(splats, surface_map, frame.camera, eye.camera, view, eye.near)
     return covered_pairs(splats, frame.camera, eye.camera, view, eye.near, look.splat == "round")
+
+
+def has_rims(points: Splatted) -> bool:
+    """Footprints of size 1 have rims."""
+    size = 1 if points.look.size is None else points.look.size
+    return points.look.splat == "footprint" and bool((np.asarray(size) == 1).all())
 
 
 def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
@@ -200,8 +220,7 @@ def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
         inverse_depth = nearest(pairs, eye.camera)
     else:
         view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
-        surface_map = surface_map_of(points.normals, frame.depth)
-        pixel, seen = seen_by_id(ids, surface_map, frame.camera, eye.camera, view)
+        pixel, seen = seen_by_id(ids, points.surface_map, frame.camera, eye.camera, view, has_rims(points))
         inverse_depth = np.zeros((eye.camera.height, eye.camera.width), F)
         inverse_depth[pixel[:, 1], pixel[:, 0]] = seen.inverse_depth
     return buffer_depths(eye.near, inverse_depth)

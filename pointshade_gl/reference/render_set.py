@@ -21,8 +21,9 @@ from ..shot import Shot
 from .camera import pixel_ray
 from .color import srgb_to_linear
 from .consensus import carry_forth, depth_excess, end_around, end_in_row, log_ratio, surface_ends, trust_in, vote_on
-from .corners import Corners
+from .corners import Corners, surface_at
 from .finished import finished
+from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .parts import (
     agreement,
@@ -40,12 +41,13 @@ from .parts import (
     view_weight,
 )
 from .picture import picture_at
-from .rasterizers import DEPTH_STEPS, Pairs, covered_pairs, merged_splats, single_splats
+from .rasterizers import DEPTH_STEPS, Pairs, drawn_pairs, merged_splats, single_splats
 from .render import tiling, view_rows
 from .resolve import Seen, color_position, mix_normal, seen_weights, stored
 from .resolve_pass import surface_map_of
+from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
-from .splat import footprint_extent, footprint_inverse_depth, splat_reach
+from .splat import footprint_extent, splat_reach
 from .surface_pass import surface_by_noise
 from .vectors import normalize, texel
 
@@ -127,7 +129,8 @@ def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, 
 
 def _view(frame: Frame, normals: np.ndarray) -> View:
     picture = np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color
-    surface_map = surface_map_of(normals, np.where(normals.any(-1), frame.depth, F(0)))
+    depth = np.where(normals.any(-1), frame.depth, F(0))
+    surface_map = surface_map_of(normals, mark_rim(depth, pixel_grid(depth), frame.camera.intrinsics))
     return View(frame, surface_map, picture.astype(F) / F(255), np.array(frame.camera.intrinsics, F))
 
 
@@ -140,7 +143,7 @@ def _compare(one: View, other: View) -> Comparison:
     columns, rows = max(width // STRIDE, 1), max(height // STRIDE, 1)
     at = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), -1).reshape(-1, 2) * STRIDE + STRIDE // 2
     place = np.minimum(at, (width - 1, height - 1))
-    own = texel(one.surface_map, place)
+    own = surface_at(one.surface_map, place)
     known = own[:, 3] > 0
     place, at, own = place[known], at[known], own[known]
     there = carry_forth(
@@ -158,9 +161,9 @@ def _compare(one: View, other: View) -> Comparison:
 def _trust(view: View, others: Sequence[View], band: float) -> np.ndarray:
     height, width = view.frame.depth.shape
     pixel = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1)
-    known = view.surface_map[..., 3] > 0
+    known = view.surface_map[..., 3] != 0
     votes = np.zeros((height, width, 2), F)
-    w = F(1) / np.where(known, view.surface_map[..., 3], F(1))
+    w = F(1) / np.where(known, np.abs(view.surface_map[..., 3]), F(1))
     for other in others:
         there = carry_forth(pixel.astype(F), w, view.intrinsics, _way(view, other.frame.pose), other.intrinsics)
         votes += vote_on(other.surface_map, there, other.intrinsics, band) * known[..., None]
@@ -183,14 +186,14 @@ def _keys(judged: Judged, eye: Eye, primary: np.ndarray, rasterizer: str) -> np.
         row, column = np.divmod(pairs.source_index, trust.shape[1])
         among = is_among(np.stack([column, row], -1), share)
         level = splat_level(trust[row, column, 0], stretched, among)
-        inverse_depth = footprint_inverse_depth(pairs.splat, pairs.to_source, pairs.q.astype(F) - pairs.splat.centre)
+        inverse_depth = pairs.inverse_depth
         keys, place = splat_key(inverse_depth, level), (pairs.q[:, 1], pairs.q[:, 0])
         if rasterizer == "compute":
             np.maximum.at(result, place, keys)
             continue
         window = (F(4) - level - np.clip(F(eye.near) * inverse_depth, F(0), F(1))) * F(0.25)
         window = np.round(window.astype(float) * DEPTH_STEPS)
-        order = np.lexsort((pairs.source_index, window))[::-1]
+        order = np.argsort(window, kind="stable")[::-1]
         nearest = np.full(result.shape, np.inf)
         np.minimum.at(nearest, place, window)
         picked = np.zeros_like(result)
@@ -210,7 +213,7 @@ def _pairs(view: View, eye: Eye, rasterizer: str) -> tuple[Pairs, np.ndarray]:
         splats = merged_splats(depth, normals, source, MERGE, way)
     size = np.ones(depth.size, F)
     size[splats.source_index] = splats.size
-    pairs = covered_pairs(splats, source, eye.camera, way, eye.near, False)
+    pairs = drawn_pairs(splats, view.surface_map, source, eye.camera, way, eye.near)
     return pairs, size[pairs.source_index]
 
 

@@ -39,7 +39,7 @@ vec2 vote_on(sampler2D surface_map, vec3 there, vec4 intrinsics, float band) {
     if (!lies_inside(there, vec2(textureSize(surface_map, 0)))) return vec2(0.0);
     Corners corners = corners_at(surface_map, there.xy);
     vec4 depth = vec4(corners.a.w, corners.b.w, corners.c.w, corners.d.w);
-    bool is_beyond = all(greaterThan(depth * there.z, vec4(1.0 + max(2.0 * band, SEE_THROUGH))));
+    bool is_beyond = all(greaterThan(abs(depth) * there.z, vec4(1.0 + max(2.0 * band, SEE_THROUGH))));
     bool is_there = abs(depth_excess(surface_map, there, intrinsics)) < band;
     return vec2(is_there ? 1.0 : 0.0, is_beyond ? 1.0 : 0.0);
 }

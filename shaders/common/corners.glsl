@@ -5,13 +5,18 @@
 struct Corners {
     ivec2 low;   // the upper left pixel
     ivec2 high;  // the lower right one
-    vec4 a, b;   // unit normal and depth above: left, right
+    vec4 a, b;   // unit normal and depth, negative at rims, above: left, right
     vec4 c, d;   // and below
 };
 
 // A sampler read at the texel's centre is faster than texelFetch on llvmpipe.
-vec4 surface_at(sampler2D surface_map, ivec2 pixel) {
+vec4 marked_surface_at(sampler2D surface_map, ivec2 pixel) {
     return textureLod(surface_map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(surface_map, 0))), 0.0);
+}
+
+vec4 surface_at(sampler2D surface_map, ivec2 pixel) {
+    vec4 surface = marked_surface_at(surface_map, pixel);
+    return vec4(surface.xyz, abs(surface.w));
 }
 
 // Outside the frame its outermost pixels repeat.
@@ -21,8 +26,8 @@ Corners corners_at(sampler2D surface_map, vec2 at) {
     ivec2 high = clamp(ivec2(floor(at)) + 1, ivec2(0), last);
     return Corners(
         low, high,
-        surface_at(surface_map, low), surface_at(surface_map, ivec2(high.x, low.y)),
-        surface_at(surface_map, ivec2(low.x, high.y)), surface_at(surface_map, high)
+        marked_surface_at(surface_map, low), marked_surface_at(surface_map, ivec2(high.x, low.y)),
+        marked_surface_at(surface_map, ivec2(low.x, high.y)), marked_surface_at(surface_map, high)
     );
 }
 
@@ -44,7 +49,8 @@ ivec2 corner_pixel(Corners corners, bvec2 side) {
 }
 
 vec4 corner_surface(Corners corners, bvec2 side) {
-    return side.y ? (side.x ? corners.d : corners.c) : (side.x ? corners.b : corners.a);
+    vec4 surface = side.y ? (side.x ? corners.d : corners.c) : (side.x ? corners.b : corners.a);
+    return vec4(surface.xyz, abs(surface.w));
 }
 
 // Weights of a, b, c, d at a position: bilinear, and 0 off the surface of `pixel`, whose w and slope are given.

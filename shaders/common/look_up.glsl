@@ -3,6 +3,7 @@
 // Looks a target pixel up in its frame.
 
 const float SAME_SURFACE = 0.02;  // a neighbour off the tangent plane by more than this share of 1/z is another surface
+const float RIM_REACH = 0.985;    // source pixels from a rim's pixel that it may cover
 
 // Row and column of a pixel by its number. Integer division is slow on many GPUs; float division may be wrong by one.
 ivec2 pixel_of(int index, int columns) {
@@ -32,12 +33,14 @@ vec3 carry_back(vec2 target_pixel, float inverse_depth, vec4 target, mat4 view, 
     return vec3(project(h, source), inverse_depth / h.z);
 }
 
+// Depths z are negative at rims.
+
 // Weight of the neighbour with depth z at a corner around `at`: bilinear, but 0 if the neighbour is missing or on
 // another surface, so that nothing blends across an edge.
 float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
     if (z == 0.0) return 0.0;
     float expected = w + dot(slope, corner - pixel);
-    if (abs(1.0 / z - expected) > SAME_SURFACE * w) return 0.0;
+    if (abs(1.0 / abs(z) - expected) > SAME_SURFACE * w) return 0.0;
     vec2 closeness = max(1.0 - abs(at - corner), 0.0);
     return closeness.x * closeness.y;
 }
@@ -45,6 +48,6 @@ float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 
 // Whether the splat at a corner covers this position, and how well its 1/z agrees. The most likely has the least value.
 float look_up_error(float z, vec2 corner, vec2 at, float w_at) {
     vec2 off = abs(at - corner);
-    if (z == 0.0 || max(off.x, off.y) > 0.501 + MARGIN) return 1e30;
-    return abs(1.0 / z - w_at);
+    if (z == 0.0 || max(off.x, off.y) > (z < 0.0 ? RIM_REACH : 0.501 + MARGIN)) return 1e30;
+    return abs(1.0 / abs(z) - w_at);
 }

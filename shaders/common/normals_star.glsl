@@ -65,26 +65,30 @@ vec2 slope_along(float before2, float before1, float after1, float after2, float
 
 // Slope of w at `pixel` per step in u and v relative to w (xy), and how far w may lie off that plane one step
 // away, relative to w (z: residual; 1e-6 on clean planes, 3e4 if no neighbour has a vote). intrinsics = fx, fy,
-// cx, cy; `here` = depth of the pixel, not 0; sigma = std of depth noise over depth at this pixel, 0 if clean.
+// cx, cy; `here` = depth of the pixel, not 0; sigma = std of depth noise over depth at this pixel, 0 if clean; `beside`
+// becomes the steps to the left and right, above and below.
 //
 // Weighted least squares over four directions, exact on planes. It is written as the mean over pairs of
 // directions, each weighted by its squared determinant (Jacobi 1841): all terms positive, nothing cancels.
 // One last vote of weight 1e-9 goes to the surface facing the viewer. It decides only for isolated pixels.
-vec3 star_slope(sampler2D depth_map, ivec2 pixel, float here, vec4 intrinsics, float sigma) {
+vec3 star_slope(sampler2D depth_map, ivec2 pixel, float here, vec4 intrinsics, float sigma, out vec4 beside) {
     const ivec2 along[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(1, -1));
     float variance = sigma * sigma;
     float steep_x = STEEPEST / abs(intrinsics.x);
     float steep_y = STEEPEST / abs(intrinsics.y);
     float steep_diagonal = sqrt(steep_x * steep_x + steep_y * steep_y);
     vec2 votes[4];
+    vec2 steps[4];
     for (int k = 0; k < 4; ++k) {
         float before2 = relative_step(here, depth_at(depth_map, pixel, -2 * along[k]));
         float before1 = relative_step(here, depth_at(depth_map, pixel, -along[k]));
         float after1 = relative_step(here, depth_at(depth_map, pixel, along[k]));
         float after2 = relative_step(here, depth_at(depth_map, pixel, 2 * along[k]));
         float steepest = k == 0 ? steep_x : k == 1 ? steep_y : steep_diagonal;
+        steps[k] = vec2(before1, after1);
         votes[k] = slope_along(before2, before1, after1, after2, steepest, variance);
     }
+    beside = vec4(steps[0], steps[1]);
     vec2 ray = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
     vec2 facing = ray / (1.0 + ray.x * ray.x + ray.y * ray.y) / intrinsics.xy;
     float weight_u = votes[0].y + RIDGE, weight_v = votes[1].y + RIDGE;
@@ -100,11 +104,12 @@ vec3 star_slope(sampler2D depth_map, ivec2 pixel, float here, vec4 intrinsics, f
     return vec3(slope_u, slope_v, sqrt(trace / pairs));  // trace over determinant: variance of the worst direction
 }
 
-// Unit normal of `pixel` towards the camera (xyz) and its residual (w), zeros where its depth is missing.
-vec4 estimate_star(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, float sigma) {
+// Unit normal of `pixel` towards the camera (xyz) and its residual (w), zeros where its depth is missing. beside: as above
+vec4 estimate_star(sampler2D depth_map, ivec2 pixel, vec4 intrinsics, float sigma, out vec4 beside) {
+    beside = vec4(0.0);
     float here = depth_at(depth_map, pixel, ivec2(0));
     if (!(here > 0.0)) return vec4(0.0);
     vec2 ray = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
-    vec3 slope = star_slope(depth_map, pixel, here, intrinsics, sigma);
+    vec3 slope = star_slope(depth_map, pixel, here, intrinsics, sigma, beside);
     return vec4(normal_of_slope(slope.xy, ray, intrinsics), slope.z);
 }

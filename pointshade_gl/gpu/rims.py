@@ -1,0 +1,10 @@
+"""Rims: pixels beside which a surface ends are drawn as what is there, see shaders/common/rims.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def has_rims(sizes: np.ndarray, splat: str) -> bool:
+    """Whether splats of these sizes, (1,) or (h*w,) source pixels, and of this shape have rims: squares of 1."""
+    return splat == "footprint" and bool((sizes == 1).all())

@@ -1,0 +1,166 @@
+"""Mirror of shaders/common/rims.glsl, for n rim pixels at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .camera import pixel_ray
+from .corners import surface_at
+from .inverse_depth import facing_slope, relative_step
+from .rim_marks import BOTTOMLESS, DROP, ends_before, mean_focal_length, rise_of
+from .splat import inverse_depth_slope
+from .vectors import dot, length
+
+F = np.float32
+MOST_TILT = F(10)
+NARROWEST, BROADEST = F(0.02), F(0.98)
+FARTHEST = F(2)
+SHALLOWEST, DEEPEST = F(1), F(200)
+STRAIGHT = F(1.05)
+AT_ODDS = F(0.6)
+FARTHER_IN, FARTHER_OUT, ALONG_A_ROW = F(0.3), F(0.1), F(0.5)
+OUTWARD = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])
+
+
+class Rim(NamedTuple):
+    outward: np.ndarray  # (n, 2)
+    width: np.ndarray  # (n,)
+    drop: np.ndarray  # (n,)
+
+
+class Around(NamedTuple):
+    pixel: np.ndarray  # (n, 2) int
+    here: np.ndarray  # (n,)
+    facing: np.ndarray  # (n, 2)
+    focal: np.ndarray  # ()
+    own: np.ndarray  # (n,) int
+
+
+def rise_at(
+    surface_map: np.ndarray, pixel: np.ndarray, off: np.ndarray, here: np.ndarray, facing: np.ndarray, focal: np.ndarray
+) -> np.ndarray:
+    place, last = pixel + off, np.array(surface_map.shape[1::-1]) - 1
+    near = np.clip(place, 0, last)
+    there = np.where((place == near).all(-1), surface_at(surface_map, near)[..., 3], F(0))
+    along = dot(facing, np.broadcast_to(off, place.shape).astype(F))[..., 0]
+    return rise_of(relative_step(here, there), along, focal)
+
+
+def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Around:
+    surface = surface_at(surface_map, pixel)
+    normal, here = surface[..., :3], surface[..., 3]
+    ray, focal = pixel_ray(pixel.astype(F), source), mean_focal_length(source)
+    facing = _facing(ray, source)
+    tilt = focal * (here[..., None] * inverse_depth_slope(normal, ray, here, source) - facing)
+    leave = np.minimum(length(tilt)[..., 0], MOST_TILT)
+    own = np.zeros(len(pixel), int)
+    for k in range(25):
+        off = np.array([k % 5 - 2, k // 5 - 2])
+        rise = rise_at(surface_map, pixel, off, here, facing, focal) - dot(tilt, off.astype(F))[..., 0]
+        own |= np.where(rise > -(DROP + leave * length(off.astype(F))[..., 0]), 1 << k, 0)
+    return Around(pixel, here, facing, focal, own)
+
+
+def is_own(own: np.ndarray, off: np.ndarray) -> np.ndarray:
+    return (own >> ((off[..., 1] + 2) * 5 + off[..., 0] + 2)) & 1 == 1
+
+
+def border_line(own: np.ndarray, outward: np.ndarray) -> np.ndarray:
+    across = np.stack([-outward[..., 1], outward[..., 0]], -1)
+    ends = []
+    for row in range(-2, 3):
+        end, is_open = np.full(len(own), -3), np.ones(len(own), bool)
+        for k in range(-2, 3):
+            belongs = is_own(own, k * outward + row * across)
+            is_open &= belongs | (end == -3)
+            end = np.where(is_open & belongs, k, end)
+        ends.append(end)
+    total, moment = sum(ends), sum(row * end for row, end in zip(range(-2, 3), ends, strict=True))
+    alike = np.min(ends, 0) == np.max(ends, 0)
+    return np.stack([F(0.2) * np.asarray(total, F), F(0.1) * np.asarray(moment, F), alike.astype(F)], -1)
+
+
+def border_distance(line: np.ndarray) -> np.ndarray:
+    return np.clip(F(0.5) + line[..., 0], NARROWEST, BROADEST)
+
+
+def straight_rim(line: np.ndarray, outward: np.ndarray) -> Rim:
+    cosine = F(1) / np.sqrt(F(1) + line[..., 1] * line[..., 1])
+    across = np.stack([-outward[..., 1], outward[..., 0]], -1).astype(F)
+    direction = cosine[..., None] * (outward.astype(F) - line[..., 1:2] * across)
+    return Rim(direction, cosine * border_distance(line), np.zeros_like(cosine))
+
+
+def held_distance(distance: np.ndarray, line: np.ndarray) -> np.ndarray:
+    border, free = border_distance(line), line[..., 2] > 0.5
+    low = border - np.where(free, ALONG_A_ROW, FARTHER_IN)
+    return np.clip(distance, low, border + np.where(free, ALONG_A_ROW, FARTHER_OUT))
+
+
+@np.errstate(divide="ignore", invalid="ignore", over="ignore")
+def bent_rim(surface_map: np.ndarray, around: Around, outward: np.ndarray, straight: Rim) -> Rim:
+    def rise(off: np.ndarray) -> np.ndarray:
+        return rise_at(surface_map, around.pixel, off, around.here, around.facing, around.focal)
+
+    a = rise(-outward)
+    b = rise(-2 * outward) - a
+    bends = (a > SHALLOWEST) & (a < DEEPEST) & (np.abs(b) < F(2) * a + F(4)) & (a > STRAIGHT * b)
+    side = np.stack([-outward[..., 1], outward[..., 0]], -1)
+    is_before, is_after = is_own(around.own, -side), is_own(around.own, side)
+    before, after = np.where(is_before, rise(-side), F(0)), np.where(is_after, rise(side), F(0))
+    share = np.where(is_before & is_after, F(0.5), F(1))
+    lateral = share * (after - before)
+    straightness = a * a / (a * a + lateral * lateral)
+    drop = (F(2) * a * b + b * b - a * a + F(2) * straightness) / (F(2) * (a - b))
+    along = F(2) * drop * a + a * a + straightness
+    across = share * (F(2) * drop * (after - before) + after * after - before * before)
+    across = across + (is_after.astype(F) - is_before.astype(F)) * (F(1) - straightness)
+    slope = np.sqrt(along * along + across * across)
+    cosine = along / slope
+    width = F(0.5) * (np.sqrt(slope * slope + F(4) * drop * drop) - slope)
+    distance = width / cosine
+    bends &= (drop > 0) & (along > 0) & (distance <= FARTHEST)
+    held = held_distance(distance, border_line(around.own, outward))
+    moved = held != distance
+    width = np.where(moved, held * cosine, width)
+    full = np.sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width)
+    drop = np.where(moved, held * a + full, drop)
+    direction = outward.astype(F) * cosine[..., None] - side.astype(F) * (across / slope)[..., None]
+    bent = Rim(direction, np.maximum(width, NARROWEST), drop)
+    return _choose(bends, bent, straight)
+
+
+def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Rim:
+    around = look_around(surface_map, pixel, source)
+    count, last = len(pixel), np.array(surface_map.shape[1::-1]) - 1
+    corner = Rim(np.zeros((count, 2), F), np.ones(count, F), np.zeros(count, F))
+    straight, steepest = corner, np.zeros((count, 2), int)
+    largest, least, is_corner = np.full(count, BOTTOMLESS), np.full(count, F(1e30)), np.zeros(count, bool)
+    for direction in OUTWARD:
+        outward, following = np.broadcast_to(direction, pixel.shape), pixel + direction
+        rise = rise_at(surface_map, pixel, direction, around.here, around.facing, around.focal)
+        inner = rise_at(surface_map, pixel, -direction, around.here, around.facing, around.focal)
+        ends = (following == np.clip(following, 0, last)).all(-1) & ends_before(rise, inner)
+        line = border_line(around.own, outward)
+        found = straight_rim(line, outward)
+        is_corner |= ends & (least < 1e30) & (dot(found.outward, straight.outward)[..., 0] < AT_ODDS)
+        flatter = ends & (np.abs(line[..., 1]) < least)
+        least = np.where(flatter, np.abs(line[..., 1]), least)
+        straight = _choose(flatter, found, straight)
+        steeper = ends & (inner > largest)
+        largest = np.where(steeper, inner, largest)
+        steepest = np.where(steeper[..., None], outward, steepest)
+    bent = _choose(steepest.any(-1), bent_rim(surface_map, around, steepest, straight), straight)
+    return _choose(is_corner, corner, bent)
+
+
+def _facing(ray: np.ndarray, source: np.ndarray) -> np.ndarray:
+    return np.stack(facing_slope((ray[..., 0], ray[..., 1]), source), -1)
+
+
+def _choose(condition: np.ndarray, one: Rim, other: Rim) -> Rim:
+    return Rim(
+        *(np.where(condition[:, None] if a.ndim == 2 else condition, a, b) for a, b in zip(one, other, strict=True))
+    )

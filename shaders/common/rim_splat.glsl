@@ -1,0 +1,105 @@
+#include "common/rims.glsl"
+
+// Rims in a view: the circle of a rim pixel is met by the rays of the view's pixels.
+
+const float NEXT_PIXEL = 0.98;   // source pixels that a rim reaches towards an outline that lies in the next pixel:
+const float OUTLINE_NEAR = 1.16; // along an axis it is no farther than this
+const float ENLARGED = 8.0;      // target pixels for each source pixel, beyond which a rim is drawn as its tangent plane
+const float BEHIND = 0.1;        // share of the pixel's depth in the view that all of a rim is taken to have
+
+// How far a rim may reach from its pixel in the source picture: left and up, right and down.
+vec4 rim_reach(Rim rim) {
+    vec2 n = OUTLINE_NEAR * rim.outward;
+    float reach = splat_reach(1.0, false);
+    return vec4(
+        -n.x > rim.width ? -NEXT_PIXEL : -reach, -n.y > rim.width ? -NEXT_PIXEL : -reach,
+        n.x > rim.width ? NEXT_PIXEL : reach, n.y > rim.width ? NEXT_PIXEL : reach
+    );
+}
+
+// The circle's diameter; it is 0 for a rim on the tangent plane.
+float rim_diameter(Rim rim) {
+    return rim.drop > 0.0 ? (rim.drop * rim.drop + rim.width * rim.width) / rim.width : 0.0;
+}
+
+// Is a rim pixel at depth z drawn as a rim in a view where its footprint is this?
+bool draws_rim(Footprint splat, float z, vec4 source, vec4 target) {
+    float enlarged = splat.inverse_depth * z * mean_focal_length(target) / mean_focal_length(source);
+    return enlarged <= ENLARGED && splat_bends(splat, splat_reach(1.0, false)) <= FLAT;
+}
+
+// The slope of the surface that a rim is drawn relative to, as a share of 1/z: for a circle the one facing the viewer.
+vec2 rim_slope(Rim rim, vec3 ray, vec4 own, vec4 source) {
+    if (rim.drop > 0.0) return facing_slope(ray.xy, source);
+    return own.w * inverse_depth_slope(own.xyz, ray, own.w, source);
+}
+
+// A box round a rim in the view: left, top, right and bottom, target pixels.
+vec4 rim_box(Rim rim, vec2 pixel, vec4 own, vec4 source, mat4 view, vec4 target) {
+    vec3 ray = pixel_ray(pixel, source);
+    float w = 1.0 / own.w;
+    vec2 slope = w * rim_slope(rim, ray, own, source);
+    vec4 reach = rim_reach(rim);
+    float diameter = rim_diameter(rim);
+    float inward = min(rim.width + NEXT_PIXEL * (abs(rim.outward.x) + abs(rim.outward.y)), 0.5 * diameter);
+    float top = sqrt(inward * (diameter - inward)) - rim.drop;
+    vec3 h = mat3(view) * ray + view[3].xyz * w;  // target point times w: linear in u, v and pixels of depth
+    vec3 h_u = view[0].xyz / source.x + view[3].xyz * slope.x;
+    vec3 h_v = view[1].xyz / source.y + view[3].xyz * slope.y;
+    vec3 h_t = view[3].xyz * (w / mean_focal_length(source));
+    vec4 box = vec4(1e9, 1e9, -1e9, -1e9);
+    for (int k = 0; k < 8; ++k) {
+        vec2 off = vec2((k & 1) == 0 ? reach.x : reach.z, (k & 2) == 0 ? reach.y : reach.w);
+        vec3 corner = h + h_u * off.x + h_v * off.y + h_t * ((k & 4) == 0 ? top : -rim.drop);
+        corner.z = max(corner.z, BEHIND * h.z);
+        vec2 at = project(corner, target);
+        box = vec4(min(box.xy, at), max(box.zw, at));
+    }
+    return box;
+}
+
+// Where a quadratic is 0: two places, or twice the same beyond all where there are none.
+vec2 roots_of(float square, float linear, float constant) {
+    float rest = linear * linear - 4.0 * square * constant;
+    if (!(rest >= 0.0)) return vec2(BOTTOMLESS);
+    float q = -0.5 * (linear + (linear < 0.0 ? -sqrt(rest) : sqrt(rest)));
+    return vec2(q / square, constant / q);
+}
+
+// 1/z in the view where the ray of a target pixel first meets a rim; 0 where it misses it. inverse_depth is that of the
+// rim's pixel. The unknown is by which share the answer exceeds it: so float32 loses nothing at the frame's own camera.
+float rim_inverse_depth(
+    Rim rim, vec2 pixel, vec4 own, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target
+) {
+    vec3 ray = pixel_ray(pixel, source);
+    vec2 slope = rim_slope(rim, ray, own, source);
+    float focal = mean_focal_length(source), closer = inverse_depth * own.w, diameter = rim_diameter(rim);
+    // Source pixels from the rim's pixel, times depth; depth; and how both change with the unknown.
+    vec3 change = -inverse_depth * (view[3].xyz * mat3(view));
+    vec3 start = pixel_ray(target_pixel, target) * mat3(view) + change;
+    start.xy = source.xy * start.xy + (source.zw - pixel) * start.z;
+    change.xy = source.xy * change.xy + (source.zw - pixel) * change.z;
+    // How far before the outline: in pixels of depth; in pixels of the picture. Both times depth.
+    vec2 before = focal * (closer - vec2(start.z + dot(slope, start.xy), change.z + dot(slope, change.xy)));
+    before += rim.drop * vec2(start.z, change.z);
+    vec2 inside = rim.width * vec2(start.z, change.z) - vec2(dot(rim.outward, start.xy), dot(rim.outward, change.xy));
+    vec2 share = vec2(-before.x / before.y);
+    if (diameter > 0.0) {
+        share = roots_of(
+            before.y * before.y + inside.y * (inside.y - diameter * change.z),
+            2.0 * (before.x * before.y + inside.x * inside.y) - diameter * (inside.x * change.z + inside.y * start.z),
+            before.x * before.x + inside.x * (inside.x - diameter * start.z)
+        );
+    }
+    vec4 reach = rim_reach(rim);
+    float nearest = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        float here = k == 0 ? share.x : share.y;
+        vec3 place = start + here * change;
+        vec2 off = place.xy / place.z;
+        bool reaches = all(greaterThanEqual(off, reach.xy)) && all(lessThanEqual(off, reach.zw));
+        bool ends = inside.x + here * inside.y < 0.0 || (diameter > 0.0 && before.x + here * before.y < 0.0);
+        if (place.z > 0.0 && here > -1.0 && reaches && !ends) nearest = max(nearest, inverse_depth * (1.0 + here));
+    }
+    return nearest;
+}

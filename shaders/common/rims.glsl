@@ -1,0 +1,160 @@
+#include "common/corners.glsl"
+#include "common/rim_marks.glsl"
+
+// A rim pixel is drawn as what is there: a surface that bends away, and ends at an outline between this pixel and the
+// next. Near a smooth outline, the square of the depth that is left to it is linear in pixels: seen from the side, the
+// surface is a circle.
+
+const float MOST_TILT = 10.0;    // pixels of depth for each pixel by which the surface may leave its tangent plane
+const float NARROWEST = 0.02;    // pixels from a rim pixel to the outline
+const float BROADEST = 0.98;
+const float FARTHEST = 2.0;      // an outline that seems farther off than that is none
+const float SHALLOWEST = 1.0;    // pixels of depth between the last two pixels
+const float DEEPEST = 200.0;
+const float STRAIGHT = 1.05;     // without a step so many times larger than the one before, the surface does not bend
+const float AT_ODDS = 0.6;       // cosine between two borders of a corner
+const float FARTHER_IN = 0.3;    // how far the outline of the circle may lie from the border of the pixels, inward
+const float FARTHER_OUT = 0.1;
+const float ALONG_A_ROW = 0.5;   // both, where the border lies along a row or a column and so may be anywhere in it
+
+struct Rim {
+    vec2 outward;  // unit, source pixels; 0 at a corner
+    float width;   // from the pixel's centre to the outline, source pixels
+    float drop;    // by how many pixels of depth the outline lies behind the pixel; 0: on its tangent plane
+};
+
+// A rim pixel and what is around it.
+struct Around {
+    ivec2 pixel;
+    float here;    // its depth
+    vec2 facing;   // slope of the surface that faces the viewer there
+    float focal;
+    int own;       // which of the 5x5 pixels belong to its surface: a bit for each, row by row
+};
+
+// How far the pixel rises that is this far off, see rise_of.
+float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 facing, float focal) {
+    ivec2 place = pixel + off;
+    bool is_inside = place == clamp(place, ivec2(0), textureSize(surface_map, 0) - 1);
+    float there = is_inside ? surface_at(surface_map, place).w : 0.0;
+    return rise_of(relative_step(here, there), dot(facing, vec2(off)), focal);
+}
+
+Around look_around(sampler2D surface_map, ivec2 pixel, vec4 source) {
+    vec4 surface = surface_at(surface_map, pixel);
+    vec3 ray = pixel_ray(vec2(pixel), source);
+    float focal = mean_focal_length(source);
+    vec2 facing = facing_slope(ray.xy, source);
+    vec2 tilt = focal * (surface.w * inverse_depth_slope(surface.xyz, ray, surface.w, source) - facing);
+    float leave = min(length(tilt), MOST_TILT);
+    int own = 0;
+    for (int k = 0; k < 25; ++k) {
+        ivec2 off = ivec2(k % 5, k / 5) - 2;
+        float rise = rise_at(surface_map, pixel, off, surface.w, facing, focal) - dot(tilt, vec2(off));
+        if (rise > -(DROP + leave * length(vec2(off)))) own |= 1 << k;
+    }
+    return Around(pixel, surface.w, facing, focal, own);
+}
+
+bool is_own(int own, ivec2 off) {
+    return ((own >> ((off.y + 2) * 5 + off.x + 2)) & 1) == 1;
+}
+
+// The line where the own pixels end in a direction: by how much it lies outside of the pixel's edge (x), and its slope
+// (y), by least squares over five rows; z is 1 where all rows end alike.
+vec3 border_line(int own, ivec2 outward) {
+    ivec2 across = ivec2(-outward.y, outward.x);
+    int sum = 0, moment = 0, nearest = 2, farthest = -3;
+    for (int row = -2; row <= 2; ++row) {
+        int end = -3;
+        bool is_open = true;
+        for (int k = -2; k <= 2; ++k) {
+            bool belongs = is_own(own, k * outward + row * across);
+            is_open = is_open && (belongs || end == -3);
+            if (is_open && belongs) end = k;
+        }
+        sum += end;
+        moment += row * end;
+        nearest = min(nearest, end);
+        farthest = max(farthest, end);
+    }
+    return vec3(0.2 * float(sum), 0.1 * float(moment), nearest == farthest ? 1.0 : 0.0);
+}
+
+float border_distance(vec3 line) {
+    return clamp(0.5 + line.x, NARROWEST, BROADEST);
+}
+
+// The rim as the border of the pixels alone has it.
+Rim straight_rim(vec3 line, ivec2 outward) {
+    float cosine = 1.0 / sqrt(1.0 + line.y * line.y);
+    vec2 across = vec2(float(-outward.y), float(outward.x));
+    return Rim(cosine * (vec2(outward) - line.y * across), cosine * border_distance(line), 0.0);
+}
+
+// How far the outline of a circle lies outward if the border of the pixels has a say.
+float held_distance(float distance, vec3 line) {
+    float border = border_distance(line);
+    if (line.z > 0.5) return clamp(distance, border - ALONG_A_ROW, border + ALONG_A_ROW);
+    return clamp(distance, border - FARTHER_IN, border + FARTHER_OUT);
+}
+
+// The rim from the depth of the two pixels inward and of those beside; `straight` where they lie on no circle.
+Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, Rim straight) {
+    float a = rise_at(surface_map, around.pixel, -outward, around.here, around.facing, around.focal);
+    float b = rise_at(surface_map, around.pixel, -2 * outward, around.here, around.facing, around.focal) - a;
+    if (!(a > SHALLOWEST && a < DEEPEST && abs(b) < 2.0 * a + 4.0 && a > STRAIGHT * b)) return straight;
+    ivec2 side = ivec2(-outward.y, outward.x);
+    vec2 known = vec2(is_own(around.own, -side) ? 1.0 : 0.0, is_own(around.own, side) ? 1.0 : 0.0);
+    float before = rise_at(surface_map, around.pixel, -side, around.here, around.facing, around.focal) * known.x;
+    float after = rise_at(surface_map, around.pixel, side, around.here, around.facing, around.focal) * known.y;
+    float share = known.x * known.y > 0.0 ? 0.5 : 1.0;
+    float lateral = share * (after - before);
+    float straightness = a * a / (a * a + lateral * lateral);  // nearly the square of the cosine below
+    float drop = (2.0 * a * b + b * b - a * a + 2.0 * straightness) / (2.0 * (a - b));
+    // Along the outward direction and across, the square of the depth that is left changes so much for each pixel.
+    float along = 2.0 * drop * a + a * a + straightness;
+    float across = share * (2.0 * drop * (after - before) + after * after - before * before)
+        + (known.y - known.x) * (1.0 - straightness);
+    float slope = sqrt(along * along + across * across);
+    float cosine = along / slope;
+    float width = 0.5 * (sqrt(slope * slope + 4.0 * drop * drop) - slope);
+    float distance = width / cosine;
+    if (!(drop > 0.0 && along > 0.0 && distance <= FARTHEST)) return straight;
+    float held = held_distance(distance, border_line(around.own, outward));
+    if (held != distance) {
+        width = held * cosine;
+        drop = held * a + sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width);
+    }
+    return Rim(vec2(outward) * cosine - vec2(side) * (across / slope), max(width, NARROWEST), drop);
+}
+
+Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
+    Around around = look_around(surface_map, pixel, source);
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    Rim straight = Rim(vec2(0.0), 1.0, 0.0);
+    ivec2 steepest = ivec2(0);  // direction in which the surface ends after the largest step
+    float largest = BOTTOMLESS, least = 1e30;
+    bool is_corner = false;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 outward = k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5);
+        ivec2 next = pixel + outward;
+        float rise = rise_at(surface_map, pixel, outward, around.here, around.facing, around.focal);
+        float inner = rise_at(surface_map, pixel, -outward, around.here, around.facing, around.focal);
+        if (next != clamp(next, ivec2(0), last) || !ends_before(rise, inner)) continue;
+        vec3 line = border_line(around.own, outward);
+        Rim found = straight_rim(line, outward);
+        is_corner = is_corner || (least < 1e30 && dot(found.outward, straight.outward) < AT_ODDS);
+        if (abs(line.y) < least) {
+            least = abs(line.y);
+            straight = found;
+        }
+        if (inner > largest) {
+            largest = inner;
+            steepest = outward;
+        }
+    }
+    if (is_corner) return Rim(vec2(0.0), 1.0, 0.0);
+    if (steepest == ivec2(0)) return straight;
+    return bent_rim(surface_map, around, steepest, straight);
+}

@@ -1,0 +1,40 @@
+#version 330 core
+#ifndef SET
+#define SET 0  // 1: one of several frames: notes the key of the rim, as set_splats.frag does of a splat
+#endif
+// Keeps the pixels whose rays meet the rim, and notes which source pixel they show.
+#include "common/parts.glsl"
+
+uniform sampler2D surface_map;
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
+uniform int first_id;
+#if SET
+uniform sampler2D trust_map;
+uniform float near;
+uniform bool is_primary;
+#endif
+
+flat in int id;
+flat in float inverse_depth;
+flat in vec4 rim;
+flat in float stretched;
+
+out int source_id;  // of several frames, the key
+
+void main() {
+    ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
+    vec4 own = surface_at(surface_map, pixel);
+    Rim found = Rim(rim.xy, rim.z, rim.w);
+    vec2 q = gl_FragCoord.xy - 0.5;
+    float here = rim_inverse_depth(found, vec2(pixel), own, inverse_depth, q, source, view, target);
+    if (here == 0.0) discard;
+#if SET
+    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_primary);
+    source_id = int(splat_key(here, level));
+    gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
+#else
+    source_id = id;
+#endif
+}

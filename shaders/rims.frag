@@ -4,15 +4,16 @@
 #endif
 // Keeps the pixels whose rays meet the rim, and notes which source pixel they show.
 #include "common/parts.glsl"
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
 uniform int first_id;
+uniform float near;
 #if SET
 uniform sampler2D trust_map;
-uniform float near;
 uniform bool is_primary;
 #endif
 
@@ -21,7 +22,7 @@ flat in float inverse_depth;
 flat in vec4 rim;
 flat in float stretched;
 
-out int source_id;  // of several frames, the key
+out int source_id;  // negative: its depth is exact; of several frames, the key
 
 void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
@@ -35,6 +36,7 @@ void main() {
     source_id = int(splat_key(here, level));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
 #else
-    source_id = id;
+    source_id = -id;
+    gl_FragDepth = 1.0 - near * here;
 #endif
 }

@@ -1,6 +1,7 @@
 #version 330 core
 // The rim pixels, which splats.vert leaves out: one point each, a box round the rim in the view.
 #include "common/parts.glsl"
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;

@@ -16,7 +16,6 @@ from .point_splats import PointSplatPass
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
-from .rims import has_rims
 from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
@@ -178,8 +177,8 @@ class PointObjects:
         points = shown.points
         colors = shown.textures.color if shown.light is None else shown.light.texture
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
-        rims = has_rims(points.sizes, points.splat)
-        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, rims)
+        near = eye.near / points.scale
+        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

@@ -75,8 +75,7 @@ def render(
     points = Splatted(frame, surface_map, look, rasterizer, merge)
     pairs = carried_pairs(points, eye)
     if rasterizer == "points":
-        ids, rims = source_ids(pairs, eye.near, camera), has_rims(points)
-        target_pixel, seen = seen_by_id(ids, surface_map, source, camera, view, rims)
+        target_pixel, seen = seen_by_id(*source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), np.uint8)

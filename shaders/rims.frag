@@ -1,19 +1,23 @@
 #version 330 core
+#ifndef LIT
+#define LIT 0  // 1: the rim has its colour already, and is drawn with it
+#endif
 #ifndef SET
 #define SET 0  // 1: one of several frames: notes the key of the rim, as set_splats.frag does of a splat
 #endif
 // Keeps the pixels whose rays meet the rim, and notes which source pixel they show.
 #include "common/parts.glsl"
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
 uniform int first_id;
+uniform float near;
 #if SET
 uniform sampler2D trust_map;
-uniform float near;
-uniform bool is_primary;
+uniform float primary;  // share of its splats that hide those of others
 #endif
 
 flat in int id;
@@ -21,7 +25,13 @@ flat in float inverse_depth;
 flat in vec4 rim;
 flat in float stretched;
 
-out int source_id;  // of several frames, the key
+#if LIT
+flat in vec3 lit;  // sRGB
+
+out vec4 color;
+#else
+out int source_id;  // negative: its depth is exact; of several frames, the key
+#endif
 
 void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
@@ -30,11 +40,15 @@ void main() {
     vec2 q = gl_FragCoord.xy - 0.5;
     float here = rim_inverse_depth(found, vec2(pixel), own, inverse_depth, q, source, view, target);
     if (here == 0.0) discard;
-#if SET
-    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_primary);
+#if LIT
+    color = vec4(lit, 1.0);
+    gl_FragDepth = 1.0 - near * here;
+#elif SET
+    int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_among(pixel, primary));
     source_id = int(splat_key(here, level));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
 #else
-    source_id = id;
+    source_id = -id;
+    gl_FragDepth = 1.0 - near * here;
 #endif
 }

@@ -1,6 +1,10 @@
 #version 330 core
+#ifndef LIT
+#define LIT 0  // 1: the rim is lit here, once for all of its pixels
+#endif
 // The rim pixels, which splats.vert leaves out: one point each, a box round the rim in the view.
 #include "common/parts.glsl"
+#include "common/rim_splat.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth
 uniform vec4 source;
@@ -14,6 +18,10 @@ flat out int id;
 flat out float inverse_depth;  // of the pixel
 flat out vec4 rim;             // outward, width, drop
 flat out float stretched;      // for set_rims.frag: 1 if the pixel's footprint is
+
+#if LIT
+#include "lit.glsl"
+#endif
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -39,5 +47,8 @@ void main() {
         vec2 middle = (low + high + 1.0) / target_size - 1.0;
         gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
         gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;
+#if LIT
+        lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * own.w, own.xyz, vec2(textureSize(surface_map, 0)));
+#endif
     }
 }

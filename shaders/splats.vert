@@ -62,6 +62,6 @@ void main() {
     gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
 #if LIT
-    lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * abs(surface.w), surface.xyz, vec2(textureSize(surface_map, 0)));
+    lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * z, surface.xyz, vec2(textureSize(surface_map, 0)));
 #endif
 }

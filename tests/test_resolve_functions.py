@@ -12,7 +12,7 @@ from .test_shader_functions import COUNT, TARGET, VIEW, VIEW_GLSL, F
 WIDTH, HEIGHT, EDGE = 24, 18, 12  # columns from EDGE on are another surface, much nearer
 K = np.array([30.0, -28.0, 11.0, 9.0], F)
 SEEN = "Seen(at, w, ivec2(p), own, corners_at(surface_map, at))"
-SEE = f"see_splat(surface_map, ivec2(p), q, k, {VIEW_GLSL}, t, true)"
+SEE = f"see_splat(surface_map, ivec2(p), q, k, {VIEW_GLSL}, t, rim)"
 LOOK = f"look_up(surface_map, w, q, k, {VIEW_GLSL}, t)"
 
 
@@ -116,10 +116,16 @@ def splats():
     return surface_map, pixel, target_pixel
 
 
+def rim_depths():
+    """1/z of the rims among the splats."""
+    return np.where(np.arange(COUNT) % 4 == 0, F(0.6), F(0))
+
+
 def test_see_splat(gpu, splats):
     surface_map, pixel, target_pixel = splats
-    seen = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, True)
+    seen = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, rim_depths())
     inputs = {"surface_map": surface_map, "p": pixel.astype(F), "q": target_pixel, "k": K[None], "t": TARGET[None]}
+    inputs["rim"] = rim_depths()[:, None]
     close(gpu("resolve.glsl", f"{SEE}.at, {SEE}.inverse_depth, 0", **inputs)[:, :2], seen.at, atol=1e-3)
     close(gpu("resolve.glsl", f"{SEE}.inverse_depth", **inputs), seen.inverse_depth)
     assert (gpu("resolve.glsl", f"{SEE}.pixel, 0, 0", **inputs)[:, :2] == seen.pixel).all()
@@ -130,7 +136,7 @@ def test_see_splat(gpu, splats):
 def test_look_up_finds_what_see_splat_saw(gpu, splats):
     """By 1/z alone. The margins of splats overlap, so sometimes the neighbour is found."""
     surface_map, pixel, target_pixel = splats
-    drawn = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, True)
+    drawn = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, np.zeros(COUNT, F))
     found = resolve.look_up(surface_map, drawn.inverse_depth, target_pixel, K, VIEW, TARGET)
     np.testing.assert_allclose(found.at, drawn.at, atol=1e-3)
     same = (found.pixel == pixel).all(-1)

@@ -13,6 +13,7 @@ from .passes import bind_textures
 from .point_splats import Vertices
 from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from .rims import has_rims
 from .state import enabled
 from .textures import PointSurface, Target
 
@@ -25,6 +26,7 @@ class LitSplatPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
+        self._rim_array: moderngl.VertexArray | None = None  # made when it is first needed
         with self._all_or_nothing():
             self._program = self._keep(build_program(context, "splats.vert", "splats.frag", LIT=1))
             self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
@@ -38,7 +40,7 @@ class LitSplatPass(Owner):
         view: np.ndarray,
         near: float,
         sizes: np.ndarray,
-        is_round: bool,
+        splat: str,
         lights: dict[str, Any],
     ) -> None:
         """lights: inputs of shaders/common/lights.glsl, source axes, with color_map, material and eye."""
@@ -46,14 +48,25 @@ class LitSplatPass(Owner):
             vertices = Vertices(self._context, self._program, sizes)
             self._vertices.release()
             self._vertices = vertices
-        inputs = {"surface_map": points.texture, "target_size": target.size, "near": near, "is_round": is_round}
+        inputs = {"surface_map": points.texture, "target_size": target.size, "near": near}
         inputs |= source_and_target(source, camera, view) | lights
         bind_textures(inputs)
-        set_uniforms(self._program, **inputs)
+        rims, count = has_rims(sizes, splat), source.width * source.height
+        set_uniforms(self._program, is_round=splat == "round", has_rims=rims, **inputs)
         target.shared_picture.use()
         target.shared_picture.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            self._vertices.array.render(moderngl.POINTS, vertices=source.width * source.height)
+            self._vertices.array.render(moderngl.POINTS, vertices=count)
+            if rims:
+                array = self._rims()
+                set_uniforms(array.program, **inputs)
+                array.render(moderngl.POINTS, vertices=count)
+
+    def _rims(self) -> moderngl.VertexArray:
+        if self._rim_array is None:
+            program = self._keep(build_program(self._context, "rims.vert", "rims.frag", LIT=1))
+            self._rim_array = self._allocate(self._context.vertex_array, program, [])
+        return self._rim_array
 
     def release(self) -> None:
         self._vertices.release()

@@ -21,7 +21,6 @@ from .programs import source_and_target
 from .rasterizers import Rasterizers
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking, ResolvePass
-from .rims import has_rims
 from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
@@ -121,7 +120,7 @@ class PointObjects:
     ) -> None:
         """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
         self._lit = self._lit or LitSplatPass(self._context)
-        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat == "round")
+        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat)
         inputs = lights | {"color_map": textures.color}
         self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
         target.raise_version()
@@ -203,7 +202,7 @@ class PointObjects:
         near = eye.near / points.scale
         if not self._rasterizer(points).look_up:
             way = source_and_target(points.source, eye.camera, carried(points, eye))
-            maps = {"source_ids": image.source_ids, "surface_map": points.surface.texture}
+            maps = {"source_ids": image.source_ids, "depth_map": image.depth, "surface_map": points.surface.texture}
             return False, maps | way | {"first_id": 1, "near": near}
         image.nearest.bind_to_storage_buffer(0)
         return True, {"side": image.size[0], "near": near}
@@ -218,8 +217,8 @@ class PointObjects:
         points = shown.points
         colors = shown.textures.color if shown.light is None else shown.light.texture
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
-        rims = has_rims(points.sizes, points.splat)
-        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, rims)
+        near = eye.near / points.scale
+        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

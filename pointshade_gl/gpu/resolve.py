@@ -27,7 +27,7 @@ class Looking(NamedTuple):
     camera: Camera  # who looks
     view: np.ndarray  # (4, 4) source axes to target axes
     look_up: bool  # the splats left the nearest 1/z (compute), not source ids (points)
-    has_rims: bool
+    near: float  # source units: the splats' depth is 1 - near/z
 
     def way(self) -> dict[str, Any]:
         """The uniforms of the warp."""
@@ -99,7 +99,7 @@ class ResolvePass:
             textures["source_ids"] = looking.splats.source_ids
             uniforms["first_id"] = 1
             if "view" in uniforms:  # without it, the source id says it all
-                uniforms["has_rims"] = looking.has_rims
+                textures["depth_map"], uniforms["depth_scale"] = looking.splats.depth, looking.near
         self._passes[key].draw(image, textures, **uniforms)
 
     def release(self) -> None:

@@ -200,7 +200,10 @@ class SplatImage(Images):
 
     @cached_property
     def source_ids(self) -> moderngl.Texture:
-        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none. Of several frames, keys."""
+        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none.
+
+        Where the depth is that of the pixel itself, at rims, the number is negative. Of several frames, keys.
+        """
         return self._texture(1, "i4")
 
     @cached_property

@@ -40,6 +40,7 @@ class Pairs(NamedTuple):
     inverse_depth: np.ndarray  # (n,) of the splat there
     source_index: np.ndarray  # (n,) the source pixel's number, row by row
     q: np.ndarray  # (n, 2) the target pixel
+    is_rim: np.ndarray  # (n,)
 
 
 class Splats(NamedTuple):
@@ -113,7 +114,8 @@ def covered_pairs(
     keep = footprint_covers(to_source, bend[which], offset, reach[which], is_round)
     which, q, to_source, offset = which[keep], q[keep], to_source[keep], offset[keep]
     found = Footprint(*(part[which] for part in splat))
-    return Pairs(found, footprint_inverse_depth(found, to_source, offset), splats.source_index[which], q)
+    depth, index = footprint_inverse_depth(found, to_source, offset), splats.source_index[which]
+    return Pairs(found, depth, index, q, np.zeros(len(q), bool))
 
 
 def rim_pairs(
@@ -129,7 +131,8 @@ def rim_pairs(
     met = rim_inverse_depth(its, centre[which], own[which], splat.inverse_depth[which], there, *cameras)
     keep = met > 0
     which = which[keep]
-    return Pairs(Footprint(*(part[which] for part in splat)), met[keep], index[which], q[keep])
+    found = Footprint(*(part[which] for part in splat))
+    return Pairs(found, met[keep], index[which], q[keep], np.ones(len(which), bool))
 
 
 def drawn_pairs(
@@ -147,14 +150,25 @@ def drawn_pairs(
     return Pairs(splat, *map(_joined, drawn[1:], found[1:]))
 
 
-def source_ids(pairs: Pairs, near: float, target: Camera) -> np.ndarray:
-    """(h, w) int: the source pixel that each target pixel shows, -1 for none: the result of the points."""
-    z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
-    window = np.round((z_clip * F(0.5) + F(0.5)).astype(float) * DEPTH_STEPS)
+def source_ids(pairs: Pairs, near: float, target: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w) int: the source pixel that each target pixel shows, -1 for none; (h, w) float32: 1/z of rims, else 0.
+
+    The result of the points.
+    """
+    window = window_depths(pairs, near)
     order = np.argsort(window, kind="stable")[::-1]  # farthest first: the nearest, of equals the first, writes last
-    result = np.full((target.height, target.width), -1)
-    result[pairs.q[order, 1], pairs.q[order, 0]] = pairs.source_index[order]
-    return result
+    ids, depth = np.full((target.height, target.width), -1), np.zeros((target.height, target.width), F)
+    place = pairs.q[order, 1], pairs.q[order, 0]
+    ids[place] = pairs.source_index[order]
+    depth[place] = np.where(pairs.is_rim, (F(1) - window.astype(F)) / F(near), F(0))[order]
+    return ids, depth
+
+
+def window_depths(pairs: Pairs, near: float) -> np.ndarray:
+    """(n,) window depth as a depth buffer keeps it: of splats that of their centres, of rims their own."""
+    z_clip = F(1) - F(2) * F(near) * pairs.splat.inverse_depth
+    window = np.where(pairs.is_rim, F(1) - F(near) * pairs.inverse_depth, z_clip * F(0.5) + F(0.5)).astype(float)
+    return np.round(window * DEPTH_STEPS) / DEPTH_STEPS
 
 
 def nearest(pairs: Pairs, target: Camera) -> np.ndarray:

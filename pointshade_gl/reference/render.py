@@ -102,8 +102,7 @@ def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
     pairs = carried_pairs(points, eye)
     if rasterizer == "points":
-        ids, rims = source_ids(pairs, eye.near, camera), has_rims(points)
-        target_pixel, seen = seen_by_id(ids, surface_map, source, camera, view, rims)
+        target_pixel, seen = seen_by_id(*source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), F)
@@ -220,7 +219,7 @@ def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
         inverse_depth = nearest(pairs, eye.camera)
     else:
         view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
-        pixel, seen = seen_by_id(ids, points.surface_map, frame.camera, eye.camera, view, has_rims(points))
+        pixel, seen = seen_by_id(*ids, points.surface_map, frame.camera, eye.camera, view)
         inverse_depth = np.zeros((eye.camera.height, eye.camera.width), F)
         inverse_depth[pixel[:, 1], pixel[:, 0]] = seen.inverse_depth
     return buffer_depths(eye.near, inverse_depth)

@@ -14,13 +14,10 @@ from .corners import (
     corner_weights,
     corners_at,
     four,
-    marked_surface_at,
     seen_corner,
-    unmarked,
+    surface_at,
 )
 from .look_up import carry_back, inverse_depth_at, source_position
-from .rim_splat import draws_rim, rim_inverse_depth
-from .rims import estimate_rim
 from .splat import carry_footprint, inverse_depth_slope
 from .vectors import normalize, texel
 
@@ -43,24 +40,18 @@ def see_splat(
     source: np.ndarray,
     view: np.ndarray,
     target: np.ndarray,
-    has_rims: bool,
+    rim_depth: np.ndarray,
 ) -> Seen:
-    marked, centre = marked_surface_at(surface_map, pixel), pixel.astype(F)
-    own = unmarked(marked)
+    centre, own = pixel.astype(F), surface_at(surface_map, pixel)
     normal, z = own[..., :3], own[..., 3]
     slope = inverse_depth_slope(normal, pixel_ray(centre, source), z, source)
-    splat = carry_footprint(centre, z, normal, source, view, target)
-    at = source_position(splat, centre, target_pixel)
+    at = source_position(carry_footprint(centre, z, normal, source, view, target), centre, target_pixel)
     w_at = inverse_depth_at(at, centre, F(1) / z, slope)
     ahead = pixel_ray(at, source) @ view[2, :3] + view[2, 3] * w_at
     inverse_depth = w_at / ahead
-    rims = np.flatnonzero(has_rims & (marked[..., 3] < 0) & draws_rim(splat, z, source, target))
-    if len(rims):
-        rim, q = estimate_rim(surface_map, pixel[rims], source), target_pixel[rims]
-        met = rim_inverse_depth(rim, centre[rims], own[rims], splat.inverse_depth[rims], q, source, view, target)
-        there = carry_back(q, np.where(met > 0, met, inverse_depth[rims]), target, view, source)
-        at[rims] = np.where(met[:, None] > 0, there[:, :2], at[rims])
-        inverse_depth[rims] = np.where(met > 0, met, inverse_depth[rims])
+    is_rim = rim_depth > 0
+    inverse_depth = np.where(is_rim, rim_depth, inverse_depth)
+    at = np.where(is_rim[..., None], carry_back(target_pixel, inverse_depth, target, view, source)[..., :2], at)
     return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at))
 
 

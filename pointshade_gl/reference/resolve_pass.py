@@ -20,13 +20,18 @@ def surface_map_of(normals: np.ndarray, depth: np.ndarray) -> np.ndarray:
 
 
 def seen_by_id(
-    ids: np.ndarray, surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray, has_rims: bool = True
+    ids: np.ndarray,
+    rim_depths: np.ndarray,
+    surface_map: np.ndarray,
+    source: Camera,
+    target: Camera,
+    view: np.ndarray,
 ) -> tuple[np.ndarray, Seen]:
-    """The pixels of the view that show something, (n, 2) int, and what they show; ids (h, w) from `source_ids`."""
+    """The pixels of the view that show something, (n, 2) int, and what they show; from `source_ids`."""
     v, u = np.nonzero(ids >= 0)
     target_pixel, pixel = np.stack([u, v], -1), pixel_of(ids[v, u], source.width)
     cameras = np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)
-    return target_pixel, see_splat(surface_map, pixel, target_pixel.astype(F), *cameras, has_rims)
+    return target_pixel, see_splat(surface_map, pixel, target_pixel.astype(F), *cameras, rim_depths[v, u])
 
 
 def seen_by_depth(

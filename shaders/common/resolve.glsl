@@ -1,4 +1,4 @@
-#include "common/rim_splat.glsl"
+#include "common/corners.glsl"
 #include "common/picture.glsl"
 
 // What a pixel of the view shows of a frame, and the frame's values there. They are mixed from the four pixels around
@@ -14,25 +14,20 @@ struct Seen {
     Corners corners;      // around the position
 };
 
-// What a target pixel shows if it is known which splat is seen there.
+// What a target pixel shows if it is known which splat is seen there. rim_depth: 1/z of a rim there; 0 if it is none.
 Seen see_splat(
-    sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target, bool has_rims
+    sampler2D surface_map, ivec2 pixel, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float rim_depth
 ) {
     vec2 centre = vec2(pixel);
-    vec4 marked = marked_surface_at(surface_map, pixel), own = vec4(marked.xyz, abs(marked.w));
+    vec4 own = surface_at(surface_map, pixel);
     vec2 slope = inverse_depth_slope(own.xyz, pixel_ray(centre, source), own.w, source);
-    Footprint splat = carry_footprint(centre, own.w, own.xyz, source, view, target);
-    vec2 at = source_position(splat, centre, target_pixel);
+    vec2 at = source_position(carry_footprint(centre, own.w, own.xyz, source, view, target), centre, target_pixel);
     float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);
     float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
-    int rims = has_rims && marked.w < 0.0 && draws_rim(splat, own.w, source, target) ? 1 : 0;
+    int rims = rim_depth > 0.0 ? 1 : 0;  // software drivers leave out a loop that no pixel takes, but run every branch
     for (int k = 0; k < rims; ++k) {
-        Rim rim = estimate_rim(surface_map, pixel, source);
-        float met = rim_inverse_depth(rim, centre, own, splat.inverse_depth, target_pixel, source, view, target);
-        if (met > 0.0) {
-            inverse_depth = met;
-            at = carry_back(target_pixel, met, target, view, source).xy;
-        }
+        inverse_depth = rim_depth;
+        at = carry_back(target_pixel, rim_depth, target, view, source).xy;
     }
     return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at));
 }

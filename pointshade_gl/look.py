@@ -48,7 +48,8 @@ class Look:
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
     shading   "none", "flat", "gouraud" or "phong"
     size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
-    splat     "footprint" carries the pixel's square into the view, "round" the circle round it
+    splat     "footprint" carries the pixel's square into the view, "round" the circle round it; where a surface ends,
+              footprints of size 1 bend with it and end at its outline
     max_depth_step, noise  as for `Renderer.estimate_normals`
     upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
               where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.

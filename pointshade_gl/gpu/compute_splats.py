@@ -23,7 +23,8 @@ PIXELS_A_GROUP = 1 << 20  # of the view
 class ComputeSplatPass(Owner):
     """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
 
-    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself.
+    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself. The first
+    step draws most splats; it puts those that are large, and the rims, on lists for steps of their own.
     """
 
     look_up = True

@@ -16,7 +16,7 @@ from .vectors import dot, length
 F = np.float32
 MOST_TILT = F(10)
 NARROWEST, BROADEST = F(0.02), F(0.98)
-FARTHEST = F(2)
+FARTHEST = F(1.3)
 SHALLOWEST, DEEPEST = F(1), F(200)
 STRAIGHT = F(1.05)
 AT_ODDS = F(0.6)

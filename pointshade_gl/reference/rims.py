@@ -152,7 +152,7 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
         steeper = ends & (inner > largest)
         largest = np.where(steeper, inner, largest)
         steepest = np.where(steeper[..., None], outward, steepest)
-    bent = _choose(steepest.any(-1), bent_rim(surface_map, around, steepest, straight), straight)
+    bent = _choose(np.abs(steepest).sum(-1) > 0, bent_rim(surface_map, around, steepest, straight), straight)
     return _choose(is_corner, corner, bent)
 
 

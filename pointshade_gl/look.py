@@ -50,11 +50,12 @@ class Look:
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
     shading   "none", "flat", "gouraud" or "phong"
     size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
-    splat     "footprint" carries the pixel's square into the view, "round" the circle round it; "mesh" draws the
-              triangles between neighbouring pixels instead, which have no size. The mesh ends at the middle of the last
-              pixels: from the frame's own camera its colours are exact, but the outer half pixel is missing. It also
-              ends where max_depth_step says, or without it where neither of two neighbours lies on the other's tangent
-              plane, to 2 % of 1/z.
+    splat     "footprint" carries the pixel's square into the view; where a surface ends, footprints of size 1 bend with
+              it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles between
+              neighbouring pixels instead, which have no size. The mesh ends at the middle of the last pixels: from the
+              frame's own camera its colours are exact, but the outer half pixel is missing. It also ends where
+              max_depth_step says, or without it where neither of two neighbours lies on the other's tangent plane, to
+              2 % of 1/z.
     max_depth_step, noise  as for `Renderer.estimate_normals`
     upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
               where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.

@@ -146,8 +146,8 @@ class Renderer:
         normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
         shading  "none", "flat", "gouraud" or "phong"
         size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
-        splat    "footprint" carries the pixel's square into the view, "round" the circle round it, "mesh" draws the
-                 triangles between neighbouring pixels (see `Look`)
+        splat    "footprint" carries the pixel's square into the view, and ends where the surface does; "round" the
+                 circle round it; "mesh" draws the triangles between neighbouring pixels (see `Look`)
         max_depth_step, noise  as for `estimate_normals`
         yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
         upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points

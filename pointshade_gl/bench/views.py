@@ -192,7 +192,7 @@ def lap(renderer: Renderer, stage: Stage, frames: Sequence[Frame], turn: int) ->
     new = [Frame(frame.color, frame.depth, frame.camera, frame.pose) for frame in frames]
     scenes = {place: stage.scene(new, place) for place in NORMALS_AT}
     first = clocked(renderer, scenes["source"], stage.path[0])
-    for name in ("agreement", "trust", "gains"):
+    for name in ("consensus", "agreement", "trust"):
         renderer.steps.forget(name)
     again = clocked(renderer, scenes["source"], stage.path[0])
     turns = NORMALS_AT if turn % 2 else NORMALS_AT[::-1]

@@ -23,7 +23,8 @@ PIXELS_A_GROUP = 1 << 20  # of the view
 class ComputeSplatPass(Owner):
     """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
 
-    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself.
+    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself. The first
+    step draws most splats; it puts those that are large, and the rims, on lists for steps of their own.
     """
 
     look_up = True
@@ -95,7 +96,8 @@ class ComputeSplatPass(Owner):
         self._large.bind_to_storage_buffer(1)
         rims = self._empty_rims(points.size[0] * points.size[1])
         program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
-        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
+        barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+        self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
         if not self._is_empty(rims):
             self._run_list("rims.comp", rims, inputs, is_set)
         if not self._is_empty(self._large):

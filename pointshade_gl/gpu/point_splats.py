@@ -19,7 +19,7 @@ from .textures import Box, PointSurface, SplatImage
 
 
 class PointSplatPass(Owner):
-    """Draws source ids and depth with GL_POINTS; the only vertex data is the size attribute.
+    """Draws source ids and depth with GL_POINTS; the only vertex data is the size attribute. Rims are a second draw.
 
     A splat larger than the driver's largest point is drawn at that size round its place in the picture.
     """
@@ -31,9 +31,7 @@ class PointSplatPass(Owner):
         with self._all_or_nothing():
             self._program = self._keep(build_program(context, "splats.vert", "splats.frag"))
             self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
-        self._rims: dict[
-            bool, moderngl.VertexArray
-        ] = {}  # of one frame, and of one of a set: when they are first needed
+        self._rims: dict[bool, moderngl.VertexArray] = {}  # of a frame, of one of a set; made when first needed
         self._set_program: moderngl.Program | None = None  # these two for the first set of frames
         self._set_vertices: Vertices | None = None
 
@@ -106,7 +104,7 @@ class PointSplatPass(Owner):
             vertices.render(moderngl.POINTS, vertices=source.width * source.height)
 
     def _add_rims(self, *warp: Any, **of_set: Any) -> None:
-        """of_set: inputs of one of several frames."""
+        """What the draw of the splats has left out. of_set: inputs of one of several frames."""
         is_set = bool(of_set)
         if is_set not in self._rims:
             program = self._keep(build_program(self._context, "rims.vert", "rims.frag", SET=int(is_set)))

@@ -32,7 +32,7 @@ def merged_inverse_depth(key: np.ndarray, weighted_off: np.ndarray, weight: np.n
 
 
 def target_normal(found: np.ndarray, mixed: np.ndarray) -> np.ndarray:
-    likely = (found[..., 3:] > 0) & (dot(found[..., :3], mixed) > UNLIKE)
+    likely = (found[..., 3:] != 0) & (dot(found[..., :3], mixed) > UNLIKE)
     return np.where(likely, found[..., :3], mixed)
 
 

@@ -163,7 +163,8 @@ def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]
     """The triangles between the pixels, and what a view shows of them."""
     frame, step = points.frame, points.look.max_depth_step
     max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
-    triangles = triangles_of(points.surface_map, frame.camera, max_step)
+    surface_map = np.concatenate([points.surface_map[..., :3], np.abs(points.surface_map[..., 3:])], -1)
+    triangles = triangles_of(surface_map, frame.camera, max_step)
     view = view_matrix(frame.pose, eye.pose).astype(F)
     return triangles, fragments(triangles.points, view, eye.camera, eye.near)
 

@@ -16,7 +16,7 @@ from .vectors import dot, length
 F = np.float32
 MOST_TILT = F(10)
 NARROWEST, BROADEST = F(0.02), F(0.98)
-FARTHEST = F(2)
+FARTHEST = F(1.3)
 SHALLOWEST, DEEPEST = F(1), F(200)
 STRAIGHT = F(1.05)
 AT_ODDS = F(0.6)
@@ -152,7 +152,7 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
         steeper = ends & (inner > largest)
         largest = np.where(steeper, inner, largest)
         steepest = np.where(steeper[..., None], outward, steepest)
-    bent = _choose(steepest.any(-1), bent_rim(surface_map, around, steepest, straight), straight)
+    bent = _choose(np.abs(steepest).sum(-1) > 0, bent_rim(surface_map, around, steepest, straight), straight)
     return _choose(is_corner, corner, bent)
 
 

@@ -26,10 +26,10 @@ float merged_inverse_depth(uint key, float weighted_off, float weight) {
     return key_inverse_depth(key) * (1.0 + weighted_off / weight);
 }
 
-// The normal that was found in a view (and depth, 0 where none was), unless the frames' own contradict it: then the merged
-// depth has an outlier there, or a step where another frame begins.
+// The normal that was found in a view (and depth: 0 where none was, negative at rims), unless the frames' own contradict
+// it: then the merged depth has an outlier there, or a step where another frame begins.
 vec3 target_normal(vec4 found, vec3 mixed) {
-    return found.w > 0.0 && dot(found.xyz, mixed) > UNLIKE ? found.xyz : mixed;
+    return found.w != 0.0 && dot(found.xyz, mixed) > UNLIKE ? found.xyz : mixed;
 }
 
 // Is a splat of so many source pixels, with this half width and height, seen from so near that it spreads over others?

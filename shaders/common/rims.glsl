@@ -8,7 +8,7 @@
 const float MOST_TILT = 10.0;    // pixels of depth for each pixel by which the surface may leave its tangent plane
 const float NARROWEST = 0.02;    // pixels from a rim pixel to the outline
 const float BROADEST = 0.98;
-const float FARTHEST = 2.0;      // an outline that seems farther off than that is none
+const float FARTHEST = 1.3;      // an outline that seems farther off than that is none
 const float SHALLOWEST = 1.0;    // pixels of depth between the last two pixels
 const float DEEPEST = 200.0;
 const float STRAIGHT = 1.05;     // without a step so many times larger than the one before, the surface does not bend

@@ -266,3 +266,18 @@ def test_all_estimators_mark_the_same_rims(renderer, method):
     drawn = renderer.render(frame, pose=pose, normals=given)[..., 3] > 0
     star = renderer.render(frame, pose=pose, normals="star")[..., 3] > 0
     assert (drawn != star).mean() < 0.004
+
+
+def test_a_picture_upside_down_has_the_same_rims():
+    """Negative fy, as in ICL-NUIM."""
+    camera = ps.Camera(60.0, -60.0, CAMERA.cx, CAMERA.height - 1 - CAMERA.cy, CAMERA.width, CAMERA.height)
+    frame = ball(CAMERA)
+    surface, other = surface_of(frame), surface_of(ps.Frame(None, frame.depth[::-1].copy(), camera))
+    pixel = rim_pixels(surface)
+    mirrored = np.stack([pixel[:, 0], CAMERA.height - 1 - pixel[:, 1]], -1)
+    assert (texel(other, mirrored)[:, 3] == texel(surface, pixel)[:, 3]).all()
+    rim = rims.estimate_rim(surface, pixel, np.array(CAMERA.intrinsics, F))
+    same = rims.estimate_rim(other, mirrored, np.array(camera.intrinsics, F))
+    np.testing.assert_allclose(same.outward * [1, -1], rim.outward, atol=1e-4)
+    np.testing.assert_allclose(same.width, rim.width, atol=1e-4)
+    np.testing.assert_allclose(same.drop, rim.drop, rtol=1e-3)

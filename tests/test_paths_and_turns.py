@@ -55,7 +55,7 @@ def test_paths_may_be_paths(renderer, folder):
 @pytest.mark.parametrize("name", ["vase", "demo"])
 def test_turns_are_those_of_the_command_line(renderer, typed, name, turn):
     options = " ".join(f"--{key} {value}" for key, value in turn.items())
-    assert typed(f"render {name} {options} -o out.png")[0] == 0
+    assert typed(f"render {name} {options} --samples 1 -o out.png")[0] == 0
     with Image.open("out.png") as image:
         np.testing.assert_array_equal(renderer.render(name, **turn), np.asarray(image))
 

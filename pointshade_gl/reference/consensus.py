@@ -92,7 +92,6 @@ def end_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
 def trust_in(votes: np.ndarray, edge: np.ndarray, border: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     support, through = votes[..., 0], votes[..., 1]
     floats = through > support + (edge >= 2)
-    is_flat, is_alone = cosine < FLAT_COSINE, support == 0
-    flies = ((edge == 0) & (is_flat | is_alone)) | ((edge == 1) & is_flat & is_alone)
+    flies = ((edge == 0) | ((edge == 1) & (cosine < FLAT_COSINE))) & (support == 0)
     quality = edge.astype(F) / F(EDGE_REACH) * np.minimum(border, BORDER_REACH).astype(F) / F(BORDER_REACH)
     return np.stack([np.where(floats | flies, F(0), F(1)), np.maximum(quality, F(1) / F(255))], -1)

@@ -92,12 +92,10 @@ int end_around(sampler2D rows_map, ivec2 pixel) {
 }
 
 // x: 1 if a point is trusted; y: how good it is, more than 0 and at most 1. Points that more frames see through than
-// support float. Those at an edge fly if they are seen flat, for their splats reach far beyond it, or if nobody supports
-// them; those beside it, if both is so.
+// support float; those at an edge, or beside it and seen flat, that nobody supports fly.
 vec2 trust_in(vec2 votes, int edge, int border, float cosine) {
     bool floats = votes.y > votes.x + (edge >= 2 ? 1.0 : 0.0);
-    bool is_flat = cosine < FLAT_COSINE, is_alone = votes.x == 0.0;
-    bool flies = edge == 0 && (is_flat || is_alone) || edge == 1 && is_flat && is_alone;
+    bool flies = (edge == 0 || (edge == 1 && cosine < FLAT_COSINE)) && votes.x == 0.0;
     float quality = float(edge) / float(EDGE_REACH) * float(min(border, BORDER_REACH)) / float(BORDER_REACH);
     return vec2(floats || flies ? 0.0 : 1.0, max(quality, 1.0 / 255.0));
 }

@@ -18,7 +18,7 @@ EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """The working directory of a user, with the frame and the sequence that the examples name."""
+    """The working directory of a user, with the frame and the sequences that the examples name."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(asset("vase"), "my_frame")
     for kind in ("color", "depth"):
@@ -29,6 +29,8 @@ def folder(tmp_path, monkeypatch):
     c = frames.CAMERA
     numbers = f'"fx": {c.fx}, "fy": {c.fy}, "cx": {c.cx}, "cy": {c.cy}, "width": {c.width}, "height": {c.height}'
     Path("my_sequence/intrinsics.json").write_text(f"{{{numbers}}}")
+    for name in ("left", "right"):
+        shutil.copytree("my_sequence", name)
     return tmp_path
 
 

@@ -26,7 +26,7 @@ Seen see_splat(
     float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);
     float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
     bool is_off = abs(rim_depth - inverse_depth) > DEPTH_STEPS * rim_depth;
-    int rims = rim_depth > 0.0 && is_off ? 1 : 0;  // software drivers leave out a loop that no pixel takes, but run every branch
+    int rims = rim_depth > 0.0 && is_off ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < rims; ++k) {
         inverse_depth = rim_depth;
         at = carry_back(target_pixel, rim_depth, target, view, source).xy;

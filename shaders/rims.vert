@@ -31,7 +31,7 @@ void main() {
     int columns = textureSize(surface_map, 0).x;
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     vec4 surface = texelFetch(surface_map, pixel, 0);
-    int rims = surface.w < 0.0 ? 1 : 0;  // software drivers leave out a loop that no point takes, but run every branch
+    int rims = surface.w < 0.0 ? 1 : 0;  // a loop that no point takes costs software drivers nothing
     for (int k = 0; k < rims; ++k) {
         vec4 own = vec4(surface.xyz, -surface.w);
         Footprint splat = carry_footprint(vec2(pixel), own.w, own.xyz, source, view, target);

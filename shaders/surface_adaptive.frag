@@ -2,8 +2,9 @@
 #ifndef STAGE
 #define STAGE 0  // 0 to 3 in turn; a depth test leaves each stage only the pixels that earlier ones discarded
 #endif
-// Averaged depth with its remaining noise -> surface (unit normal, averaged depth, negative at rims), for noisy depth. Points move along
-// their rays by about their noise: otherwise gaps open between neighbours in every view except the frame's own.
+// Averaged depth with its remaining noise -> surface (unit normal, averaged depth, negative at rims), for noisy depth.
+// Points move along their rays by about their noise: otherwise gaps open between neighbours in every view except the
+// frame's own.
 #include "common/camera.glsl"
 #include "common/normals_adaptive.glsl"
 #include "common/rim_marks.glsl"

@@ -2,7 +2,8 @@
 #ifndef RESIDUAL
 #define RESIDUAL 0  // 1: the residual instead of the depth in w, for surface_borrow.frag
 #endif
-// Depth -> surface (unit normal, depth, negative at rims) by the edge-exact star of 16 neighbours, for depth without noise.
+// Depth -> surface (unit normal, depth, negative at rims) by the edge-exact star of 16 neighbours, for depth without
+// noise.
 #include "common/normals_star.glsl"
 #include "common/rim_marks.glsl"
 

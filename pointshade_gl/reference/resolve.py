@@ -22,7 +22,7 @@ from .splat import carry_footprint, inverse_depth_slope
 from .vectors import normalize, texel
 
 F = np.float32
-FEW = F(0.001)
+FEW, DEPTH_STEPS = F(0.001), F(0.0002)
 
 
 class Seen(NamedTuple):
@@ -49,7 +49,7 @@ def see_splat(
     w_at = inverse_depth_at(at, centre, F(1) / z, slope)
     ahead = pixel_ray(at, source) @ view[2, :3] + view[2, 3] * w_at
     inverse_depth = w_at / ahead
-    is_rim = rim_depth > 0
+    is_rim = (rim_depth > 0) & (np.abs(rim_depth - inverse_depth) > DEPTH_STEPS * rim_depth)
     inverse_depth = np.where(is_rim, rim_depth, inverse_depth)
     at = np.where(is_rim[..., None], carry_back(target_pixel, inverse_depth, target, view, source)[..., :2], at)
     return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at))

@@ -4,7 +4,8 @@
 // What a pixel of the view shows of a frame, and the frame's values there. They are mixed from the four pixels around
 // the position, but never across an edge.
 
-const float FEW = 0.001;  // the smallest sum of weights that is enough for a mean
+const float FEW = 0.001;          // the smallest sum of weights that is enough for a mean
+const float DEPTH_STEPS = 0.0002;  // share of 1/z below which a depth buffer tells no difference
 
 struct Seen {
     vec2 at;              // position in the frame
@@ -24,7 +25,8 @@ Seen see_splat(
     vec2 at = source_position(carry_footprint(centre, own.w, own.xyz, source, view, target), centre, target_pixel);
     float w_at = inverse_depth_at(at, centre, 1.0 / own.w, slope);
     float inverse_depth = w_at / (mat3(view) * pixel_ray(at, source) + view[3].xyz * w_at).z;
-    int rims = rim_depth > 0.0 ? 1 : 0;  // software drivers leave out a loop that no pixel takes, but run every branch
+    bool is_off = abs(rim_depth - inverse_depth) > DEPTH_STEPS * rim_depth;
+    int rims = rim_depth > 0.0 && is_off ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < rims; ++k) {
         inverse_depth = rim_depth;
         at = carry_back(target_pixel, rim_depth, target, view, source).xy;

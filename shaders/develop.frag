@@ -9,5 +9,11 @@ uniform vec4 background;
 out vec4 color;
 
 void main() {
-    color = developed(texelFetch(sums, ivec2(gl_FragCoord.xy), 0), count, background);
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(sums, 0) - 1;
+    float least = count;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 beside = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        least = min(least, texelFetch(sums, beside, 0).a);
+    }
+    color = developed(close_crack(texelFetch(sums, pixel, 0), least, count), count, background);
 }

@@ -94,6 +94,22 @@ def test_developed_is_that_of_the_mirror(gpu):
         np.testing.assert_allclose(answer, developed.developed(sums, 16, behind), atol=1e-5)
 
 
+def test_close_crack_is_that_of_the_mirror(gpu):
+    rng = np.random.default_rng(3)
+    sums, least = rng.uniform(0, 16, (500, 4)).astype(np.float32), rng.integers(0, 17, (500, 1)).astype(np.float32)
+    answer = gpu("developed.glsl", "close_crack(s, l, 16.0)", s=sums, l=least)
+    np.testing.assert_allclose(answer, developed.close_crack(sums, least[:, 0], 16), atol=1e-5, rtol=1e-6)
+
+
+def test_a_crack_inside_is_closed_and_an_outline_is_not(renderer):
+    """A ball hides a wall, and before nothing it ends softly."""
+    frame = frames.sphere_before_wall()
+    alpha = renderer.render(frame, samples=16)[8:-8, 8:-8, 3]
+    assert (alpha == 255).all()
+    alone = renderer.render(frames.sphere(), samples=16)[..., 3]
+    assert ((alone > 0) & (alone < 255)).sum() > 50
+
+
 PICTURES = {
     "phong": {},
     "unlit": {"shading": "none", "background": (0.2, 0.5, 0.9)},

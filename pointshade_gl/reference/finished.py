@@ -12,7 +12,7 @@ from ..ground import seen_ground
 from ..samples import at_sample
 from ..shot import Shot
 from .camera import pixel_ray
-from .developed import developed
+from .developed import close_crack, developed, least_beside
 from .ground import ground_depth, shadow_alpha
 
 F = np.float32
@@ -20,9 +20,10 @@ F = np.float32
 
 def finished(draw: Callable[[Shot], np.ndarray], shot: Shot, finish: Finish) -> np.ndarray:
     """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen."""
-    sums = sum(draw(at_sample(shot, k)) for k in range(finish.samples))
+    sums = np.asarray(sum(draw(at_sample(shot, k)) for k in range(finish.samples)), F)
+    sums = close_crack(sums, least_beside(sums[..., 3]), finish.samples)
     background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
-    return np.round(developed(np.asarray(sums, F), finish.samples, background) * 255).astype(np.uint8)
+    return np.round(developed(sums, finish.samples, background) * 255).astype(np.uint8)
 
 
 def add_ground(

@@ -87,12 +87,12 @@ class Renderer:
     @property
     def choice(self) -> Choice | None:
         """What estimated the last normals, and why."""
-        return self._pipeline.frames.choice
+        return self._pipeline.things.frames.choice
 
     @property
     def weights(self) -> dict[Frame, float]:
         """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
-        return self._pipeline.weights()
+        return self._pipeline.things.weights()
 
     def explain(self, names: Sequence[str] = ()) -> list[str]:
         """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
@@ -102,7 +102,7 @@ class Renderer:
         It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
         """
         with self._in_use():
-            return explain(self._pipeline.findings(), names)
+            return explain(self._pipeline.things.findings(), names)
 
     def render(
         self,
@@ -335,10 +335,7 @@ class Renderer:
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying)
         look = look.for_frame(frame.depth)
         with self._in_use():
-            self._pipeline.drawn = {}  # its textures may be freed now
-            (textures,) = self._pipeline.frames.upload([frame])
-            self._pipeline.frames.find_normals(textures, frame, look)
-            normals = textures.surface.read()[..., :3].copy()
+            normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()
         normals[frame.depth == 0] = np.nan
         return normals
 

@@ -52,9 +52,8 @@ def color_likeness(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def facet_at(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Facet:
     inside = pixel == np.clip(pixel, 0, _last(surface_map))
-    surface = np.where(
-        inside.all(-1, keepdims=True), surface_at(surface_map, _nearest(surface_map, pixel)), np.array([0, 0, 0, -1], F)
-    )
+    there = surface_at(surface_map, _nearest(surface_map, pixel))
+    surface = np.where(inside.all(-1, keepdims=True), there, np.array([0, 0, 0, -1], F))
     at, known = pixel.astype(F), surface[..., 3] > 0
     normal = np.where(known[..., None], surface[..., :3], np.array([0, 0, -1], F))
     slope = inverse_depth_slope(normal, pixel_ray(at, source), np.where(known, surface[..., 3], F(1)), source)
@@ -113,9 +112,8 @@ def win_vote(
     for k in range(16):
         pixel = _below(at) + _of_16(k)
         facet = facet_at(surface_map, pixel, source)
-        vote = gaussian(at - facet.pixel, VOTE_REACH) * color_likeness(
-            color, texel_at(guide_map, _nearest(guide_map, pixel))[..., :3]
-        )
+        likeness = color_likeness(color, texel_at(guide_map, _nearest(guide_map, pixel))[..., :3])
+        vote = gaussian(at - facet.pixel, VOTE_REACH) * likeness
         votes = [votes[j] + np.where(shares_layer(facet, around[j]), vote, F(0)) for j in range(4)]
     winner, most = around[0], votes[0]
     for j in range(1, 4):
@@ -193,7 +191,7 @@ def _last(picture: np.ndarray) -> np.ndarray:
 
 
 def _nearest(picture: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    """The outermost pixels repeat, as where a sampler is read."""
+    """The pixel to read: the outermost ones repeat, as where a sampler is read."""
     return np.clip(pixel, 0, _last(picture))
 
 

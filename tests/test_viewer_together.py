@@ -114,7 +114,7 @@ class TestWindow:
         press(viewer, "M")
         assert viewer._message == "these sources are always merged" and isinstance(viewer.frame, Views)
         press(viewer, "SPACE", "RIGHT")
-        assert viewer._playback.is_paused
+        assert viewer._playing.playback.is_paused
 
     @pytest.mark.parametrize(
         ("options", "message"),

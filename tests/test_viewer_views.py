@@ -155,7 +155,7 @@ def merged(viewer):
 def paused(open_viewer):
     """Nine views, paused at the third."""
     viewer = open_viewer(Files(), fps=500)
-    while viewer._playback.index != 2:
+    while viewer._playing.playback.index != 2:
         viewer.step_frames(1)
     return quiet(viewer)
 
@@ -177,7 +177,7 @@ class TestKey:
         assert paused.frame is WALK[3]
 
     def test_while_views_are_read_the_window_lives_and_says_so(self, paused):
-        source = paused._merger._source
+        source = paused._playing.merger._source
         source.gate.clear()
         press(paused, "M")
         paused.step(wait=False)
@@ -190,7 +190,7 @@ class TestKey:
         source.gate.set()
 
     def test_m_again_gives_it_up(self, paused):
-        source = paused._merger._source
+        source = paused._playing.merger._source
         source.gate.clear()
         press(paused, "M")
         threading.Timer(0.05, source.gate.set).start()
@@ -217,7 +217,7 @@ class TestKey:
         assert viewer._message == "only frames of a sequence can be merged"
         viewer = open_viewer(Files(broken=range(1, 9)))
         press(viewer, "SPACE", "M")
-        while viewer._merger.is_reading:
+        while viewer._playing.merger.is_reading:
             viewer.step()
         assert viewer._message == "not merged: fewer than two of 8 frames can be read"
 

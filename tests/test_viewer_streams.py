@@ -20,7 +20,7 @@ class TestStreams:
         first, _, last = Spoilt.frames
         assert seen == [first, last, first, last, first]
         assert capsys.readouterr().err == "warning: skipped: frame 1 is broken\n"
-        assert "frame 1 is broken" in viewer._message
+        assert "frame 1 is broken" in viewer._messages.text
 
     def test_space_pauses_and_the_arrows_step(self, open_viewer):
         first, _, last = Spoilt.frames

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections import deque
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,6 +22,7 @@ from ..renderer import Renderer
 from ..scene import Scene
 from .controls import Mouse, press_key
 from .events import Event
+from .messages import Messages
 from .panel import MISSING
 from .playing import Playing, Shown
 from .record import RATE, Recorder
@@ -34,7 +34,7 @@ from .views import VIEWS, Views, check_views
 from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
-MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
+GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -88,8 +88,7 @@ class Viewer:
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self._events: list[Event] = []
-        self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
-        self._told: set[str] = set()
+        self._messages = Messages()
         self._mouse = Mouse()
         self._shown: Any = None
         self._animates = type(self).on_frame is not Viewer.on_frame
@@ -100,7 +99,7 @@ class Viewer:
             self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
-            self._playing = Playing(source, others, rates, count, self._said.append)
+            self._playing = Playing(source, others, rates, count, self._messages.skip)
             undo.callback(self._playing.close)
             self.frame: Shown = self._playing.first(merge=views is not None)
             self.state = state
@@ -121,7 +120,7 @@ class Viewer:
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
             self._began = self._next_frame = time.perf_counter()
-            self._message, self._until = GREETING, self._began + GREETING_SECONDS
+            self._messages.say(GREETING, GREETING_SECONDS)
             self._film_camera = self._own_camera.fitted(*size)
             if panel:
                 self.toggle_panel()
@@ -159,13 +158,13 @@ class Viewer:
             self.handle(event)
         now = time.perf_counter()
         if self._playing.is_merging:
-            self._follow(*self._playing.merged(self._message))
+            self._follow(*self._playing.merged(self._messages.text))
         elif frame := self._playing.advance(self.frame, now):
             self.frame = frame
         if self._animates:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
-        self._expire_message(now)
+        self._messages.update(now)
         is_due = self._content() != self._shown or self._panel_settling() or self._refining_patience(now) == 0
         if self.camera and is_due:
             self._draw(self.camera)
@@ -221,7 +220,7 @@ class Viewer:
 
     def say(self, text: str) -> None:
         """Shows a line of text for a few seconds."""
-        self._message, self._until = text, time.perf_counter() + MESSAGE_SECONDS
+        self._messages.say(text)
 
     def quit(self) -> None:
         """Ends `run`."""
@@ -283,25 +282,16 @@ class Viewer:
         """Seconds that the next turn may sleep; None: no limit."""
         now = time.perf_counter()
         visible = self.camera is not None
-        if (visible and (self._content() != self._shown or self._panel_settling())) or self._said:
+        if visible and (self._content() != self._shown or self._panel_settling()):
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
             self._playing.patience(self.frame, now),
             self._recorder.patience(now) if self._recorder else None,
             self._refining_patience(now) if visible else None,
-            max(self._until - now, 0.0) if self._until < float("inf") else None,
+            self._messages.patience(now),
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
-
-    def _expire_message(self, now: float) -> None:
-        while self._said:
-            if (text := self._said.popleft()) not in self._told:  # a sequence that repeats meets it again
-                self._told.add(text)
-                self.say(f"skipped: {text}")
-                sys.stderr.write(f"warning: skipped: {text}\n")
-        if self._until < now:
-            self._message, self._until = "", float("inf")
 
     def _panel_settling(self) -> bool:
         return self.state.panel and self.screen.panel.settling > 0
@@ -325,11 +315,11 @@ class Viewer:
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
-        return self.state, self.lights, self.held, self.frame, window, self._message, self._mouse.drag
+        return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
         content = self._content()
         samples = self._refining.following(self._picture(), time.perf_counter(), self._most_samples)
-        self.screen.draw(self, camera, self._message, self._mouse.drag not in ("orbit", "pan"), samples)
+        self.screen.draw(self, camera, self._messages.text, self._mouse.drag not in ("orbit", "pan"), samples)
         self._shown = content
         self.drawn += 1

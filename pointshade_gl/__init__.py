@@ -15,8 +15,9 @@ from .live import live_set
 from .look import Look, Material
 from .mesh import Mesh
 from .point_cloud import PointCloud
-from .renderer import Renderer, estimate_normals, render, render_depth, render_points
+from .renderer import Renderer
 from .scene import Node, PointObject, Scene
+from .shared_renderer import estimate_normals, render, render_depth, render_points
 from .sources import open_source, prefetched
 
 __version__ = "0.1.0"

@@ -14,6 +14,7 @@ from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
+LIT_EARLY = ("flat", "gouraud")  # of these: light points or corners, and mix that light
 SPLATS = ("footprint", "round", "mesh")
 UPSAMPLINGS = ("vote", "none")
 NORMALS_AT = ("source", "target")

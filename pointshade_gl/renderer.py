@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
-import sys
-import threading
-import weakref
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial, wraps
+from functools import partial
 from os import PathLike
-from typing import Any, Concatenate, ParamSpec, TypeVar
 
 import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arguments import Scenes, loaded, seen_by
 from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
@@ -24,7 +20,6 @@ from .estimators import check_method
 from .explain import explain
 from .files.content import FilePath
 from .files.frames import load_frame
-from .files.pictures import encode_png
 from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
@@ -38,12 +33,9 @@ from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
 from .point_cloud import PointCloud, cloud_of
-from .preview import draw_previews_by
-from .scene import Node, PointObject, Scene, check_frames
-from .sources import load_any
+from .scene import Scene
 from .view import viewing_pose
 
-PREVIEW = 640  # pixels of the longer side of what notebooks show
 RASTERIZERS = ("auto", "points", "compute")
 UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
 
@@ -79,7 +71,7 @@ class Renderer:
             name = self.context.renderer
             self.context.release()
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
-        self._last: tuple[tuple[Frame, ...], Look, Scene] | None = None
+        self._scenes = Scenes()
         self.steps = Steps(self.context.gl, self.context.is_software)  # what ran, how often, and how long it took
         self._new_pipeline = partial(Pipeline, self.context, self.steps, can_compute, merge)
         self._pipeline = self._new_pipeline()
@@ -87,12 +79,12 @@ class Renderer:
     @property
     def choice(self) -> Choice | None:
         """What estimated the last normals, and why."""
-        return self._pipeline.frames.choice
+        return self._pipeline.things.frames.choice
 
     @property
     def weights(self) -> dict[Frame, float]:
         """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
-        return self._pipeline.weights()
+        return self._pipeline.things.weights()
 
     def explain(self, names: Sequence[str] = ()) -> list[str]:
         """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
@@ -102,7 +94,7 @@ class Renderer:
         It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
         """
         with self._in_use():
-            return explain(self._pipeline.findings(), names)
+            return explain(self._pipeline.things.findings(), names)
 
     def render(
         self,
@@ -169,7 +161,7 @@ class Renderer:
         Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
         that cannot be read.
         """
-        frame = _loaded(frame)
+        frame = loaded(frame)
         with self._in_use():
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
@@ -210,15 +202,15 @@ class Renderer:
         """
         finish = Finish(samples, background, ground)
         material = Material() if material is None else material
-        frame = _loaded(frame)
+        frame = loaded(frame)
         options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
-        scene = self._shown(frame, options)
+        scene = self._scenes.of(frame, options)
         lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
         if finish.ground is True:
             finish = replace(
                 finish, ground=tuple(up_of(scene if isinstance(frame, Scene) else scene.things[0].content.frame))
             )
-        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.draw(scene, lights, *seen, finish).color
 
@@ -244,10 +236,10 @@ class Renderer:
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
-        frame = _loaded(frame)
+        frame = loaded(frame)
         options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying
-        scene = self._shown(frame, options)
-        seen = _seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        scene = self._scenes.of(frame, options)
+        seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()
 
@@ -255,7 +247,7 @@ class Renderer:
         """Unit normals of what a scene's camera sees: (h, w, 3) float32, its axes; NaN where nothing is to be lit."""
         framed = check_type(scene, Scene, "scene").framed()
         with self._in_use():
-            surfaces = self._pipeline.read_surfaces(framed, *_seen_by(framed, framed, None, None, 0, 0, 0))
+            surfaces = self._pipeline.read_surfaces(framed, *seen_by(framed, framed, None, None, 0, 0, 0))
         return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
 
     def render_points(
@@ -281,32 +273,14 @@ class Renderer:
         shading  "none" keeps the picture's own colours; any other lights each point once, as "flat" does
         The other arguments, and the errors, are those of `render`.
         """
-        frame = check_type(_loaded(frame), Frame, "frame")
+        frame = check_type(loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
         options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying}
-        scene = self._scene_of((frame,), Look(material, normals, "flat", **options))
+        scene = self._scenes.of_frames((frame,), Look(material, normals, "flat", **options))
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
-
-    def _shown(self, frame: Frame | Sequence[Frame] | Scene, options: tuple[Any, ...]) -> Scene:
-        """What is drawn; options as in Look. Raises TypeError or ValueError."""
-        if isinstance(frame, Scene):
-            _check_plain(options)
-            return frame.framed()
-        if isinstance(frame, Frame | Sequence) and not isinstance(frame, bytes):
-            return self._scene_of(check_frames(frame), Look(*options))
-        raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(frame)}")
-
-    def _scene_of(self, frames: tuple[Frame, ...], look: Look) -> Scene:
-        """The scene of one object; the last one again if nothing has changed."""
-        if self._last is None or self._last[0] != frames or not look.is_uniform or self._last[1] != look:
-            first = frames[0]
-            scene = Scene((Node(PointObject(frames, look=look)),), first.picture_camera, first.pose)
-            self._last = (frames, look, scene) if look.is_uniform else None
-            return scene
-        return self._last[2]
 
     def estimate_normals(
         self,
@@ -335,10 +309,7 @@ class Renderer:
         look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying)
         look = look.for_frame(frame.depth)
         with self._in_use():
-            self._pipeline.drawn = {}  # its textures may be freed now
-            (textures,) = self._pipeline.frames.upload([frame])
-            self._pipeline.frames.find_normals(textures, frame, look)
-            normals = textures.surface.read()[..., :3].copy()
+            normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()
         normals[frame.depth == 0] = np.nan
         return normals
 
@@ -370,86 +341,3 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
-
-
-def _loaded(frame: Frame | Sequence[Frame] | Scene | FilePath) -> Frame | Sequence[Frame] | Scene:
-    """The frame or scene itself; of a path or a built-in name, what is there."""
-    return load_any(frame) if isinstance(frame, str | PathLike) else frame
-
-
-def _seen_by(
-    frame: Frame | Sequence[Frame] | Scene,
-    scene: Scene,
-    camera: Camera | None,
-    pose: ArrayLike | None,
-    yaw: float,
-    pitch: float,
-    dolly: float,
-) -> tuple[Camera, NDArray[np.float64]]:
-    """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
-    camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-    mover = scene if isinstance(frame, Scene) else scene.things[0].content.frame  # of several frames the first
-    return camera, viewing_pose(mover, pose, yaw, pitch, dolly)
-
-
-def _check_plain(options: tuple[Any, ...]) -> None:
-    """Raises ValueError for options of a Look that were passed with a scene: its objects have their own."""
-    plain = Look().options
-    changed = [
-        name
-        for (name, before), value in zip(plain.items(), options, strict=True)
-        if not (value is before or (isinstance(value, str | Material) and value == before))
-    ]
-    if changed:
-        raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
-
-
-_mine = threading.local()  # what keeps a Renderer for each thread, made when it is first needed
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
-
-
-class _OfThread:
-    """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
-
-    def __init__(self, renderer: Renderer):
-        self.renderer = renderer
-        weakref.finalize(self, _free, renderer).atexit = False
-
-
-def _free(renderer: Renderer) -> None:
-    """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
-    if renderer.context.is_here and not sys.is_finalizing():
-        renderer.release()
-
-
-def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
-    """The method as a function, called on a Renderer that this thread keeps."""
-
-    @wraps(method)
-    def function(*args: _P.args, **options: _P.kwargs) -> _R:
-        if not hasattr(_mine, "kept"):
-            _mine.kept = _OfThread(Renderer())
-        return method(_mine.kept.renderer, *args, **options)
-
-    signature = inspect.signature(method)
-    without_self = list(signature.parameters.values())[1:]
-    function.__signature__ = signature.replace(parameters=without_self)  # type: ignore[attr-defined]
-    return function
-
-
-render = _by_shared_renderer(Renderer.render)
-render_depth = _by_shared_renderer(Renderer.render_depth)
-render_points = _by_shared_renderer(Renderer.render_points)
-estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
-
-
-def _preview(source: Frame | Scene) -> bytes:
-    """A small PNG for notebooks."""
-    camera = check_type((source.framed() if isinstance(source, Scene) else source).camera, Camera, "camera")
-    share = min(1.0, PREVIEW / max(camera.width, camera.height))
-    sides = (max(1, round(share * side)) for side in (camera.width, camera.height))
-    return encode_png(render(source, camera=camera.resized(*sides)))
-
-
-draw_previews_by(_preview)

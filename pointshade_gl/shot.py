@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .camera import Camera, Eye
 from .light import Light, at_upper_left
+from .look import Material
 from .scene import Placed, PointObject, Scene
 
 Matrix = NDArray[np.float64]
@@ -23,6 +24,17 @@ class Shot(NamedTuple):
     scene: Scene
     shown: Sequence[Placed]  # in view
     casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
+
+    @property
+    def materials(self) -> list[Material]:
+        """The materials of all that is shown, each once; never empty."""
+        return list(dict.fromkeys(map(material_of, self.shown))) or [Material()]
+
+
+def material_of(placed: Placed) -> Material:
+    """How the surface of a thing answers light."""
+    content = placed.content
+    return content.look.material if isinstance(content, PointObject) else content.material
 
 
 def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> Shot:

@@ -35,7 +35,7 @@ float side_of = 1.0;  // source pixels
 bool is_primary = false;
 
 void note_source(ivec2 pixel, float side) {
-    trust = surface_at(trust_map, pixel).r;
+    trust = texel_at(trust_map, pixel).r;
     side_of = side;
     is_primary = is_among(pixel, primary);
 }

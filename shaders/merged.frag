@@ -21,7 +21,7 @@ layout(location = 1) out vec4 albedo;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 geometry = marked_surface_at(geometry_map, pixel), colors = marked_surface_at(albedo_map, pixel);
+    vec4 geometry = texel_at(geometry_map, pixel), colors = texel_at(albedo_map, pixel);
     if (colors.w == 0.0) discard;
     float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
     vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny

@@ -39,7 +39,7 @@ void main() {
     if (SHADING == 2) linear = mix_light(seen, corner, color_map);
     vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
 
-    vec2 trust = marked_surface_at(trust_map, seen.pixel).rg;
+    vec2 trust = texel_at(trust_map, seen.pixel).rg;
     float off = seen.inverse_depth / inverse_depth - 1.0;
     float across = off * share_across(seen.own.xyz, pixel, view, target);
     float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target);

@@ -15,7 +15,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     surface = surface_at(surface_map, pixel);
     if (needs_snap(surface_map, mixing_map, pixel, source)) {
-        surface = snap_sample(surface_map, guide_map, pixel, 1.0 / surface_at(depth_map, pixel).r, source);
+        surface = snap_sample(surface_map, guide_map, pixel, 1.0 / texel_at(depth_map, pixel).r, source);
         if (surface.w == 0.0) surface = surface_at(mixed_map, pixel);
     }
 }

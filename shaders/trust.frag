@@ -21,7 +21,7 @@ void main() {
         ivec2 size = textureSize(surface_map, 0);
         int border = min(min(pixel.x, size.x - 1 - pixel.x), min(pixel.y, size.y - 1 - pixel.y));
         float cosine = -dot(surface_at(surface_map, pixel).xyz, normalize(pixel_ray(vec2(pixel), source)));
-        vec2 votes = floor(surface_at(votes_map, pixel).rg * 255.0 + 0.5);
+        vec2 votes = floor(texel_at(votes_map, pixel).rg * 255.0 + 0.5);
         trust = trust_in(votes, end_around(rows_map, pixel), border + 1, cosine);
     }
 }

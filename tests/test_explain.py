@@ -74,7 +74,7 @@ class TestWords:
 def found_in(renderer):
     """The report of the only object in the last picture."""
     with renderer._in_use():
-        ((_, found),) = renderer._pipeline.findings()
+        ((_, found),) = renderer._pipeline.things.findings()
     return found
 
 

@@ -84,7 +84,7 @@ def test_twenty_copies_of_a_frame_leave_one(renderer):
         renderer.render(scene_of([frame] * 20))
         assert alive(renderer)["Texture"] >= before["Texture"] + 19
         assert (renderer.render(frame) == alone).all()
-        assert len(renderer._pipeline.frames._kept) == 1
+        assert len(renderer._pipeline.things.frames._kept) == 1
         many = alive(renderer)
         renderer.render(scene_of([frame] * 20))
         renderer.render(frame)

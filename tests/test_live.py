@@ -194,7 +194,7 @@ class TestDrawing:
                 fresh.render(shown)
                 if k in (20, 69):
                     gc.collect()
-                    kept.append((len(seen), alive(fresh), len(fresh._pipeline.frames._kept)))
+                    kept.append((len(seen), alive(fresh), len(fresh._pipeline.things.frames._kept)))
             assert len(fresh.steps._done) < 50
         assert kept[0] == kept[1] and kept[0][0] == 5
 

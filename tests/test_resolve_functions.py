@@ -54,7 +54,7 @@ def close(gpu_answer, mirror, missed=0, **tolerance):
     assert off.sum() <= missed, (gpu_answer[off], mirror[off])
 
 
-def test_surface_at_and_corners_at(gpu):
+def test_surface_at_texel_at_and_corners_at(gpu):
     surface_map = two_planes(holes=0.1)
     at = positions(surface_map)
     expected = corners.corners_at(surface_map, at)
@@ -67,6 +67,8 @@ def test_surface_at_and_corners_at(gpu):
     pixel = np.clip(np.floor(at), 0, (WIDTH - 1, HEIGHT - 1))
     answer = gpu("corners.glsl", "surface_at(surface_map, ivec2(p))", surface_map=surface_map, p=pixel)
     assert (answer == corners.surface_at(surface_map, pixel.astype(int))).all()
+    answer = gpu("corners.glsl", "texel_at(surface_map, ivec2(p))", surface_map=-surface_map, p=pixel)
+    assert (answer == corners.texel_at(-surface_map, pixel.astype(int))).all()
 
 
 def test_seen_corner_and_its_pixel_and_surface(gpu):

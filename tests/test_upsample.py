@@ -29,7 +29,7 @@ clean, lidar = cache(clean), cache(lidar)
 def surface_drawn(renderer, frame, **look):
     """The surface (h, w, 4), unit normal and depth, that is drawn at the colours' size."""
     with renderer._in_use():
-        store = renderer._pipeline.frames
+        store = renderer._pipeline.things.frames
         (textures,) = store.upload([frame])
         drawn = store.find_points(textures, frame, Look(**look), frame.picture_camera)
         width, height = drawn.surface.size

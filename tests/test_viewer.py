@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-import pointshade_gl.viewer.viewer as viewer_module
-from pointshade_gl.viewer import Viewer
+from pointshade_gl.viewer import Viewer, messages
 from pointshade_gl.viewer.controls import BY_NAME
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.window import Window
@@ -183,12 +182,12 @@ class TestRest:
         assert viewer.drawn == drawn
 
     def test_a_message_wakes_it_once_to_go_away(self, open_viewer, monkeypatch):
-        monkeypatch.setattr(viewer_module, "MESSAGE_SECONDS", 0.02)
+        monkeypatch.setattr(messages, "SECONDS", 0.02)
         viewer = open_viewer()
         viewer.say("short")
         assert viewer._patience() == 0
         viewer.step()
-        while viewer._message:
+        while viewer._messages.text:
             assert viewer._patience() is not None
             viewer.step()
         assert viewer._patience() is None

@@ -59,4 +59,4 @@ class TestPanel:
         monkeypatch.setitem(sys.modules, "imgui_bundle", None)
         viewer = open_viewer()
         press(viewer, "G")
-        assert "pip install 'pointshade-gl[gui]'" in viewer._message and not viewer.state.panel
+        assert "pip install 'pointshade-gl[gui]'" in viewer._messages.text and not viewer.state.panel

@@ -52,7 +52,7 @@ def press(viewer, *names):
 
 def quiet(viewer):
     """No message over the picture."""
-    viewer._message, viewer._until = "", float("inf")
+    viewer._messages.clear()
     return viewer
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .camera import pixel_ray, project
-from .corners import corner_pixel, corner_surface, corners_at, seen_corner, surface_at
+from .corners import corner_pixel, corner_surface, corners_at, seen_corner, surface_at, texel_at
 from .look_up import SAME_SURFACE, inverse_depth_at
 from .splat import inverse_depth_slope, lies_on_plane
 
@@ -75,7 +75,7 @@ def end_in_row(ends_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     for k in range(-EDGE_REACH, EDGE_REACH + 1):
         place = np.clip(pixel + np.array([k, 0]), 0, last)
         away = np.abs(place[..., 0] - pixel[..., 0])
-        found = np.where(surface_at(ends_map, place) > 0.5, np.minimum(found, away), found)
+        found = np.where(texel_at(ends_map, place) > 0.5, np.minimum(found, away), found)
     return found.astype(F) / F(EDGE_REACH)
 
 
@@ -83,7 +83,7 @@ def end_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     found, last = np.full(pixel.shape[:-1], EDGE_REACH), np.array(rows_map.shape[1::-1]) - 1
     for k in range(-EDGE_REACH, EDGE_REACH + 1):
         place = np.clip(pixel + np.array([0, k]), 0, last)
-        across = (surface_at(rows_map, place) * F(EDGE_REACH) + F(0.5)).astype(int)
+        across = (texel_at(rows_map, place) * F(EDGE_REACH) + F(0.5)).astype(int)
         nearer = np.minimum(found, np.maximum(across, np.abs(place[..., 1] - pixel[..., 1])))
         found = np.where(across < EDGE_REACH, nearer, found)
     return found

@@ -21,13 +21,12 @@ class Corners(NamedTuple):
     d: np.ndarray
 
 
-def marked_surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    return texel(surface_map, pixel)
+def texel_at(map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    return texel(map, pixel)
 
 
 def surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    surface = marked_surface_at(surface_map, pixel)
-    return unmarked(surface) if surface_map.shape[2:] == (4,) else surface  # other maps are read by it, too
+    return unmarked(texel_at(surface_map, pixel))
 
 
 def unmarked(surface: np.ndarray) -> np.ndarray:
@@ -38,7 +37,7 @@ def corners_at(surface_map: np.ndarray, at: np.ndarray) -> Corners:
     last = np.array(surface_map.shape[1::-1]) - 1
     low = np.clip(np.floor(at).astype(int), 0, last)
     high = np.clip(np.floor(at).astype(int) + 1, 0, last)
-    return Corners(low, high, *(marked_surface_at(surface_map, pixel) for pixel in four(low, high)))
+    return Corners(low, high, *(texel_at(surface_map, pixel) for pixel in four(low, high)))
 
 
 def seen_corner(corners: Corners, at: np.ndarray, w_at: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .camera import pixel_ray
-from .corners import surface_at
+from .corners import surface_at, texel_at
 from .picture import rescale_position, sample_picture
 from .splat import inverse_depth_slope, lies_on_plane
 from .vectors import dot, length, normalize, texel
@@ -52,7 +52,8 @@ def color_likeness(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def facet_at(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Facet:
     inside = pixel == np.clip(pixel, 0, _last(surface_map))
-    surface = np.where(inside.all(-1, keepdims=True), _nearest(surface_map, pixel), np.array([0, 0, 0, -1], F))
+    there = surface_at(surface_map, _nearest(surface_map, pixel))
+    surface = np.where(inside.all(-1, keepdims=True), there, np.array([0, 0, 0, -1], F))
     at, known = pixel.astype(F), surface[..., 3] > 0
     normal = np.where(known[..., None], surface[..., :3], np.array([0, 0, -1], F))
     slope = inverse_depth_slope(normal, pixel_ray(at, source), np.where(known, surface[..., 3], F(1)), source)
@@ -81,7 +82,7 @@ def is_calm(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> n
 
 
 def calm_around(calm_map: np.ndarray, at: np.ndarray) -> np.ndarray:
-    return np.min([_nearest(calm_map, _below(at) + _corner(k)) for k in range(4)], axis=0)
+    return np.min([texel_at(calm_map, _nearest(calm_map, _below(at) + _corner(k))) for k in range(4)], axis=0)
 
 
 def add_facet(total: np.ndarray, weight: np.ndarray, facet: Facet, at: np.ndarray) -> np.ndarray:
@@ -111,7 +112,8 @@ def win_vote(
     for k in range(16):
         pixel = _below(at) + _of_16(k)
         facet = facet_at(surface_map, pixel, source)
-        vote = gaussian(at - facet.pixel, VOTE_REACH) * color_likeness(color, _nearest(guide_map, pixel)[..., :3])
+        likeness = color_likeness(color, texel_at(guide_map, _nearest(guide_map, pixel))[..., :3])
+        vote = gaussian(at - facet.pixel, VOTE_REACH) * likeness
         votes = [votes[j] + np.where(shares_layer(facet, around[j]), vote, F(0)) for j in range(4)]
     winner, most = around[0], votes[0]
     for j in range(1, 4):
@@ -189,8 +191,8 @@ def _last(picture: np.ndarray) -> np.ndarray:
 
 
 def _nearest(picture: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    """The outermost pixels repeat, as where a sampler is read."""
-    return surface_at(picture, np.clip(pixel, 0, _last(picture)))
+    """The pixel to read: the outermost ones repeat, as where a sampler is read."""
+    return np.clip(pixel, 0, _last(picture))
 
 
 def _cosine(a: Facet, b: Facet) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections import deque
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,20 +22,19 @@ from ..renderer import Renderer
 from ..scene import Scene
 from .controls import Mouse, press_key
 from .events import Event
+from .messages import Messages
 from .panel import MISSING
-from .playback import Playback
+from .playing import Playing, Shown
 from .record import RATE, Recorder
 from .refining import Refining
 from .screen import Screen
 from .sources import check_rates, check_sources
 from .state import OWN_LIGHT, Stage, State
-from .together import Together
-from .views import VIEWS, Merger, Views, check_views
+from .views import VIEWS, Views, check_views
 from .window import Window, window_size
 
-MERGED = "the views are merged: M plays the frames"
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
-MESSAGE_SECONDS, GREETING_SECONDS = 4.0, 12.0
+GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -90,8 +88,7 @@ class Viewer:
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
         self._events: list[Event] = []
-        self._said: deque[str] = deque()  # skipped frames, from the thread that reads a stream
-        self._told: set[str] = set()
+        self._messages = Messages()
         self._mouse = Mouse()
         self._shown: Any = None
         self._animates = type(self).on_frame is not Viewer.on_frame
@@ -102,28 +99,13 @@ class Viewer:
             self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
-            self._playback = self._merger = None
-            self.frame: Frame | Scene | Views
+            self._playing = Playing(source, others, rates, count, self._messages.skip)
+            undo.callback(self._playing.close)
+            self.frame: Shown = self._playing.first(merge=views is not None)
             self.state = state
-            if isinstance(source, Scene):
-                self.frame = source.framed()
+            if isinstance(self.frame, Scene):
                 self.state = replace(self.state, shadows=True)
-                lights = lights or source.lights
-            elif others:
-                self._playback = Together([source, *others], rates, self._said.append)
-                undo.callback(self._playback.close)
-                self.frame = self._playback.first()
-            elif isinstance(source, Frame):
-                self.frame = source
-            else:
-                self._playback = Playback(source, rates[0], self._said.append)
-                undo.callback(self._playback.close)
-                if isinstance(source, Sequence):
-                    self._merger = Merger(source, count, self._said.append)
-                    undo.callback(self._merger.close)
-                self.frame = self._playback.first()
-                if self._merger and views is not None:
-                    self._merger.start(self._playback.index)
+                lights = lights or self.frame.lights
             self.stage = Stage.of(self._own)
             if lights:
                 self.state = self.state.with_light(lights[0], self.stage, self.pose)
@@ -134,13 +116,11 @@ class Viewer:
             size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
             undo.callback(self.window.release)
-            for reader in (self._playback, self._merger):
-                if reader:
-                    reader.wake = self.window.wake
+            self._playing.wake_by(self.window.wake)
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
             self._began = self._next_frame = time.perf_counter()
-            self._message, self._until = GREETING, self._began + GREETING_SECONDS
+            self._messages.say(GREETING, GREETING_SECONDS)
             self._film_camera = self._own_camera.fitted(*size)
             if panel:
                 self.toggle_panel()
@@ -177,14 +157,14 @@ class Viewer:
         for event in events:
             self.handle(event)
         now = time.perf_counter()
-        if self._merger and self._merger.is_reading:
-            self._merge(self._merger)
-        elif self._playback and self._plays and (frame := self._playback.advance(now)):
-            self._show(frame)
+        if self._playing.is_merging:
+            self._follow(*self._playing.merged(self._messages.text))
+        elif frame := self._playing.advance(self.frame, now):
+            self.frame = frame
         if self._animates:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
-        self._expire_message(now)
+        self._messages.update(now)
         is_due = self._content() != self._shown or self._panel_settling() or self._refining_patience(now) == 0
         if self.camera and is_due:
             self._draw(self.camera)
@@ -209,11 +189,6 @@ class Viewer:
     def camera(self) -> Camera | None:
         """The frame's camera, fitted to the window; None while the window is minimised."""
         return self.window.fit(self._own_camera)
-
-    @property
-    def _plays(self) -> bool:
-        """What is shown comes from a stream, which may be paused."""
-        return not (self._merger and (isinstance(self.frame, Views) or self._merger.is_reading))
 
     @property
     def _own(self) -> Frame | Scene:
@@ -245,7 +220,7 @@ class Viewer:
 
     def say(self, text: str) -> None:
         """Shows a line of text for a few seconds."""
-        self._message, self._until = text, time.perf_counter() + MESSAGE_SECONDS
+        self._messages.say(text)
 
     def quit(self) -> None:
         """Ends `run`."""
@@ -267,62 +242,22 @@ class Viewer:
 
     def pause(self) -> None:
         """Pauses a stream, or continues it."""
-        if self._playback is None:
-            self.say("a single frame: nothing to play")
-        elif not self._plays:
-            self.say(MERGED)
-        else:
-            self._playback.toggle()
-            self.say("paused" if self._playback.is_paused else "playing")
+        self.say(self._playing.pause(self.frame))
 
     def step_frames(self, direction: int) -> None:
         """Pauses a stream and steps one frame forwards (1) or back (-1)."""
-        if self._playback is None:
-            self.say("a single frame: nothing to step through")
-        elif not self._plays:
-            self.say(MERGED)
-        else:
-            self._show(self._playback.step(direction) or self.frame)
-            self.say(f"frame {self._playback.index}" if self._playback.index >= 0 else "paused")
-
-    def _show(self, new: Frame | Scene | Views) -> None:
-        """New frames of a stream; views stay switched as they are."""
-        if isinstance(new, Views) and isinstance(self.frame, Views):
-            new = replace(new, on=self.frame.on)
-        self.frame = new
+        self._follow(*self._playing.step(self.frame, direction))
 
     def toggle_views(self) -> None:
         """Draws several frames of a sequence as one object, or plays them again."""
-        if self._playback is None:
-            self.say("a single frame: nothing to merge")
-        elif self._merger is None:
-            live = isinstance(self.frame, Views)
-            self.say("these sources are always merged" if live else "only frames of a sequence can be merged")
-        elif isinstance(self.frame, Views):
-            self.frame = self.frame.home
-            self.say("paused" if self._playback.is_paused else "playing")
-        elif self._merger.is_reading:
-            self._merger.close()
-            self.say("not merged")
-        else:
-            try:
-                self._merger.start(self._playback.index)
-            except ValueError as error:
-                self.say(str(error))
+        self._follow(*self._playing.toggle_views(self.frame))
 
-    def _merge(self, merger: Merger) -> None:
-        """Says how many views are read; shows them when that was all and is seen, for merging takes a moment."""
-        if self._message != merger.progress:
-            self.say(merger.progress)
-            return
-        try:
-            views = merger.finish()
-        except ValueError as error:
-            self.say(str(error))
-            return
-        if views:
-            self.frame = views
-            self.say(f"{len(views.frames)} views as one object; M plays the frames")
+    def _follow(self, frame: Shown | None, text: str) -> None:
+        """Shows the frame, unless it stays, and says the text, if there is one."""
+        if frame is not None:
+            self.frame = frame
+        if text:
+            self.say(text)
 
     def save_picture(self) -> Path | None:
         """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
@@ -347,26 +282,16 @@ class Viewer:
         """Seconds that the next turn may sleep; None: no limit."""
         now = time.perf_counter()
         visible = self.camera is not None
-        if (visible and (self._content() != self._shown or self._panel_settling())) or self._said:
+        if visible and (self._content() != self._shown or self._panel_settling()):
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
-            self._playback.patience(now) if self._playback and self._plays else None,
-            0.0 if self._merger and self._merger.is_ready else None,
+            self._playing.patience(self.frame, now),
             self._recorder.patience(now) if self._recorder else None,
             self._refining_patience(now) if visible else None,
-            max(self._until - now, 0.0) if self._until < float("inf") else None,
+            self._messages.patience(now),
         ]
         return min((seconds for seconds in reasons if seconds is not None), default=None)
-
-    def _expire_message(self, now: float) -> None:
-        while self._said:
-            if (text := self._said.popleft()) not in self._told:  # a sequence that repeats meets it again
-                self._told.add(text)
-                self.say(f"skipped: {text}")
-                sys.stderr.write(f"warning: skipped: {text}\n")
-        if self._until < now:
-            self._message, self._until = "", float("inf")
 
     def _panel_settling(self) -> bool:
         return self.state.panel and self.screen.panel.settling > 0
@@ -390,11 +315,11 @@ class Viewer:
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
-        return self.state, self.lights, self.held, self.frame, window, self._message, self._mouse.drag
+        return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
         content = self._content()
         samples = self._refining.following(self._picture(), time.perf_counter(), self._most_samples)
-        self.screen.draw(self, camera, self._message, self._mouse.drag not in ("orbit", "pan"), samples)
+        self.screen.draw(self, camera, self._messages.text, self._mouse.drag not in ("orbit", "pan"), samples)
         self._shown = content
         self.drawn += 1

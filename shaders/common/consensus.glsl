@@ -74,7 +74,7 @@ float end_in_row(sampler2D ends_map, ivec2 pixel) {
     int found = EDGE_REACH;
     for (int k = -EDGE_REACH; k <= EDGE_REACH; ++k) {
         ivec2 place = clamp(pixel + ivec2(k, 0), ivec2(0), last);
-        if (surface_at(ends_map, place).r > 0.5) found = min(found, abs(place.x - pixel.x));
+        if (texel_at(ends_map, place).r > 0.5) found = min(found, abs(place.x - pixel.x));
     }
     return float(found) / float(EDGE_REACH);
 }
@@ -85,7 +85,7 @@ int end_around(sampler2D rows_map, ivec2 pixel) {
     int found = EDGE_REACH;
     for (int k = -EDGE_REACH; k <= EDGE_REACH; ++k) {
         ivec2 place = clamp(pixel + ivec2(0, k), ivec2(0), last);
-        int across = int(surface_at(rows_map, place).r * float(EDGE_REACH) + 0.5);
+        int across = int(texel_at(rows_map, place).r * float(EDGE_REACH) + 0.5);
         if (across < EDGE_REACH) found = min(found, max(across, abs(place.y - pixel.y)));
     }
     return found;

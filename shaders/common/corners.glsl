@@ -10,12 +10,13 @@ struct Corners {
 };
 
 // A sampler read at the texel's centre is faster than texelFetch on llvmpipe.
-vec4 marked_surface_at(sampler2D surface_map, ivec2 pixel) {
-    return textureLod(surface_map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(surface_map, 0))), 0.0);
+vec4 texel_at(sampler2D map, ivec2 pixel) {
+    return textureLod(map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(map, 0))), 0.0);
 }
 
+// Unit normal and depth, without the mark of rims.
 vec4 surface_at(sampler2D surface_map, ivec2 pixel) {
-    vec4 surface = marked_surface_at(surface_map, pixel);
+    vec4 surface = texel_at(surface_map, pixel);
     return vec4(surface.xyz, abs(surface.w));
 }
 
@@ -26,8 +27,8 @@ Corners corners_at(sampler2D surface_map, vec2 at) {
     ivec2 high = clamp(ivec2(floor(at)) + 1, ivec2(0), last);
     return Corners(
         low, high,
-        marked_surface_at(surface_map, low), marked_surface_at(surface_map, ivec2(high.x, low.y)),
-        marked_surface_at(surface_map, ivec2(low.x, high.y)), marked_surface_at(surface_map, high)
+        texel_at(surface_map, low), texel_at(surface_map, ivec2(high.x, low.y)),
+        texel_at(surface_map, ivec2(low.x, high.y)), texel_at(surface_map, high)
     );
 }
 

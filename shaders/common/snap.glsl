@@ -25,11 +25,11 @@ bool needs_snap(sampler2D surface_map, sampler2D mixing_map, ivec2 pixel, vec4 s
     float beside = 0.0;
     for (int k = 0; k < 9; ++k) {
         ivec2 place = pixel + ivec2(k % 3 - 1, k / 3 - 1);
-        beside = max(beside, surface_at(mixing_map, clamp(place, ivec2(0), last)).r);
+        beside = max(beside, texel_at(mixing_map, clamp(place, ivec2(0), last)).r);
     }
     Facet facet = facet_at(surface_map, pixel, source);
     bool is_tilted = beside > 0.0 && facet.surface.w > 0.0 && is_steep(facet, source);
-    return surface_at(mixing_map, pixel).r > 0.0 || is_tilted;
+    return texel_at(mixing_map, pixel).r > 0.0 || is_tilted;
 }
 
 ivec2 snap_offset(int k) {
@@ -59,14 +59,14 @@ vec2 range_around(sampler2D surface_map, ivec2 pixel, vec4 source) {
 // surface_map: mixed samples have a depth of 0. guide_map: mean colour of each sample.
 vec4 snap_sample(sampler2D surface_map, sampler2D guide_map, ivec2 pixel, float w, vec4 source) {
     vec2 range = range_around(surface_map, pixel, source);
-    vec3 color = surface_at(guide_map, pixel).rgb;
+    vec3 color = texel_at(guide_map, pixel).rgb;
     Side near = Side(vec4(0.0), 0.0, 0.0), far = near;
     for (int k = 0; k < SNAP_WINDOW * SNAP_WINDOW; ++k) {
         ivec2 place = pixel + snap_offset(k);
         Facet facet = facet_at(surface_map, place, source);
         if (facet.surface.w <= 0.0) continue;
         float weight = gaussian(vec2(snap_offset(k)), SNAP_REACH) * (is_steep(facet, source) ? STEEP_WEIGHT : 1.0);
-        float likeness = color_likeness(color, surface_at(guide_map, place).rgb);
+        float likeness = color_likeness(color, texel_at(guide_map, place).rgb);
         if (1.0 / facet.surface.w > 0.5 * (range.x + range.y)) {
             near = add_to_side(near, weight, likeness, facet, vec2(pixel));
         } else {

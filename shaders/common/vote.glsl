@@ -82,7 +82,7 @@ float calm_around(sampler2D calm_map, vec2 at) {
     ivec2 last = textureSize(calm_map, 0) - 1;
     float least = 1.0;
     for (int k = 0; k < 4; ++k) {
-        least = min(least, surface_at(calm_map, clamp(ivec2(floor(at)) + ivec2(k % 2, k / 2), ivec2(0), last)).r);
+        least = min(least, texel_at(calm_map, clamp(ivec2(floor(at)) + ivec2(k % 2, k / 2), ivec2(0), last)).r);
     }
     return least;
 }
@@ -113,7 +113,7 @@ Facet win_vote(sampler2D surface_map, sampler2D guide_map, Facet around[4], vec2
     for (int k = 0; k < 16; ++k) {
         ivec2 pixel = ivec2(floor(at)) + ivec2(k % 4, k / 4) - 1;
         Facet facet = facet_at(surface_map, pixel, source);
-        float vote = gaussian(at - facet.pixel, VOTE_REACH) * color_likeness(color, surface_at(guide_map, pixel).rgb);
+        float vote = gaussian(at - facet.pixel, VOTE_REACH) * color_likeness(color, texel_at(guide_map, pixel).rgb);
         for (int j = 0; j < 4; ++j) votes[j] += shares_layer(facet, around[j]) ? vote : 0.0;
     }
     Facet winner = around[0];

@@ -1,0 +1,111 @@
+"""Draws one sample of a picture: what is seen of the things, then their light."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from .camera import Eye, view_matrix
+from .gpu.canvas import Canvas
+from .gpu.grid_objects import ShownGrid
+from .gpu.lamps import Lamps, Lighting
+from .gpu.light import LightPass
+from .gpu.mesh_objects import PlacedMesh
+from .gpu.objects import Objects, Thing
+from .gpu.point_objects import ShownPoints
+from .gpu.steps import Steps
+from .gpu.textures import SurfaceImage, Target, empty
+from .look import LIT_EARLY
+from .scene import Placed
+from .shot import Shot, material_of
+
+
+class Drawing:
+    """Draws things that are on the GPU, under lamps that are hung up.
+
+    A single point object under plain lights is lit while its pixels are looked up. Otherwise all things write their
+    visible surfaces first, and each pixel is lit once.
+    """
+
+    def __init__(self, steps: Steps, objects: Objects, light: LightPass):
+        self._steps = steps
+        self._objects = objects
+        self._light = light
+
+    def draw(self, target: Target, canvas: Canvas, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> None:
+        """The sample, on a canvas."""
+        if single := _single(shot, things, lamps):
+            self._draw_single(target, canvas, single, shot, lamps)
+        else:
+            self.draw_surfaces(target, shot, things, lamps)
+            self._light_pixels(target, canvas, shot, lamps)
+
+    def draw_lit_splats(self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> bool:
+        """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
+        thing, counts, points = _single(shot, things, lamps), self._steps.counts, self._objects.points
+        if thing is None or thing.shading != "flat" or not points.can_light(thing.points):
+            return False
+        before = counts["lit splats"]
+        inputs = self._light.inputs(lamps.seen_from(thing.points.pose))
+        inputs |= {"material": shot.materials[0].strengths}
+        inputs |= {"eye": tuple(view_matrix(shot.eye.pose, thing.points.pose)[:3, 3].tolist())}
+        draw = partial(points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
+        self._steps.run("lit splats", draw, target, thing.points, thing.textures, shot.eye)
+        return counts["lit splats"] > before
+
+    def _draw_single(self, target: Target, canvas: Canvas, thing: ShownPoints, shot: Shot, lamps: Lamps) -> None:
+        """The picture of one point object. A new view is lit at once, because most views see only one light."""
+        run, always, points, eye = self._steps.run, self._steps.always, self._objects.points, shot.eye
+        before = target.splats.version
+        run("splats", points.draw_splats, target.splats, thing.points, eye)
+        looking = target.splats, thing, eye
+        if thing.shading != "phong":
+            always("resolve", points.draw_picture, canvas, *looking)
+        elif target.splats.version > before:
+            lights = self._light.inputs(lamps.seen_from(eye.pose)) | {"material": shot.materials[0].strengths}
+            always("resolve", points.draw_lit, canvas, *looking, lights)
+        else:
+            run("resolve", points.draw_surface, target.surfaces, *looking)
+            self._light_pixels(target, canvas, shot, lamps)
+
+    def draw_surfaces(self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> None:
+        """The visible surfaces of all things, with the numbers of their materials."""
+        shown, materials = tuple(things[p] for p in shot.shown), shot.materials
+        numbers = tuple(1 + materials.index(material_of(p)) for p in shot.shown)
+        early = any(map(_is_lit_as_drawn, shown))
+        lighting = lamps.seen_from(shot.eye.pose) if early else None
+        self._steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, shot.eye, lighting)
+
+    def _fill_surfaces(
+        self, target: Target, surfaces: SurfaceImage, shown: tuple[Thing, ...], numbers: tuple[int, ...], eye: Eye,
+        lighting: Lighting | None,
+    ) -> None:  # fmt: skip
+        """lighting: for meshes that are lit as they are drawn"""
+        empty(surfaces.shared_target)
+        surfaces.window = 0, 0, *surfaces.size
+        lights = self._light.inputs(lighting) if lighting else {}
+        for thing, number in zip(shown, numbers, strict=True):
+            self._objects.add_surface(target, thing, eye, number, lights)
+        surfaces.raise_version()
+
+    def _light_pixels(self, target: Target, canvas: Canvas, shot: Shot, lamps: Lamps) -> None:
+        """Surfaces -> the picture."""
+        materials = np.array([material.strengths for material in shot.materials])
+        lighting, surfaces = lamps.seen_from(shot.eye.pose), target.surfaces
+        inputs = surfaces.surface, surfaces.albedo, shot.eye.camera, lighting, materials
+        with canvas.opened(surfaces.window) as image:
+            self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear)
+
+
+def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoints | None:
+    """The one thing that is shown, if these are points at their own scale, without spots and shadows."""
+    one = things[shot.shown[0]] if len(shot.shown) == 1 else None
+    return one if lamps.shadow_map is None and isinstance(one, ShownPoints) and one.points.scale == 1 else None
+
+
+def _is_lit_as_drawn(thing: Thing) -> bool:
+    """Its surfaces change with the light."""
+    if isinstance(thing, PlacedMesh):
+        return thing.mesh.shading in LIT_EARLY
+    return isinstance(thing, ShownGrid) and thing.shading == "flat"

@@ -1,0 +1,71 @@
+"""Functions that need no Renderer at hand, and the pictures of notebooks: each thread keeps a Renderer for them."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+import threading
+import weakref
+from collections.abc import Callable
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
+
+from .camera import Camera
+from .checks import check_type
+from .files.pictures import encode_png
+from .frame import Frame
+from .preview import draw_previews_by
+from .renderer import Renderer
+from .scene import Scene
+
+PREVIEW = 640  # pixels of the longer side of what notebooks show
+
+_mine = threading.local()  # what keeps a Renderer for each thread, made when it is first needed
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+class _OfThread:
+    """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
+
+    def __init__(self, renderer: Renderer):
+        self.renderer = renderer
+        weakref.finalize(self, _free, renderer).atexit = False
+
+
+def _free(renderer: Renderer) -> None:
+    """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
+    if renderer.context.is_here and not sys.is_finalizing():
+        renderer.release()
+
+
+def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
+    """The method as a function, called on a Renderer that this thread keeps."""
+
+    @wraps(method)
+    def function(*args: _P.args, **options: _P.kwargs) -> _R:
+        if not hasattr(_mine, "kept"):
+            _mine.kept = _OfThread(Renderer())
+        return method(_mine.kept.renderer, *args, **options)
+
+    signature = inspect.signature(method)
+    without_self = list(signature.parameters.values())[1:]
+    function.__signature__ = signature.replace(parameters=without_self)  # type: ignore[attr-defined]
+    return function
+
+
+render = _by_shared_renderer(Renderer.render)
+render_depth = _by_shared_renderer(Renderer.render_depth)
+render_points = _by_shared_renderer(Renderer.render_points)
+estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
+
+
+def _preview(source: Frame | Scene) -> bytes:
+    """A small PNG for notebooks."""
+    camera = check_type((source.framed() if isinstance(source, Scene) else source).camera, Camera, "camera")
+    share = min(1.0, PREVIEW / max(camera.width, camera.height))
+    sides = (max(1, round(share * side)) for side in (camera.width, camera.height))
+    return encode_png(render(source, camera=camera.resized(*sides)))
+
+
+draw_previews_by(_preview)

@@ -1,0 +1,147 @@
+"""Puts the things of a scene on the GPU: points with their normals, as many as the view needs."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from .consensus import importances
+from .explain import SetReport
+from .frame import Frame
+from .gpu.consensus import ConsensusPass
+from .gpu.frame_store import DrawnPoints, FrameStore
+from .gpu.grid_objects import Grid, ShownGrid, depth_step
+from .gpu.mesh_objects import PlacedMesh
+from .gpu.objects import Objects, Thing
+from .gpu.point_objects import Points, PointSet, ShownPoints, ShownSet
+from .gpu.steps import Steps
+from .gpu.target_normals import target_estimator
+from .gpu.textures import FrameTextures
+from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
+from .look import LIT_EARLY, Look, check_sizes
+from .mesh import Mesh
+from .noise import Choice
+from .scene import Placed, PointObject
+from .shot import Shot, is_alone
+
+
+class Things:
+    """Keeps what the last picture shows or casts shadows in it; the next one uses it again.
+
+    drawn  these things, on the GPU
+    """
+
+    def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
+        self._gl = context
+        self._steps = steps
+        self._objects = objects
+        self.frames = FrameStore(context, steps)
+        self._consensus: ConsensusPass | None = None  # made for the first set
+        self._coarse: dict[tuple[Frame, int], Frame] = {}
+        self.drawn: dict[Placed, Thing] = {}
+
+    def prepare(self, shot: Shot) -> dict[Placed, Thing]:
+        """Puts what is shown or casts a shadow on the GPU."""
+        self._steps.counts["culled"] += len(shot.scene.things) - len(shot.shown)
+        used = [p for p in shot.scene.things if p in shot.shown or p in shot.casting]
+        meshes = [p for p in used if isinstance(p.content, Mesh)]
+        self._objects.keep_only(p.content for p in meshes)
+        things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
+        objects = [p for p in used if isinstance(p.content, PointObject)]
+        singles = [member for p in objects for member in p.members]
+        shown = self._prepare_points(singles, shot, {p for p in objects if p.content.is_single})
+        for p in objects:
+            if p.content.is_single:
+                things[p] = shown[p]
+            else:
+                views = (shown[member] for member in p.members)
+                things[p] = self._as_one(p, tuple(v for v in views if isinstance(v, ShownPoints)), shot)
+        self.drawn = things
+        return things
+
+    def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
+        """(h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
+        self.drawn = {}  # its textures may be freed now
+        (textures,) = self.frames.upload([frame])
+        self.frames.find_normals(textures, frame, look)
+        return textures.surface.read()
+
+    def findings(self) -> list[tuple[str, Choice | SetReport]]:
+        """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
+        return [
+            (p.node.name, thing.report() if isinstance(thing, ShownSet) else thing.textures.choice)
+            for p, thing in self.drawn.items()
+            if not isinstance(thing, PlacedMesh)
+        ]
+
+    def weights(self) -> dict[Frame, float]:
+        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        found: dict[Frame | None, float] = {}
+        for thing in self.drawn.values():
+            if isinstance(thing, ShownSet):
+                found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
+            elif isinstance(thing, ShownPoints):
+                found[thing.textures.frame] = 1.0
+        return {frame: weight for frame, weight in found.items() if frame}
+
+    def _prepare_points(
+        self, singles: list[Placed], shot: Shot, alone: set[Placed]
+    ) -> dict[Placed, ShownPoints | ShownGrid]:
+        """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
+        shown: dict[Placed, ShownPoints | ShownGrid] = {}
+        steps = [_coarser_step(p, shot) if p in alone else 1 for p in singles]
+        frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
+        self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
+        for p, step, frame, textures in zip(singles, steps, frames, self.frames.upload(frames), strict=True):
+            look = p.content.look
+            is_finer = step == 1 and p in alone
+            camera = finer_camera(frame, look, shot.eye.camera) if is_finer else frame.camera
+            drawn = self.frames.find_points(textures, frame, look, camera)
+            is_mesh = look.splat == "mesh"
+            shown[p] = self._as_grid(p, drawn, textures) if is_mesh else _as_splats(p, drawn, textures, step)
+        return shown
+
+    def _coarser(self, frame: Frame, step: int) -> Frame:
+        if step == 1:
+            return frame
+        if (frame, step) not in self._coarse:
+            self._coarse[frame, step] = coarser(frame, step)
+        return self._coarse[frame, step]
+
+    def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
+        """Points as the triangles between them."""
+        surface, lit, source = drawn
+        look = p.content.look
+        grid = Grid(surface, source, *p.rigid_axes, depth_step(look))
+        self._objects.find_triangles(grid)
+        light = lit if look.shading == "gouraud" else None
+        material = look.material.strengths if look.shading == "flat" else None
+        return ShownGrid(grid, textures, look.shading, light, material)
+
+    def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], shot: Shot) -> ShownSet:
+        """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
+        self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
+        consensus = self._consensus.find([view.textures for view in views])
+        trusts = tuple(view.textures.trust for view in views if view.textures.trust)
+        points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
+        weights = importances(p.content.frames, p.seen_from(shot.eye.pose), consensus.wrong)
+        return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
+
+    def release(self) -> None:
+        if self._consensus is not None:
+            self._consensus.release()
+        self.frames.release()
+
+
+def _coarser_step(p: Placed, shot: Shot) -> int:
+    """1 for all points: of a frame alone, and where an option is an array."""
+    return coarser_step(p, shot.eye) if p.content.look.is_uniform and not is_alone(shot.scene.things) else 1
+
+
+def _as_splats(p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int) -> ShownPoints:
+    look, (surface, lit, source) = p.content.look, drawn
+    sizes = check_sizes(look.size, p.content.frame.depth.shape)
+    sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
+    points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
+    return ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)

@@ -1,4 +1,4 @@
-"""Finished pictures on the CPU: samples averaged, over a background and a ground, as in pipeline.py."""
+"""Finished pictures on the CPU: samples averaged, over a background and a ground, as in summing.py."""
 
 from __future__ import annotations
 

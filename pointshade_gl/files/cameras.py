@@ -161,6 +161,8 @@ def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> li
         return []
     data = parse_object(read_text(item.path, max_pixels), item.path, max_pixels)
     values = {key_of(name.lower()): one for name, one in data.items() if isinstance(one, dict)}
+    if not values:
+        return []
     files = [Item(item.path.with_name(key), key) for key in values]
     named = [path.name if path else "" for path in matches([one.key for one in frames], files)]
     found = [from_named(named_of(values.get(name, {})), str(item.path)) for name in named]

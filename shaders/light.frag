@@ -18,6 +18,7 @@
 #include "common/lights.glsl"
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
+#include "common/texels.glsl"
 
 uniform sampler2D surface_map;  // unit normal, depth (0: nothing); normal 0: already lit
 uniform sampler2D albedo_map;   // linear for pixels; for points a picture: sRGB, of any size
@@ -36,14 +37,14 @@ uniform mat3 to_world;
 out vec4 color;
 
 void main() {
-    vec2 texel = gl_FragCoord.xy * (1.0 / vec2(textureSize(surface_map, 0)));  // faster than texelFetch on llvmpipe
-    vec4 surface = textureLod(surface_map, texel, 0.0);
+    vec4 surface = texel_at(surface_map, ivec2(gl_FragCoord.xy));
     if (surface.w == 0.0) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;
     vec3 point = pixel_ray(pixel, intrinsics) * abs(surface.w);
     if (POINTS == 1) point *= scale;
 
-    vec4 albedo = textureLod(albedo_map, texel, 0.0);
+    vec4 albedo = vec4(0.0);
+    if (POINTS == 0) albedo = texel_at(albedo_map, ivec2(pixel));
     if (POINTS == 1) albedo.rgb = srgb_to_linear(picture_at(albedo_map, pixel, vec2(textureSize(surface_map, 0))));
     vec4 own = material;
     if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(albedo.a * 65535.0 + 0.5) - 1), 0);

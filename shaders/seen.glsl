@@ -21,7 +21,7 @@ Seen find_seen() {
 }
 #else
 uniform isampler2D source_ids;
-uniform sampler2D depth_map;  // 1 - depth_scale/z
+uniform sampler2D window_depths;  // 1 - depth_scale/z
 uniform float depth_scale;
 uniform int first_id;         // of the first pixel; 0: nothing, below: a rim
 
@@ -29,7 +29,7 @@ Seen find_seen() {
     ivec2 size = textureSize(surface_map, 0);
     int id = texelFetch(source_ids, ivec2(gl_FragCoord.xy), 0).r;
     int index = abs(id) - first_id;
-    float rim_depth = id < 0 ? (1.0 - texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).r) / depth_scale : 0.0;
+    float rim_depth = id < 0 ? (1.0 - texelFetch(window_depths, ivec2(gl_FragCoord.xy), 0).r) / depth_scale : 0.0;
     if (index < 0 || index >= size.x * size.y) discard;
     vec2 pixel = gl_FragCoord.xy - 0.5;
     return see_splat(surface_map, pixel_of(index, size.x), pixel, source, view, target, rim_depth);

@@ -10,7 +10,7 @@ layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; }
 uniform int side;
 #else
 uniform isampler2D source_ids;
-uniform sampler2D depth_map;  // 1 - near/z: exact at rims, elsewhere of the splats' centres
+uniform sampler2D window_depths;  // 1 - near/z: exact at rims, elsewhere of the splats' centres
 uniform int first_id;         // of the first pixel; 0: nothing, below: a rim
 uniform sampler2D surface_map;  // of the frame: unit normal, depth
 uniform vec4 source;
@@ -29,7 +29,7 @@ void main() {
     int id = texelFetch(source_ids, pixel, 0).r;
     int index = abs(id) - first_id;
     if (index < 0) discard;
-    float rim_depth = id < 0 ? (1.0 - texelFetch(depth_map, pixel, 0).r) / near : 0.0;
+    float rim_depth = id < 0 ? (1.0 - texelFetch(window_depths, pixel, 0).r) / near : 0.0;
     ivec2 place = pixel_of(index, textureSize(surface_map, 0).x);
     float inverse_depth = see_splat(surface_map, place, vec2(pixel), source, view, target, rim_depth).inverse_depth;
 #endif

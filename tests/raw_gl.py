@@ -64,6 +64,8 @@ class RawGL:
         for k in range(4):
             for name in (0x90D3, 0x90D4, 0x90D5):
                 found[f"STORAGE{k}_{name:x}"] = self.numbers(name, k)
+            for name in (0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E):
+                found[f"IMAGE{k}_{name:x}"] = self.numbers(name, k)
         active = self.numbers(0x84E0)[0]
         for unit in (*range(UNITS), self.numbers(0x8872)[0] - 1):
             self.ActiveTexture(0x84C0 + unit)

@@ -198,6 +198,12 @@ def set_storage_buffers(context, gl, things):
         gl.BindBuffer(target, things.buffer.glo)
 
 
+def set_images(context, gl, things):
+    for unit in range(UNITS):
+        things.texture.bind_to_image(unit, read=unit % 2 > 0, write=True)
+    gl.BindImageTexture(1, things.texture.glo, 0, 0, 0, 0x88B8, 0x8058)
+
+
 def set_logic(context, gl, things):
     gl.Enable(0x0BF2)
     gl.LogicOp(0x150A)

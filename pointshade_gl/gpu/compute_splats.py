@@ -10,6 +10,7 @@ import numpy as np
 
 from ..camera import Camera
 from .memory import Owner
+from .passes import bind_textures
 from .programs import build_compute, set_uniforms, source_and_target
 from .set_splats import SetSplats, union
 from .textures import Box, PointSurface, SplatImage
@@ -59,8 +60,7 @@ class ComputeSplatPass(Owner):
         self._clear(image)
         windows = []
         for part in parts:
-            part.trust.use(1)
-            inputs = {"trust_map": 1, "primary": part.primary}
+            inputs = {"trust_map": part.trust, "primary": part.primary}
             windows.append(self._add(part.surface, part.source, image, camera, part.view, part.near, inputs))
         image.window = union(windows)
         image.raise_version()
@@ -83,13 +83,13 @@ class ComputeSplatPass(Owner):
         """of_set: inputs of one of several frames."""
         left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
-        inputs = {"surface_map": 0, "target_size": image.size}
+        inputs = {"surface_map": points.texture, "target_size": image.size}
         inputs |= source_and_target(source, camera, view) | (of_set or {})
         listed = {"near": near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
         is_set = of_set is not None
         program = self._program("splats.comp", is_set)
+        bind_textures(program, inputs)
         set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)
-        points.texture.use(0)
         image.nearest.bind_to_storage_buffer(0)
         groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*groups, *[0] * 5], np.int32))

@@ -15,9 +15,9 @@ import moderngl
 from ..errors import ContextError
 from ..wording import option
 from .current import current_context, kept, loader_of
+from .software import is_software
 from .state import CallersState
 
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
@@ -67,7 +67,7 @@ class Context:
 
     @property
     def is_software(self) -> bool:
-        return any(name in self.renderer.lower() for name in SOFTWARE)
+        return is_software(self.renderer)
 
     def limits(self) -> dict[str, Any]:
         """What `pointshade info` tells."""

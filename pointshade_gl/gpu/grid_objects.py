@@ -96,7 +96,7 @@ class GridObjects(Owner):
         inputs |= {"window": (left, top, width - 1), "near": eye.near / grid.scale}
         inputs |= {"target_size": (eye.camera.width, eye.camera.height)}
         inputs |= source_and_target(grid.source, eye.camera, carried(grid, eye))
-        bind_textures(inputs)
+        bind_textures(program, inputs)
         set_uniforms(program, **inputs)
         target.use()
         with enabled(self._context, DEPTH_TEST):

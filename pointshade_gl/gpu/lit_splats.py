@@ -50,7 +50,7 @@ class LitSplatPass(Owner):
             self._vertices = vertices
         inputs = {"surface_map": points.texture, "target_size": target.size, "near": near}
         inputs |= source_and_target(source, camera, view) | lights
-        bind_textures(inputs)
+        bind_textures(self._program, inputs)
         rims, count = has_rims(sizes, splat), source.width * source.height
         set_uniforms(self._program, is_round=splat == "round", has_rims=rims, **inputs)
         target.shared_picture.use()

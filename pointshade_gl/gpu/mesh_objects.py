@@ -56,7 +56,7 @@ class MeshObjects(Owner):
         else:
             program, array = self._programs.surface, buffers.surface
             inputs["is_lit"] = mesh.shading != "none"
-        bind_textures(inputs)
+        bind_textures(program, inputs)
         set_uniforms(program, **inputs)
         self._draw(surfaces.shared_target, array)
 

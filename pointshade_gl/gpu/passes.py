@@ -8,6 +8,7 @@ import moderngl
 
 from .memory import Owner, allocate
 from .programs import build_program, set_uniforms
+from .software import IMAGE_2D
 from .state_parts import UNITS
 
 
@@ -24,18 +25,21 @@ class FullscreenPass(Owner):
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """textures by the names of their samplers; they may also stand among the uniforms."""
         inputs = textures | uniforms
-        bind_textures(inputs)
+        bind_textures(self._program, inputs)
         set_uniforms(self._program, **inputs)
         target.use()
         self._array.render(moderngl.TRIANGLES, 3)
 
 
-def bind_textures(inputs: dict[str, Any]) -> None:
+def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
     """Binds every texture among the inputs and puts the number of its unit in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
     assert len(names) <= UNITS, "more textures than a caller's state is kept for"
     for unit, name in enumerate(names):
-        inputs[name].use(unit)
+        if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
+            inputs[name].bind_to_image(unit, read=True, write=False)
+        else:
+            inputs[name].use(unit)
         inputs[name] = unit
 
 

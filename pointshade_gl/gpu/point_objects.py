@@ -202,7 +202,7 @@ class PointObjects:
         near = eye.near / points.scale
         if not self._rasterizer(points).look_up:
             way = source_and_target(points.source, eye.camera, carried(points, eye))
-            maps = {"source_ids": image.source_ids, "depth_map": image.depth, "surface_map": points.surface.texture}
+            maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": points.surface.texture}
             return False, maps | way | {"first_id": 1, "near": near}
         image.nearest.bind_to_storage_buffer(0)
         return True, {"side": image.size[0], "near": near}

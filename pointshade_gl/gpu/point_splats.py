@@ -10,6 +10,7 @@ import numpy as np
 
 from ..camera import Camera
 from .memory import Owner
+from .passes import bind_textures
 from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from .rims import has_rims
@@ -70,8 +71,7 @@ class PointSplatPass(Owner):
             self._set_vertices = vertices
         self._clear(image)
         for part in parts:
-            part.trust.use(1)
-            rims, inputs = has_rims(part.sizes, part.splat), {"trust_map": 1, "primary": part.primary}
+            rims, inputs = has_rims(part.sizes, part.splat), {"trust_map": part.trust, "primary": part.primary}
             warp = part.surface, part.source, image, camera, part.view, part.near
             shape = {"side": float(part.sizes[0]), "is_round": part.splat == "round", "has_rims": rims}
             self._add(self._set_program, self._set_vertices.array, *warp, **inputs, **shape)
@@ -98,8 +98,9 @@ class PointSplatPass(Owner):
         **inputs: Any,
     ) -> None:
         warp = source_and_target(source, camera, view)
-        set_uniforms(program, surface_map=0, target_size=image.size, near=near, **warp, first_id=1, **inputs)
-        points.texture.use(0)
+        inputs |= {"surface_map": points.texture}
+        bind_textures(program, inputs)
+        set_uniforms(program, target_size=image.size, near=near, **warp, first_id=1, **inputs)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             vertices.render(moderngl.POINTS, vertices=source.width * source.height)
 

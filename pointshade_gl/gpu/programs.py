@@ -12,6 +12,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..errors import ShaderError
+from .software import by_flat_inputs, by_images, reads_images, wants_software
 
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
 # Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
@@ -53,13 +54,13 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
     return "\n".join(lines) + "\n", origin
 
 
-def _define(
-    name: str, spliced: tuple[str, list[tuple[str, int]]], constants: dict[str, int]
+def _begin(
+    name: str, spliced: tuple[str, list[tuple[str, int]]], lines: list[str], version: int = 0
 ) -> tuple[str, list[tuple[str, int]]]:
-    """The shader with constants defined after its first line, which is its #version."""
-    (version, rest), origin = spliced[0].split("\n", 1), spliced[1]
-    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
-    return "\n".join([version, *defines, rest]), [origin[0], *[(name, 1)] * len(defines), *origin[1:]]
+    """The shader with more lines after its first one, which is its #version, or that of another version."""
+    (first, rest), origin = spliced[0].split("\n", 1), spliced[1]
+    first = f"#version {version} core" if version else first
+    return "\n".join([first, *lines, rest]), [origin[0], *[(name, 1)] * len(lines), *origin[1:]]
 
 
 def build_program(
@@ -70,15 +71,25 @@ def build_program(
     version: int = 330,
     **constants: int,
 ) -> moderngl.Program:
-    """A program from two shader files; `constants` are defined in both.
+    """A program from two shader files; `constants` are defined in both. For software drivers see software.py.
 
     version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
 
     Raises ShaderError with file and line of the driver's complaints.
     """
-    vertex_text, vertex_origin = _define(vertex, splice(vertex, folder), constants)
-    fragment_text, fragment_origin = _define(fragment, splice(fragment, folder), constants)
-    fragment_text = fragment_text.replace("330", str(version), 1)
+    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
+    (vertex_text, vertex_origin), (fragment_text, fragment_origin) = splice(vertex, folder), splice(fragment, folder)
+    flat: list[str] = []
+    vertex_reads: list[str] = []
+    fragment_reads: list[str] = []
+    if wants_software(context) and vertex == "fullscreen.vert":
+        vertex_text, fragment_text, flat = by_flat_inputs(vertex_text, fragment_text)
+    if reads_images(context):
+        (vertex_text, vertex_reads), (fragment_text, fragment_reads) = by_images(vertex_text), by_images(fragment_text)
+    versions = 430 if vertex_reads else 330, 430 if fragment_reads else version
+    vertex_text, vertex_origin = _begin(vertex, (vertex_text, vertex_origin), defines + vertex_reads, versions[0])
+    before = defines + flat + fragment_reads
+    fragment_text, fragment_origin = _begin(fragment, (fragment_text, fragment_origin), before, versions[1])
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
     except moderngl.Error as error:
@@ -89,7 +100,12 @@ def build_program(
 
 def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
     """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
-    text, origin = _define(name, splice(name), constants)
+    text, origin = splice(name)
+    before = [f"#define {constant} {value}" for constant, value in constants.items()]
+    if reads_images(context):
+        text, reads = by_images(text)
+        before += reads
+    text, origin = _begin(name, (text, origin), before)
     try:
         return context.compute_shader(text)
     except moderngl.Error as error:

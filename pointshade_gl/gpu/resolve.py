@@ -99,7 +99,7 @@ class ResolvePass:
             textures["source_ids"] = looking.splats.source_ids
             uniforms["first_id"] = 1
             if "view" in uniforms:  # without it, the source id says it all
-                textures["depth_map"], uniforms["depth_scale"] = looking.splats.depth, looking.near
+                textures["window_depths"], uniforms["depth_scale"] = looking.splats.depth, looking.near
         self._passes[key].draw(image, textures, **uniforms)
 
     def release(self) -> None:

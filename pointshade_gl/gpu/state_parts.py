@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import moderngl
 
 from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
+from .software import reads_images
 
-UNITS = 6  # texture units from which our passes read, from 0 on
+UNITS = 6  # texture and image units from which our passes read, from 0 on
 UPLOAD_UNIT = UNITS  # through which moderngl uploads, while it is us who draw
 STORAGE_BUFFERS = 3  # bindings that our compute shaders use, from 0 on
 DRAW_BUFFERS = 8  # each has its own blending and colour mask
@@ -71,6 +72,8 @@ def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
     ]  # fmt: skip
     if is_430:
         parts.append(storage_buffers(gl))
+    if reads_images(context):
+        parts.append(image_units(gl))
     if context.version_code >= 450 or has_clip_control:
         parts.append(clip_control(gl))
     return parts
@@ -264,6 +267,21 @@ def storage_buffers(gl: GL) -> Part:
         gl.BindBuffer(indirect, value[0][1])
 
     return Part(take, put_back)
+
+
+def image_units(gl: GL) -> Part:
+    """What is bound as an image: texture, level, whether in layers, layer, access and format."""
+    names, answer = (0x8F3A, 0x8F3B, 0x8F3C, 0x8F3D, 0x8F3E, 0x906E), (ctypes.c_int * 1)()
+
+    def ask(name: int, unit: int) -> int:
+        gl.GetIntegeri_v(name, unit, answer)
+        return answer[0]
+
+    def put_back(bound: list[list[int]]) -> None:
+        for unit, (texture, *how) in enumerate(bound):
+            gl.BindImageTexture(unit, texture if texture and gl.IsTexture(texture) else 0, *how)
+
+    return Part(lambda: [[ask(name, unit) for name in names] for unit in range(UNITS)], put_back)
 
 
 def clip_control(gl: GL) -> Part:

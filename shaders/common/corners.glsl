@@ -1,4 +1,5 @@
 #include "common/look_up.glsl"
+#include "common/texels.glsl"
 
 // The four pixels of a frame around a position, and which of their splats is seen there.
 
@@ -8,11 +9,6 @@ struct Corners {
     vec4 a, b;   // unit normal and depth, negative at rims, above: left, right
     vec4 c, d;   // and below
 };
-
-// A sampler read at the texel's centre is faster than texelFetch on llvmpipe.
-vec4 texel_at(sampler2D map, ivec2 pixel) {
-    return textureLod(map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(map, 0))), 0.0);
-}
 
 // Unit normal and depth, without the mark of rims.
 vec4 surface_at(sampler2D surface_map, ivec2 pixel) {

@@ -1,14 +1,8 @@
+#include "common/texels.glsl"
+
 // Reading depth pictures in terms of w = 1/z, in which every plane is linear.
 
 const float FAR_NEARER = 1e-6;  // a neighbour nearer than this share of the pixel's depth counts as missing
-
-// Depth at pixel + offset, 0 outside the picture. A sampler read at the texel's centre takes half the time
-// of texelFetch on llvmpipe. It needs NEAREST filtering; the wrap mode does not matter.
-float depth_at(sampler2D depth_map, ivec2 pixel, ivec2 offset) {
-    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(depth_map, 0)));
-    float z = textureLod(depth_map, at, 0.0).r;
-    return at == clamp(at, vec2(0.0), vec2(1.0)) ? z : 0.0;
-}
 
 // (w_there - w_here) / w_here, computed from the depths: equal digits cancel exactly, and no unit remains.
 // A missing neighbour becomes a step of a million, which counts as a jump everywhere.

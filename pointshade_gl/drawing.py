@@ -63,7 +63,7 @@ class Drawing:
         if thing.shading != "phong":
             always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
-            lights = self._light.inputs(lamps.seen_from(eye.pose)) | {"material": shot.materials[0].strengths}
+            lights = self._light.inputs(lamps.seen_from(eye.pose), True) | {"material": shot.materials[0].strengths}
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)

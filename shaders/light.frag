@@ -12,6 +12,9 @@
 #ifndef LINEAR
 #define LINEAR 0     // 1: the pixels stay linear, to be averaged with other samples
 #endif
+#ifndef ALONE
+#define ALONE 0      // 1: a single light, without SHADOWS
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
@@ -30,6 +33,7 @@ uniform vec4 material;
 uniform sampler2D lights;
 uniform vec3 ambient;
 uniform int light_count;
+uniform mat4 only_light;  // its row of `lights`
 uniform sampler2D shadow_map;
 uniform sampler2D views;
 uniform mat3 to_world;
@@ -54,6 +58,8 @@ void main() {
         lit = light_surface_shadowed(
             point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count, shadow_map, views, to_world
         );
+    } else if (ALONE == 1) {
+        lit = light_surface_alone(point, eye, surface.xyz, albedo.rgb, own, ambient, only_light);
     } else {
         lit = light_surface(point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count);
     }

@@ -5,6 +5,9 @@
 #ifndef LINEAR
 #define LINEAR 0  // 1: the picture stays linear, to be averaged with other samples
 #endif
+#ifndef ALONE
+#define ALONE 0   // 1: a single light
+#endif
 // What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
 // than resolve_surfaces.frag and light.frag, and the same to one step of 255.
 #include "common/color.glsl"
@@ -16,6 +19,7 @@ uniform sampler2D lights;
 uniform vec4 material;
 uniform vec3 ambient;
 uniform int light_count;
+uniform mat4 only_light;  // its row of `lights`
 
 out vec4 color;
 
@@ -26,6 +30,8 @@ void main() {
     vec3 encoded = picture_at(color_map, color_position(seen, weight), vec2(textureSize(surface_map, 0)));
     vec3 albedo = stored(srgb_to_linear(encoded));
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
-    vec3 light = light_surface(point, vec3(0.0), normal, albedo, material, ambient, lights, light_count);
+    vec3 light;
+    if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, material, ambient, only_light);
+    else light = light_surface(point, vec3(0.0), normal, albedo, material, ambient, lights, light_count);
     color = vec4(LINEAR == 1 ? light : linear_to_srgb(light), 1.0);
 }

@@ -8,6 +8,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
+from pointshade_gl.gpu.passes import bind_texture
 from pointshade_gl.gpu.programs import build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
@@ -27,8 +28,8 @@ def evaluate(
     A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows.
     """
     count = max(len(x) for name, x in inputs.items() if not name.endswith("_map"))
-    declarations, body, textures = [], [], []
-    for unit, (name, values) in enumerate(inputs.items()):
+    declarations, body, textures = [], [], {}
+    for name, values in inputs.items():
         array = np.asarray(values, np.float32)
         declarations.append(f"uniform sampler2D {name if name.endswith('_map') else name + '_rows'};")
         if not name.endswith("_map"):
@@ -40,16 +41,16 @@ def evaluate(
             array = array[..., None]
         texture = context.texture(array.shape[1::-1], array.shape[2], np.ascontiguousarray(array).tobytes(), dtype="f4")
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        texture.use(unit)
-        textures.append((name if name.endswith("_map") else f"{name}_rows", unit, texture))
+        textures[name if name.endswith("_map") else f"{name}_rows"] = texture
     lines = ["#version 330 core", f'#include "common/{include}"', *declarations, "out vec4 result;", "void main() {"]
     (tmp_path / "call.frag").write_text("\n".join([*lines, *body, f"    result = vec4({expression});", "}"]))
     (tmp_path / "fullscreen.vert").write_text((shader_folder() / "fullscreen.vert").read_text())
     if not (tmp_path / "common").exists():
         (tmp_path / "common").symlink_to(shader_folder() / "common")
     program = build_program(context, "fullscreen.vert", "call.frag", tmp_path)
-    for name, unit, _ in textures:
+    for unit, (name, texture) in enumerate(textures.items()):
         if name in program:  # the compiler drops what the expression does not use
+            bind_texture(program, name, texture, unit)
             program[name].value = unit
     output = context.texture((count, 1), 4, dtype="f4")
     target = context.framebuffer([output])
@@ -57,6 +58,6 @@ def evaluate(
     array = context.vertex_array(program, [])
     array.render(moderngl.TRIANGLES, 3)
     answer = np.frombuffer(output.read(), np.float32).reshape(count, 4).copy()
-    for item in (array, target, output, program, *(texture for _, _, texture in textures)):
+    for item in (array, target, output, program, *textures.values()):
         item.release()
     return answer

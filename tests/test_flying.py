@@ -5,8 +5,9 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.reference import flying
-from pointshade_gl.reference.inverse_depth import depth_at, pixel_grid
+from pointshade_gl.reference.inverse_depth import pixel_grid
 from pointshade_gl.reference.surface_pass import surface_by_noise
+from pointshade_gl.reference.texels import depth_at
 
 from . import frames
 from .test_surface import assert_agree

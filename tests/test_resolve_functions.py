@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.reference import camera, corners, resolve
+from pointshade_gl.reference import camera, corners, resolve, texels
 from pointshade_gl.reference.splat import carry_footprint
 from pointshade_gl.reference.vectors import texel
 
@@ -68,7 +68,7 @@ def test_surface_at_texel_at_and_corners_at(gpu):
     answer = gpu("corners.glsl", "surface_at(surface_map, ivec2(p))", surface_map=surface_map, p=pixel)
     assert (answer == corners.surface_at(surface_map, pixel.astype(int))).all()
     answer = gpu("corners.glsl", "texel_at(surface_map, ivec2(p))", surface_map=-surface_map, p=pixel)
-    assert (answer == corners.texel_at(-surface_map, pixel.astype(int))).all()
+    assert (answer == texels.texel_at(-surface_map, pixel.astype(int))).all()
 
 
 def test_seen_corner_and_its_pixel_and_surface(gpu):

@@ -16,6 +16,7 @@ from pointshade_gl.reference import (
     shadow,
     shadowed_lights,
     splat,
+    texels,
 )
 
 from .shader_function import COMMON, functions_of
@@ -128,9 +129,13 @@ def test_light_surface_with_a_point_a_directional_and_a_touching_light(gpu, draw
     rows[2, 0], rows[2, 1, :3], rows[2, 2, :3] = (0.25, 0.5, 1, 1), (0.5, 0.5, 0.5), (1, 0, 0)
     m = np.array([0.1, 0.9, 0.3, 32], F)
     eye = np.array([[0.1, -0.2, 0.3]], F)
-    call = "light_surface(p, e, n, c, m, vec3(1), rows_map, 3), 0"
-    answer = gpu("lights.glsl", call, p=points, e=eye, n=n, c=albedo, m=m[None], rows_map=rows)
+    inputs = {"p": points, "e": eye, "n": n, "c": albedo, "m": m[None]}
+    answer = gpu("lights.glsl", "light_surface(p, e, n, c, m, vec3(1), rows_map, 3), 0", **inputs, rows_map=rows)
     agree(answer, lights.light_surface(points, eye[0], n, albedo, m, np.ones(3, F), rows, 3), atol=3e-5)
+    for row in rows:
+        only = "mat4(" + ", ".join(f"{x:.9g}" for x in row.ravel()) + ", 0, 0, 0, 0)"
+        answer = gpu("lights.glsl", f"light_surface_alone(p, e, n, c, m, vec3(1), {only}), 0", **inputs)
+        agree(answer, lights.light_surface_alone(points, eye[0], n, albedo, m, np.ones(3, F), row), atol=3e-5)
 
 
 SIDE, LIGHT_NEAR, CONTACT = 64, 0.5, 0.01
@@ -262,8 +267,8 @@ def test_depth_outside_the_picture_is_missing(gpu):
     v, u = np.mgrid[0:15, 0:20]
     pixel = np.stack([u.ravel(), v.ravel()], -1).astype(F)
     for offset in ((0, 0), (-3, 1), (2, -4), (0, 15)):
-        answer = gpu("inverse_depth.glsl", f"depth_at(depth_map, ivec2(p), ivec2{offset})", p=pixel, depth_map=depth)
-        mirror = inverse_depth.depth_at(depth, inverse_depth.pixel_grid(depth), offset)
+        answer = gpu("texels.glsl", f"depth_at(depth_map, ivec2(p), ivec2{offset})", p=pixel, depth_map=depth)
+        mirror = texels.depth_at(depth, inverse_depth.pixel_grid(depth), offset)
         assert (answer[:, 0] == mirror.ravel()).all()
 
 

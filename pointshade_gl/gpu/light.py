@@ -41,7 +41,7 @@ class LightPass:
         linear     pixels stay linear, too
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
-        inputs = self.inputs(lighting)
+        inputs = self.inputs(lighting, True)
         inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
         if len(materials) > 1:
             inputs["materials"] = self._table("materials", materials[:, None])
@@ -49,12 +49,17 @@ class LightPass:
             inputs["material"] = tuple(materials[0].tolist())
         if points is not None:
             inputs["scale"] = scale
-        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear
+        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, "only_light" in inputs
         self._pass(*kind).draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
 
-    def inputs(self, lighting: Lighting) -> dict[str, Any]:
-        """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms."""
+    def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
+        """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms.
+
+        may_be_alone  a single light without shadows becomes `only_light`
+        """
         rows, ambient, shadows = lighting
+        if may_be_alone and len(rows) == 1 and shadows is None:
+            return {"only_light": rows[0, :4].tobytes(), "ambient": ambient}
         inputs: dict[str, Any] = {"lights": self._table("lights", rows), "light_count": len(rows), "ambient": ambient}
         if shadows is not None:
             inputs |= {"shadow_map": shadows.shadow_map.texture, "views": self._table("views", shadows.views)}
@@ -74,10 +79,10 @@ class LightPass:
             table.write(np.ascontiguousarray(rows, np.float32))
         return table
 
-    def _pass(self, of_points: bool, shadows: bool, several: bool, linear: bool) -> FullscreenPass:
-        key = of_points, shadows, several, linear
+    def _pass(self, *key: bool) -> FullscreenPass:
         if key not in self._passes:
-            constants = dict(zip(("POINTS", "SHADOWS", "MATERIALS", "LINEAR"), map(int, key), strict=True))
+            names = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE"
+            constants = dict(zip(names, map(int, key), strict=True))
             self._passes[key] = FullscreenPass(self._context, "light.frag", **constants)
         return self._passes[key]
 

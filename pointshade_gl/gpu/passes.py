@@ -36,11 +36,18 @@ def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: di
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
     assert len(names) <= UNITS, "more textures than a caller's state is kept for"
     for unit, name in enumerate(names):
-        if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
-            inputs[name].bind_to_image(unit, read=True, write=False)
-        else:
-            inputs[name].use(unit)
+        bind_texture(program, name, inputs[name], unit)
         inputs[name] = unit
+
+
+def bind_texture(
+    program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
+) -> None:
+    """Binds a texture as the program reads it: as a sampler, or as an image."""
+    if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
+        texture.bind_to_image(unit, read=True, write=False)
+    else:
+        texture.use(unit)
 
 
 def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:

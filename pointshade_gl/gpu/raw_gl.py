@@ -17,7 +17,8 @@ C_TYPES = {
 }  # fmt: skip
 FUNCTIONS = {  # what each returns, then what it takes
     "ActiveTexture": "-u", "BindBuffer": "-uu", "BindBufferBase": "-uuu", "BindBufferRange": "-uuuqq",
-    "BindFramebuffer": "-uu", "BindImageTexture": "-uuibiuu", "BindRenderbuffer": "-uu", "BindSampler": "-uu", "BindTexture": "-uu",
+    "BindFramebuffer": "-uu", "BindImageTexture": "-uuibiuu", "BindRenderbuffer": "-uu", "BindSampler": "-uu",
+    "BindTexture": "-uu",
     "BindVertexArray": "-u", "BlendEquationSeparate": "-uu", "BlendEquationSeparatei": "-uuu",
     "BlendFuncSeparate": "-uuuu", "BlendFuncSeparatei": "-uuuuu",
     "ClearColor": "-ffff", "ClearDepth": "-d", "ClipControl": "-uu", "ColorMask": "-bbbb",

@@ -39,7 +39,7 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str, str, bool, int], FullscreenPass] = {}
+        self._passes: dict[tuple[str | int, ...], FullscreenPass] = {}
 
     def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
         """The picture, for none, flat and gouraud."""
@@ -52,7 +52,8 @@ class ResolvePass:
         """The picture, lit at once, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
-            self._draw("resolve_lit.frag", image, looking, "phong", inputs, LINEAR=int(canvas.linear))
+            constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+            self._draw("resolve_lit.frag", image, looking, "phong", inputs, **constants)
 
     def draw_surfaces(
         self,
@@ -87,7 +88,7 @@ class ResolvePass:
         uniforms: dict[str, Any],
         **constants: int,
     ) -> None:
-        key = fragment, shading, looking.look_up, constants.get("LINEAR", 0)
+        key = fragment, shading, looking.look_up, *constants.values()
         if key not in self._passes:
             constants |= {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
             self._passes[key] = FullscreenPass(self._context, fragment, 430 if looking.look_up else 330, **constants)

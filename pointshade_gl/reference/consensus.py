@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .camera import pixel_ray, project
-from .corners import corner_pixel, corner_surface, corners_at, seen_corner, surface_at, texel_at
+from .corners import corner_pixel, corner_surface, corners_at, seen_corner, surface_at
 from .look_up import SAME_SURFACE, inverse_depth_at
 from .splat import inverse_depth_slope, lies_on_plane
+from .texels import texel_at
 
 F = np.float32
 NO_OVERLAP, SEE_THROUGH = F(1e30), F(0.02)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .look_up import look_up_error, neighbour_weight
-from .vectors import texel
+from .texels import texel_at
 
 F = np.float32
 
@@ -19,10 +19,6 @@ class Corners(NamedTuple):
     b: np.ndarray
     c: np.ndarray
     d: np.ndarray
-
-
-def texel_at(map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
-    return texel(map, pixel)
 
 
 def surface_at(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, relative_step
+from .inverse_depth import relative_step
+from .texels import depth_at
 
 f32 = np.float32
 PAIR_GATE, PAIR_CHI2, BOWL_CHI2, NEGLIGIBLE = f32(4.0), f32(2.2), f32(2.0), f32(1e-7)

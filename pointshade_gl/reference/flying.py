@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, relative_step
+from .inverse_depth import relative_step
+from .texels import depth_at
 
 F = np.float32
 STEEPEST, CERTAIN, RAMP, WIDEST_RAMP, UNKNOWN = F(8.0), F(6.0), F(0.1), F(4.0), F(0.5e6)

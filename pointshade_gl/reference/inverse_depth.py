@@ -13,16 +13,6 @@ def pixel_grid(depth_map):
     return tuple(np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)))
 
 
-def depth_at(depth_map, pixel, offset):
-    """Return depth (h, w) float32 `offset` = (du, dv) pixels away, 0 outside; `pixel` is the whole grid."""
-    (height, width), (du, dv) = depth_map.shape, offset
-    moved = np.zeros_like(depth_map)
-    if abs(du) < width and abs(dv) < height:
-        to = np.s_[max(-dv, 0) : height + min(-dv, 0), max(-du, 0) : width + min(-du, 0)]
-        moved[to] = depth_map[max(dv, 0) : height + min(dv, 0), max(du, 0) : width + min(du, 0)]
-    return moved
-
-
 def relative_step(here, there):
     """Return (w_there - w_here) / w_here of w = 1/z; a missing neighbour becomes a step of a million."""
     other = np.maximum(there, here * FAR_NEARER)

@@ -16,6 +16,18 @@ def spot_cone(direction: np.ndarray, l: np.ndarray, cosines: np.ndarray) -> np.n
     return inside * inside * (F(3) - F(2) * inside)
 
 
+def light_of_row(
+    row: np.ndarray, point: np.ndarray, v: np.ndarray, n: np.ndarray, albedo: np.ndarray, material: np.ndarray
+) -> np.ndarray:
+    place, light, k = row[0], row[1, :3], row[2, :3]
+    to_light = place[:3] * (F(1) if place[3] > 0 else F(-1)) - point * place[3]
+    distance = length(to_light)
+    lit = distance > 0
+    safe = np.where(lit, distance, F(1))
+    arriving = light * attenuation(safe, k) if place[3] > 0 else light
+    return np.where(lit, phong(n, v, to_light / safe, albedo, material, arriving), F(0))
+
+
 def light_surface(
     point: np.ndarray,
     eye: np.ndarray,
@@ -29,11 +41,17 @@ def light_surface(
     v = normalize(eye - point)
     result = material[0] * ambient * albedo
     for row in lights[:count]:
-        place, light, k = row[0], row[1, :3], row[2, :3]
-        to_light = place[:3] * (F(1) if place[3] > 0 else F(-1)) - point * place[3]
-        distance = length(to_light)
-        lit = distance > 0
-        safe = np.where(lit, distance, F(1))
-        arriving = light * attenuation(safe, k) if place[3] > 0 else light
-        result = result + np.where(lit, phong(n, v, to_light / safe, albedo, material, arriving), F(0))
+        result = result + light_of_row(row, point, v, n, albedo, material)
     return np.clip(result, F(0), F(1))
+
+
+def light_surface_alone(
+    point: np.ndarray,
+    eye: np.ndarray,
+    n: np.ndarray,
+    albedo: np.ndarray,
+    material: np.ndarray,
+    ambient: np.ndarray,
+    row: np.ndarray,
+) -> np.ndarray:
+    return light_surface(point, eye, n, albedo, material, ambient, row[None], 1)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, relative_step
+from .inverse_depth import relative_step
 from .noise_patch import NONE, ZERO, fetch
+from .texels import depth_at
 
 f32 = np.float32
 STEEP, EDGE_STEP, LINES_SHARE, SLOPE_REACH = f32(2.5), f32(0.05), f32(0.4), 4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at
+from .texels import depth_at
 
 F = np.float32
 LEAST_JUMP, INSIDE, LEVEL, FARTHEST, COUNTED = F(0.05), F(0.03), F(0.17), 2, 16

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, start
+from .inverse_depth import start
+from .texels import depth_at
 
 f32 = np.float32
 MUCH_BETTER = f32(0.1)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, facing_slope, normal_of_slope, relative_step, start
+from .inverse_depth import facing_slope, normal_of_slope, relative_step, start
+from .texels import depth_at
 
 f32 = np.float32
 DEPTH_GATE = f32(0.02)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, normal_of_slope, relative_step, start
+from .inverse_depth import normal_of_slope, relative_step, start
+from .texels import depth_at
 
 f32 = np.float32
 REJECTED = f32(1e30)

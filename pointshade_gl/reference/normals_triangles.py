@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .camera import pixel_ray
-from .inverse_depth import depth_at
+from .texels import depth_at
 from .vectors import dot, length, normalize
 
 F = np.float32

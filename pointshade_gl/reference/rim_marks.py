@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .inverse_depth import depth_at, facing_slope, relative_step
+from .inverse_depth import facing_slope, relative_step
+from .texels import depth_at
 
 F = np.float32
 DROP, STEEPER = F(6), F(3)

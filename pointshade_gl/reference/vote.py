@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .camera import pixel_ray
-from .corners import surface_at, texel_at
+from .corners import surface_at
 from .picture import rescale_position, sample_picture
 from .splat import inverse_depth_slope, lies_on_plane
+from .texels import texel_at
 from .vectors import dot, length, normalize, texel
 
 F = np.float32

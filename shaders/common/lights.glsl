@@ -15,6 +15,17 @@ float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
 // texel 4 cosines of a spot's inner and outer cone; how many shadow views it has: 0, 1 or 6
 // The last two are for shadowed_lights.glsl: here no light is a spot or casts a shadow.
 
+// What the light of a row adds to a point; the row's texels are its columns.
+vec3 light_of_row(mat4 row, vec3 point, vec3 v, vec3 n, vec3 albedo, vec4 material) {
+    vec4 place = row[0];
+    vec3 light = row[1].rgb;
+    vec3 to_light = place.xyz * (place.w > 0.0 ? 1.0 : -1.0) - point * place.w;
+    float distance = length(to_light);
+    if (distance == 0.0) return vec3(0.0);  // a light inside the surface has no side to shine from
+    if (place.w > 0.0) light *= attenuation(distance, row[2].xyz);
+    return phong(n, v, to_light / distance, albedo, material, light);
+}
+
 vec3 light_surface(
     vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, sampler2D lights, int count
 ) {
@@ -22,12 +33,15 @@ vec3 light_surface(
     vec3 result = material.x * ambient * albedo;
     for (int i = 0; i < count; ++i) {
         vec4 place = texelFetch(lights, ivec2(0, i), 0);
-        vec3 light = texelFetch(lights, ivec2(1, i), 0).rgb;
-        vec3 to_light = place.xyz * (place.w > 0.0 ? 1.0 : -1.0) - point * place.w;
-        float distance = length(to_light);
-        if (distance == 0.0) continue;  // a light inside the surface has no side to shine from
-        if (place.w > 0.0) light *= attenuation(distance, texelFetch(lights, ivec2(2, i), 0).xyz);
-        result += phong(n, v, to_light / distance, albedo, material, light);
+        vec4 light = texelFetch(lights, ivec2(1, i), 0);
+        vec4 fading = place.w > 0.0 ? texelFetch(lights, ivec2(2, i), 0) : vec4(0.0);
+        result += light_of_row(mat4(place, light, fading, vec4(0.0)), point, v, n, albedo, material);
     }
     return clamp(result, 0.0, 1.0);
+}
+
+// The same for one light, whose row is a uniform: faster than a texture.
+vec3 light_surface_alone(vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, mat4 row) {
+    vec3 v = normalize(eye - point);
+    return clamp(material.x * ambient * albedo + light_of_row(row, point, v, n, albedo, material), 0.0, 1.0);
 }

@@ -1,0 +1,21 @@
+"""Mirror of shaders/common/texels.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .vectors import texel
+
+
+def texel_at(map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    return texel(map, pixel)
+
+
+def depth_at(depth_map, pixel, offset):
+    """Return depth (h, w) float32 `offset` = (du, dv) pixels away, 0 outside; `pixel` is the whole grid."""
+    (height, width), (du, dv) = depth_map.shape, offset
+    moved = np.zeros_like(depth_map)
+    if abs(du) < width and abs(dv) < height:
+        to = np.s_[max(-dv, 0) : height + min(-dv, 0), max(-du, 0) : width + min(-du, 0)]
+        moved[to] = depth_map[max(dv, 0) : height + min(dv, 0), max(du, 0) : width + min(du, 0)]
+    return moved

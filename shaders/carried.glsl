@@ -63,10 +63,15 @@ void pixels_of(vec4 box, out ivec2 low, out ivec2 high) {
     high = ivec2(clamp(floor(box.zw), vec2(-1.0), vec2(target_size) - 1.0));
 }
 
-// Notes a box of the view: how far splats come.
-void note_window(ivec2 low, ivec2 high) {
-    ivec4 here = all(lessThanEqual(low, high)) ? ivec4(target_size - low, high + 1) : ivec4(0);
+ivec4 window_here = ivec4(0);  // how far the splats of this thread come, as in `window`
+
+void widen_window(ivec2 low, ivec2 high) {
+    if (all(lessThanEqual(low, high))) window_here = max(window_here, ivec4(target_size - low, high + 1));
+}
+
+// Notes how far the thread's splats come: once, because software drivers run atomics lane by lane.
+void note_window() {
     for (int k = 0; k < 4; ++k) {
-        if (here[k] > window[k]) atomicMax(window[k], here[k]);  // seldom, once some splats are drawn
+        if (window_here[k] > window[k]) atomicMax(window[k], window_here[k]);  // seldom, once some splats are drawn
     }
 }

@@ -19,7 +19,7 @@ void take_splat(Footprint splat, float reach) {
     splat_box(splat, reach, low, high);
     if (bends <= FLAT && (high.x - low.x) * (high.y - low.y) <= LARGE) return;
 #if WINDOW
-    note_window(low, high);
+    widen_window(low, high);
 #endif
     ivec2 start = low + ivec2(gl_LocalInvocationID.x, gl_WorkGroupID.y);
     note_splat(splat, reach, start, high, ivec2(32, gl_NumWorkGroups.y));
@@ -34,4 +34,7 @@ void main() {
         int block = int(large[k]);
         take_splats(4 * ivec2(block % columns, block / columns));
     }
+#if WINDOW
+    note_window();
+#endif
 }

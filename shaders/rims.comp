@@ -19,7 +19,7 @@ void draw_rim(ivec2 pixel) {
     ivec2 low, high;
     pixels_of(rim_box(rim, vec2(pixel), own, source, view, target), low, high);
 #if WINDOW
-    note_window(low, high);
+    widen_window(low, high);
 #endif
     ivec2 steps = max(high - low + 1, 0), q = low;
     for (int k = 0; k < steps.x * steps.y; ++k) {
@@ -33,4 +33,7 @@ void main() {
     for (uint k = gl_GlobalInvocationID.x; k < rim_count; k += 32u * gl_NumWorkGroups.x) {
         draw_rim(pixel_of(int(rims[k]), textureSize(surface_map, 0).x));
     }
+#if WINDOW
+    note_window();
+#endif
 }

@@ -31,7 +31,7 @@ void take_splat(Footprint splat, float reach) {
     leaves_some = leaves_some || is_large;
     if (is_large) high = low - 1;
 #if WINDOW
-    note_window(low, high);
+    widen_window(low, high);
 #endif
     note_splat(splat, reach, low, high, ivec2(1));
 }
@@ -62,4 +62,7 @@ void main() {
     take_splats(block);
     if (rims_here != 0u) put_rims_on_list(block);
     if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
+#if WINDOW
+    note_window();
+#endif
 }

@@ -9,22 +9,22 @@
 #include "common/normals_adaptive.glsl"
 #include "common/rim_marks.glsl"
 
-uniform sampler2D picture;  // depth after depth_average.frag, noise over depth
+uniform sampler2D calm_depth;  // depth after depth_average.frag, noise over depth
 uniform vec4 intrinsics;
 
 out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
+    vec2 here = depth_and_noise_at(calm_depth, pixel, ivec2(0));
     vec3 slope = vec3(0.0);
-    if (STAGE == 0) slope = calm_slope(picture, pixel, here, widest_stride(here, intrinsics));
-    if (STAGE == 1) slope = robust_slope(picture, pixel, here, widest_stride(here, intrinsics));
-    if (STAGE == 2) slope = nearer_slope(picture, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 0) slope = calm_slope(calm_depth, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 1) slope = robust_slope(calm_depth, pixel, here, widest_stride(here, intrinsics));
+    if (STAGE == 2) slope = nearer_slope(calm_depth, pixel, here, widest_stride(here, intrinsics));
     vec4 beside;
-    if (STAGE == 3) slope = vec3(star_slope(picture, pixel, here.x, intrinsics, here.y, beside).xy, 1.0);
+    if (STAGE == 3) slope = vec3(star_slope(calm_depth, pixel, here.x, intrinsics, here.y, beside).xy, 1.0);
     bool known = here.x > 0.0;
     if (known && slope.z < 0.5) discard;
     vec3 normal = normal_of_slope(slope.xy, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);
-    surface = known ? vec4(normal, mark_rim(picture, pixel, intrinsics)) : vec4(0.0);
+    surface = known ? vec4(normal, mark_rim(calm_depth, pixel, intrinsics)) : vec4(0.0);
 }

@@ -18,13 +18,15 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "surface_map": "rgba32f",
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
     "mixed_map": "rgba32f",
+    "calm_depth": "rg32f",
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0
     "#define IMAGE_SIZE(map, lod) imageSize(map)",
     "#define IMAGE_TEXEL(map, pixel, lod) imageLoad(map, pixel)",
     "vec4 texel_at(readonly image2D map, ivec2 pixel) { return imageLoad(map, pixel); }",
-    "float depth_at(readonly image2D map, ivec2 pixel, ivec2 offset) { return imageLoad(map, pixel + offset).r; }",
+    "float depth_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).r; }",
+    "vec2 depth_and_noise_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).rg; }",
 )
 _UNIFORM = re.compile(r"^uniform ((?:float|u?int|[iu]?vec[234]|mat[34]) (\w+));", re.MULTILINE)
 _NAMES = "|".join(IMAGES)

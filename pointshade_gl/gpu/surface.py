@@ -84,7 +84,7 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        textures = {"picture": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
+        textures = {"calm_depth": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for stage in range(4):

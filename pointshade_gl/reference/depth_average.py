@@ -11,11 +11,6 @@ f32 = np.float32
 PAIR_GATE, PAIR_CHI2, BOWL_CHI2, NEGLIGIBLE = f32(4.0), f32(2.2), f32(2.0), f32(1e-7)
 
 
-def depth_and_noise_at(picture, pixel, offset):
-    """Return (h, w, 2) float32 depth and relative noise `offset` = (du, dv) away, 0 outside."""
-    return np.stack([depth_at(picture[..., k], pixel, offset) for k in (0, 1)], -1)
-
-
 def average_pairs(depth_map, pixel, noise, correlation):
     """Return (h, w, 2) float32: depth averaged over point-symmetric pairs and its relative noise; see the GLSL."""
     correlation = np.asarray(correlation, f32)

@@ -19,3 +19,8 @@ def depth_at(depth_map, pixel, offset):
         to = np.s_[max(-dv, 0) : height + min(-dv, 0), max(-du, 0) : width + min(-du, 0)]
         moved[to] = depth_map[max(dv, 0) : height + min(dv, 0), max(du, 0) : width + min(du, 0)]
     return moved
+
+
+def depth_and_noise_at(picture, pixel, offset):
+    """Return (h, w, 2) float32 depth and relative noise `offset` = (du, dv) away, 0 outside."""
+    return np.stack([depth_at(picture[..., k], pixel, offset) for k in (0, 1)], -1)

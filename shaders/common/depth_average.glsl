@@ -7,12 +7,6 @@ const float PAIR_CHI2 = 2.2;   // spread of the pairs, in variances, above which
 const float BOWL_CHI2 = 2.0;   // spread that a quadratic surface may leave
 const float NEGLIGIBLE = 1e-7; // noise over depth that float32 rounding hides
 
-vec2 depth_and_noise_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
-    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(picture, 0)));
-    vec2 texel = textureLod(picture, at, 0.0).rg;
-    return at == clamp(at, vec2(0.0), vec2(1.0)) ? texel : vec2(0.0);
-}
-
 // Depth and its relative noise after averaging w = 1/z over the 12 pairs of a 5x5 window. On every plane the mean of a
 // pair is w of the pixel: so only pairs that agree with the pixel count, and a plane does not change.
 // If the pairs differ from each other, but a quadratic surface explains them, its value in the centre replaces the mean

@@ -22,11 +22,11 @@ int widest_stride(vec2 here, vec4 intrinsics) {
 
 // Slope of w per pixel relative to w (xy) of a quadratic surface through samples `stride` pixels apart; z is 1 if
 // all samples are known and lie on it, otherwise 0.
-vec3 calm_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
+vec3 calm_slope(sampler2D calm_depth, ivec2 pixel, vec2 here, int stride) {
     float d[25];
     float known = 0.0;
     for (int k = 0; k < 25; ++k) {
-        float there = depth_at(picture, pixel, ivec2(k % 5 - 2, k / 5 - 2) * stride);
+        float there = depth_at(calm_depth, pixel, ivec2(k % 5 - 2, k / 5 - 2) * stride);
         d[k] = there > 0.0 ? relative_step(here.x, there) : 0.0;
         known += there > 0.0 ? 1.0 : 0.0;
     }
@@ -36,12 +36,12 @@ vec3 calm_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
 }
 
 // The same for a robust plane through the known samples that lie on the pixel's own surface.
-vec3 robust_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
+vec3 robust_slope(sampler2D calm_depth, ivec2 pixel, vec2 here, int stride) {
     float d[25];
     float m[25];
     float variance = here.y * here.y;
     for (int k = 0; k < 25; ++k) {
-        float there = depth_at(picture, pixel, ivec2(k % 5 - 2, k / 5 - 2) * stride);
+        float there = depth_at(calm_depth, pixel, ivec2(k % 5 - 2, k / 5 - 2) * stride);
         m[k] = there > 0.0 ? 1.0 : 0.0;
         d[k] = there > 0.0 ? relative_step(here.x, there) : 0.0;
     }
@@ -54,11 +54,11 @@ vec3 robust_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
 
 // The same for pixels where neither fits at this stride: tries both with samples closer and closer. z is 0 if none fits
 // at all.
-vec3 nearer_slope(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
+vec3 nearer_slope(sampler2D calm_depth, ivec2 pixel, vec2 here, int stride) {
     vec3 slope = vec3(0.0);
     for (int near = stride * 2 / 5; near > 0 && slope.z < 0.5; near = near * 2 / 5) {
-        slope = calm_slope(picture, pixel, here, near);
-        if (slope.z < 0.5) slope = robust_slope(picture, pixel, here, near);
+        slope = calm_slope(calm_depth, pixel, here, near);
+        if (slope.z < 0.5) slope = robust_slope(calm_depth, pixel, here, near);
     }
     return slope;
 }

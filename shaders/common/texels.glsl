@@ -12,3 +12,10 @@ float depth_at(sampler2D map, ivec2 pixel, ivec2 offset) {
     float z = textureLod(map, at, 0.0).r;
     return at == clamp(at, vec2(0.0), vec2(1.0)) ? z : 0.0;
 }
+
+// The same of depth and its noise.
+vec2 depth_and_noise_at(sampler2D map, ivec2 pixel, ivec2 offset) {
+    vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(map, 0)));
+    vec2 texel = textureLod(map, at, 0.0).rg;
+    return at == clamp(at, vec2(0.0), vec2(1.0)) ? texel : vec2(0.0);
+}

@@ -12,6 +12,7 @@ from .frame import Frame
 from .look import Look
 from .noise import Noise
 from .noise_finding import BLOCK_PATCHES, PATCH_PITCH, noise_grid
+from .wording import option
 
 LARGEST_WHOLE = 1 << 25  # points of a frame that is still put on the GPU as a whole: about 0.8 GB
 TILE_POINTS = 1 << 24  # of a tile
@@ -39,11 +40,20 @@ class Tile(NamedTuple):
 def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
     """Whether a frame is drawn in tiles: too many points, or larger than textures may be.
 
-    A mesh and colours of another size than the depth are not cut.
+    A mesh and colours of another size than the depth are not cut: raises ValueError if the depth is too large for that.
     """
-    color = frame.color
-    can_cut = look.splat != "mesh" and (color is None or color.shape[:2] == frame.depth.shape)
-    return can_cut and (frame.depth.size > LARGEST_WHOLE or max(frame.depth.shape) > largest_side)
+    height, width = frame.depth.shape
+    is_too_large = max(height, width) > largest_side
+    obstacle, remedy = "", ""
+    if look.splat == "mesh":
+        obstacle, remedy = "a mesh", f"use {option('splat', 'footprint')}"
+    elif frame.color is not None and frame.color.shape[:2] != (height, width):
+        obstacle, remedy = "colours of another size", "bring them to the depth's size"
+    if obstacle and is_too_large:
+        raise ValueError(
+            f"depth of {width}x{height} is too large for {obstacle} on this GPU ({largest_side}): {remedy}"
+        )
+    return not obstacle and (is_too_large or frame.depth.size > LARGEST_WHOLE)
 
 
 def tiles_of(width: int, height: int, largest_side: int) -> list[Tile]:

@@ -46,7 +46,7 @@ class TiledPoints(Versioned):
 
     def each(self, lit: bool = True) -> Iterator[ShownPoints]:
         """Each tile while it is on the GPU: only until the next one is asked for."""
-        for tile in tiles_of(*self.frame.depth.shape[::-1], self._store.largest_side):
+        for tile in self._tiles():
             shown = self._show(tile)
             if lit and self._light and shown.light:
                 self._light(shown)
@@ -56,19 +56,22 @@ class TiledPoints(Versioned):
     def gather(self, read: Callable[[ShownPoints], np.ndarray]) -> np.ndarray:
         """What is read of each tile, (h, w, n), put together to one array of the frame's size."""
         whole: np.ndarray | None = None
-        height, width = self.frame.depth.shape
-        for tile, shown in zip(tiles_of(width, height, self._store.largest_side), self.each(), strict=True):
+        for tile, shown in zip(self._tiles(), self.each(), strict=True):
             part, (u, v, wide, high) = read(shown), tile.drawn
             if whole is None:
-                whole = np.empty((height, width, part.shape[2]), part.dtype)
+                whole = np.empty((*self.frame.depth.shape, part.shape[2]), part.dtype)
             left, top = tile.box[0] + u, tile.box[1] + v
             whole[top : top + high, left : left + wide] = part[v : v + high, u : u + wide]
         assert whole is not None
         return whole
 
+    def _tiles(self) -> list[Tile]:
+        height, width = self.frame.depth.shape
+        return tiles_of(width, height, self._store.largest_side)
+
     def _show(self, tile: Tile) -> ShownPoints:
         frame, look = cut_frame(self.frame, tile.box), cut_look(self.look, tile.box)
-        if look.normals in ("auto", "adaptive"):
+        if isinstance(look.normals, str) and look.normals in ("auto", "adaptive"):
             self._noise = self._noise or self._store.measure_noise(self.frame)
             noise = noise_in(tile.box, self._noise, self.frame.depth.shape)
         else:

@@ -273,8 +273,13 @@ def info(
 def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
     from .bench.command import bench as run_bench
-    from .bench.command import bench_speed, bench_views
+    from .bench.command import bench_against, bench_speed, bench_views
 
+    if options.against is not None and not options.speed:
+        raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
+    if options.against is not None:
+        print(bench_against(options.against, options.quick, device))
+        return
     if options.speed:
         print(bench_speed(options.output, options.quick, device))
         return

@@ -357,6 +357,10 @@ class BenchOptions:
         False
     )
     speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="REV|FILE", help="With --speed: only compare with a commit, or with an older speed.json."),
+    ] = None
     views: Annotated[
         bool, typer.Option("--views", help="Measure several views of one thing instead: normals, flicker, cost.")
     ] = False

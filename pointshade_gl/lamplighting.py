@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import moderngl
 import numpy as np
 
@@ -15,6 +17,7 @@ from .gpu.point_objects import ShownPoints, ShownSet
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
 from .gpu.textures import empty
+from .gpu.tiles import TiledPoints
 from .look import LIT_EARLY, Material
 from .mesh import Mesh
 from .scene import Placed
@@ -62,6 +65,11 @@ class Lamplighting:
         """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
         for p in shot.shown:
             thing = things[p]
+            if isinstance(thing, TiledPoints):
+                if thing.shading in LIT_EARLY:
+                    some = partial(self._light_some, material=material_of(p), eye=shot.eye, lamps=lamps)
+                    thing.light_with(lambda part, some=some: self._steps.always("light", some, part))
+                continue
             for view in thing.views if isinstance(thing, ShownSet) else (thing,):
                 if isinstance(view, ShownPoints | ShownGrid) and view.light:
                     self._steps.always("light", self._light_some, view, material_of(p), shot.eye, lamps)

@@ -18,6 +18,7 @@ from .gpu.point_objects import ShownPoints
 from .gpu.rasterizers import Rasterizers
 from .gpu.steps import Steps
 from .gpu.textures import Target
+from .gpu.tiles import TiledPoints
 from .lamplighting import Lamplighting
 from .light import Light
 from .scene import Matrix, Scene
@@ -91,6 +92,9 @@ class Pipeline:
         lamps = self._lamplighting.hang_up(shot, things)
         self._lamplighting.light_points(shot, things, lamps)
         thing = things[shot.shown[0]]
+        if isinstance(thing, TiledPoints):
+            read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())
+            return thing.gather(read[0]), thing.gather(read[1])
         assert isinstance(thing, ShownPoints)
         return thing.textures.surface.read(), thing.textures.lit.read()
 

@@ -86,10 +86,14 @@ class PointObject:
         """All of them."""
         return self.frame, *self.others
 
-    @cached_property
+    @property
     def members(self) -> tuple[PointObject, ...]:
         """Each frame as an object of its own."""
-        return (self,) if self.is_single else tuple(PointObject(frame, look=self.look) for frame in self.frames)
+        return (self,) if self.is_single else self._members  # keeping itself, it would outlive its last use
+
+    @cached_property
+    def _members(self) -> tuple[PointObject, ...]:
+        return tuple(PointObject(frame, look=self.look) for frame in self.frames)
 
     @property
     def points_known(self) -> int:
@@ -206,11 +210,13 @@ class Placed:
         several frames those of the first."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
-    @cached_property
+    @property
     def members(self) -> tuple[Placed, ...]:
         """Each frame of a point object as if it was placed by itself."""
-        if self.content.is_single:
-            return (self,)
+        return (self,) if self.content.is_single else self._members
+
+    @cached_property
+    def _members(self) -> tuple[Placed, ...]:
         return tuple(Placed(member, self.world, self.node, self.way) for member in self.content.members)
 
     @cached_property

@@ -18,12 +18,14 @@ from .gpu.point_objects import Points, PointSet, ShownPoints, ShownSet
 from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
 from .gpu.textures import FrameTextures
+from .gpu.tiles import TiledPoints, TileStore
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh
 from .noise import Choice
 from .scene import Placed, PointObject
 from .shot import Shot, is_alone
+from .tiling import needs_tiles
 
 
 class Things:
@@ -37,6 +39,7 @@ class Things:
         self._steps = steps
         self._objects = objects
         self.frames = FrameStore(context, steps)
+        self.tiles = TileStore(context, steps, self.frames, objects.points)
         self._consensus: ConsensusPass | None = None  # made for the first set
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: dict[Placed, Thing] = {}
@@ -49,6 +52,10 @@ class Things:
         self._objects.keep_only(p.content for p in meshes)
         things: dict[Placed, Thing] = {p: PlacedMesh(p.content, p.world) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
+        large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, shot)}
+        self.tiles.keep_only(list(large.values()))
+        things |= large
+        objects = [p for p in objects if p not in large]
         singles = [member for p in objects for member in p.members]
         shown = self._prepare_points(singles, shot, {p for p in objects if p.content.is_single})
         for p in objects:
@@ -63,6 +70,10 @@ class Things:
     def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
         """(h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
         self.drawn = {}  # its textures may be freed now
+        if needs_tiles(frame, look, self.tiles.largest_side):
+            points = self.tiles.points_of(frame, look, frame.pose, 1.0)
+            self.tiles.keep_only([points])
+            return points.gather(lambda part: part.textures.surface.read())
         (textures,) = self.frames.upload([frame])
         self.frames.find_normals(textures, frame, look)
         return textures.surface.read()
@@ -70,7 +81,7 @@ class Things:
     def findings(self) -> list[tuple[str, Choice | SetReport]]:
         """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
         return [
-            (p.node.name, thing.report() if isinstance(thing, ShownSet) else thing.textures.choice)
+            (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
             for p, thing in self.drawn.items()
             if not isinstance(thing, PlacedMesh)
         ]
@@ -83,7 +94,17 @@ class Things:
                 found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
             elif isinstance(thing, ShownPoints):
                 found[thing.textures.frame] = 1.0
+            elif isinstance(thing, TiledPoints):
+                found[thing.frame] = 1.0
         return {frame: weight for frame, weight in found.items() if frame}
+
+    def _needs_tiles(self, p: Placed, shot: Shot) -> bool:
+        content = p.content
+        is_single = content.is_single and _coarser_step(p, shot) == 1
+        return is_single and needs_tiles(content.frame, content.look, self.tiles.largest_side)
+
+    def _as_tiles(self, p: Placed) -> TiledPoints:
+        return self.tiles.points_of(p.content.frame, p.content.look, *p.rigid_axes)
 
     def _prepare_points(
         self, singles: list[Placed], shot: Shot, alone: set[Placed]
@@ -131,7 +152,12 @@ class Things:
     def release(self) -> None:
         if self._consensus is not None:
             self._consensus.release()
+        self.tiles.release()
         self.frames.release()
+
+
+def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
+    return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
 
 
 def _coarser_step(p: Placed, shot: Shot) -> int:

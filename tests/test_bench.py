@@ -10,6 +10,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from pointshade_gl.bench import command, forms, measure, speed
+from pointshade_gl.bench.against import read_jobs
 from pointshade_gl.bench.charts import pareto_front, who_holds
 from pointshade_gl.bench.command import bench_speed
 from pointshade_gl.bench.labels import place_labels
@@ -288,11 +289,13 @@ class TestSpeed:
     def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
         monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
+        monkeypatch.setattr(speed, "measure_jobs", lambda *_: {"new frame": {"ms": 1.0, "cpu_ms": 2.0}})
         said = bench_speed(tmp_path / "out", quick=True, device=0)
         assert renderer.context.renderer in said
         results = json.loads((tmp_path / "out" / "speed.json").read_text())
         assert [stage["name"] for stage in results["stages"]] == list(speed.stage_bytes(1, 1))
         assert all(stage["ms"] > 0 and stage["limit_ms"] > 0 for stage in results["stages"])
+        assert read_jobs(tmp_path / "out" / "speed.json") == {"new frame": {"ms": 1, "cpu_ms": 2}}
         assert results["cold_start_s"] > 0 and len(results["points"]) in (2, 4)
         with Image.open(tmp_path / "out" / "speed.png") as image:
             assert image.width > 1000

@@ -80,6 +80,22 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
 
 
+def bench_against(against: str, quick: bool, device: int) -> str:
+    """Prints how long this version takes beside a commit, or beside figures stored by `bench_speed`; writes no file.
+
+    Returns one line about it. Raises ValueError for what is neither.
+    """
+    from .against import compare
+    from .speed_report import show_comparison
+
+    console, rounds = Console(stderr=True), 8 if quick else 20
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task("measuring", total=None)
+        rows = compare(against, device, rounds, lambda: progress.advance(task))
+    show_comparison(rows, against, wide_console())
+    return f"this version against {against}: medians of {rounds} rounds"
+
+
 def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
     """Writes results.json and chart.png of several views to a folder; prints tables. Returns one line about them."""
     from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, steps_of

@@ -23,6 +23,7 @@ from ..light import Light
 from ..look import Material
 from ..reference.rasterizers import merged_splats
 from ..renderer import Renderer
+from .against import measure_jobs
 from .picture_scores import co_visible, score_picture
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
@@ -49,12 +50,14 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
     advance()
     results["cold_start_s"] = cold_start(device, min(rounds, 5))
     advance()
+    results["jobs"] = measure_jobs(device, rounds)
+    advance()
     return results
 
 
 def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
     """How often `measure_speed` advances."""
-    return len(sizes) + 3
+    return len(sizes) + 4
 
 
 def gpu_bandwidth(renderer: Renderer) -> float:

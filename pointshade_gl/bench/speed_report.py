@@ -47,6 +47,19 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
     console.print(f"cold start: `pointshade render` of the vase takes {results['cold_start_s']:.2f} s")
 
 
+def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
+    """Prints how long each job took before and now. Ratios above 1: it has become slower."""
+    table = new_table(f"milliseconds, {against} and this version", "job")
+    for column in ("before", "now", "now/before", "half of the rounds", "CPU time now/before"):
+        table.add_column(column, justify="right")
+    for row in rows:
+        ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
+        spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"
+        before, now = (f"{row[key]:.3g}" if row[key] else "-" for key in ("before_ms", "now_ms"))
+        table.add_row(row["job"], before, now, ratio, spread, cpu)
+    console.print(table)
+
+
 def speed_chart(results: dict[str, Any]) -> bytes:
     """A PNG of three panels: stages with their limits, time over points, merging."""
     from matplotlib.figure import Figure

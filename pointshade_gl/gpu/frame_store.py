@@ -10,10 +10,10 @@ from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
-from ..noise import Choice, parse_noise
+from ..noise import Choice, Noise, parse_noise
 from .steps import Steps
 from .surface import Estimator, SurfacePass
-from .textures import FrameTextures, LargePoints, PointLight, PointSurface
+from .textures import DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
 
@@ -76,6 +76,10 @@ class FrameStore:
             self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
         self.choice = textures.choice
+
+    def measure_noise(self, depth: DepthTextures, camera: Camera) -> Noise:
+        """The noise of a depth picture. Frames are measured when their normals are found."""
+        return self._surface.measure_noise(depth, camera)
 
     def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""

@@ -16,12 +16,13 @@ from .rasterizers import Rasterizers
 from .shadows import Tile
 from .steps import Steps
 from .textures import Target
+from .tiles import TiledPoints
 
 # A new kind of object is described beside mesh.py, may be placed by scene.py, has its passes beside mesh_objects.py and
 # its type here. It needs a branch wherever this module, things.py, shot.py, viewer/screen.py and gltf/write.py ask
 # whether something is a mesh: all others count as point objects.
-Thing = ShownPoints | ShownGrid | ShownSet | PlacedMesh
-Shape = Points | Grid | PointSet | PlacedMesh  # all of a thing that its shadow depends on
+Thing = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
+Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of a thing that its shadow depends on
 
 
 class Objects:
@@ -49,6 +50,9 @@ class Objects:
             self._mesh_objects().add_shadow(tile, shape, eye)
         elif isinstance(shape, Grid):
             self._grid_objects().add_shadow(tile, shape, eye)
+        elif isinstance(shape, TiledPoints):
+            for part in shape.each(lit=False):
+                self.points.add_shadow(tile, part.points, eye)
         else:
             self.points.add_shadow(tile, shape, eye)
         self._count(shape)
@@ -61,6 +65,9 @@ class Objects:
             self._grid_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
+        elif isinstance(thing, TiledPoints):
+            for part in thing.each():
+                self.points.add_surface(target.surfaces, target.splats, part, eye, number)
         else:
             self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)

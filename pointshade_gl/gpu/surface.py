@@ -7,7 +7,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..estimators import PLANE_FITS, TRIANGLES, Step
-from ..noise import Choice
+from ..noise import Choice, Noise
 from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
@@ -73,13 +73,17 @@ class SurfacePass:
         maps = {"normal_map": scratch.image, "depth_map": frame.depth}
         self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
+    def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
+        """As "auto" and "adaptive" do; camera: who took the depth."""
+        self._noise = self._noise or NoisePass(self._context)
+        return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
+
     def _run_by_noise(
         self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
     ) -> Choice:
-        if self._noise is None:
-            self._noise = NoisePass(self._context)
+        self._noise = self._noise or NoisePass(self._context)
         focal = (abs(camera.fx) + abs(camera.fy)) / 2
-        noise = self._noise.measure(frame, focal)
+        noise = frame.noise or self.measure_noise(frame, camera)
         if method == "auto" and told is None and noise.is_clean:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)

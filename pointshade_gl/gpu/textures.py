@@ -9,7 +9,7 @@ import moderngl
 import numpy as np
 
 from ..frame import Frame
-from ..noise import Choice
+from ..noise import Choice, Noise
 from .memory import Owner, check_memory
 from .steps import Versioned
 
@@ -39,10 +39,14 @@ class Images(Versioned, Owner):
 
 
 class DepthTextures(Images):
-    """Depth (R32F), and `surface`: the normals and the depth of its points."""
+    """Depth (R32F), and `surface`: the normals and the depth of its points.
+
+    noise  of a tile: what was measured on its whole frame; None has it measured here
+    """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
+        self.noise: Noise | None = None
         with self._all_or_nothing():
             self.depth = self._texture(1, "f4")
             self.surface = self._keep(PointSurface(context, size))
@@ -75,8 +79,8 @@ class FrameTextures(DepthTextures):
         self.frame = None
         left, top, right, bottom = frame.box
         self.surface.confine((left, top, right - left, bottom - top))
-        self.depth.write(frame.depth)
-        self.color.write(NEUTRAL if frame.color is None else frame.color)
+        self.depth.write(np.ascontiguousarray(frame.depth))
+        self.color.write(NEUTRAL if frame.color is None else np.ascontiguousarray(frame.color))
         self.frame = frame
         self.raise_version()
 

@@ -294,8 +294,9 @@ class Renderer:
         """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
         method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
-                        "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
-                        than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
+                        "adaptive" (planes as wide as the noise requires); where most depths are missing, as of LiDAR in
+                        a picture, "sparse" (planes across the gaps, noise or not). "star-borrow" is a little better and
+                        slower than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
                         triangles), "central", "one-sided", "plane-fit-3" to "plane-fit-13".
         max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
                         pixel's depth; None is no limit. The others find edges by themselves.

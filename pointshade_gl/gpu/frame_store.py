@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import moderngl
@@ -72,6 +73,8 @@ class FrameStore:
             textures.choice = self._steps.run(
                 "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
             )
+            if look.normals == "auto" and frame.is_sparse:
+                textures.choice = replace(textures.choice, missing=1 - frame.points_known / frame.depth.size)
         else:
             self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
@@ -107,4 +110,5 @@ def _estimator(frame: Frame, look: Look) -> Estimator | None:
     """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
     if not isinstance(look.normals, str):
         return None
-    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying
+    method = "sparse" if look.normals == "auto" and frame.is_sparse else look.normals
+    return method, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying

@@ -105,7 +105,7 @@ class Renderer:
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
         shading: str = "phong",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
@@ -137,7 +137,8 @@ class Renderer:
         pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
         normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
         shading  "none", "flat", "gouraud" or "phong"
-        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
+        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1;
+                 "fill" is 1 and closes gaps, see `Look`
         splat    "footprint" carries the pixel's square into the view, and ends where the surface does; "round" the
                  circle round it; "mesh" draws the triangles between neighbouring pixels (see `Look`)
         max_depth_step, noise  as for `estimate_normals`
@@ -180,7 +181,7 @@ class Renderer:
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
         shading: str = "phong",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
@@ -220,7 +221,7 @@ class Renderer:
         camera: Camera | None = None,
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         yaw: float = 0.0,
         pitch: float = 0.0,

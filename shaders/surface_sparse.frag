@@ -2,8 +2,9 @@
 #ifndef REST
 #define REST 0  // 1: all pixels that are left face the camera: nothing else is known about them
 #endif
-// Depth of which little is known -> surface (unit normal, depth, negative at rims), in many draws; a depth test leaves
-// each only the pixels that earlier ones discarded.
+// Depth of which little is known -> surface (unit normal, depth on its plane, negative at rims), in many draws; a depth
+// test leaves each only the pixels that earlier ones discarded. Points move along their rays by about their noise, as in
+// surface_adaptive.frag.
 #include "common/normals_sparse.glsl"
 #include "common/rim_marks.glsl"
 
@@ -23,11 +24,11 @@ void main() {
     bool known = here > 0.0;
     vec2 ray = pixel_ray(vec2(pixel), intrinsics).xy;
 #if REST
-    vec3 slope = vec3(facing_slope(ray, intrinsics), 1.0);
+    vec4 plane = vec4(facing_slope(ray, intrinsics), 0.0, 1.0);
 #else
-    vec3 slope = sparse_slope(cells, pixel, here, level, intrinsics, tilt);
+    vec4 plane = sparse_plane(cells, pixel, here, level, intrinsics, tilt);
 #endif
-    if (known && slope.z < 0.5) discard;
-    vec3 normal = normal_of_slope(slope.xy, ray, intrinsics);
-    surface = known ? vec4(normal, mark_rim(depth_map, pixel, intrinsics)) : vec4(0.0);
+    if (known && plane.w < 0.5) discard;
+    vec3 normal = normal_of_slope(plane.xy, ray, intrinsics);
+    surface = known ? vec4(normal, mark_rim(depth_map, pixel, intrinsics) / (1.0 + plane.z)) : vec4(0.0);
 }

@@ -77,8 +77,12 @@ def test_holes_and_small_objects_are_not_sparse(name, depth):
 def test_sparse_agrees_with_the_mirror(renderer, make, pattern):
     frame = kept(make(), PATTERNS[pattern], noise=0.001)
     mirror = estimate_sparse(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
-    mirror[~mirror.any(-1)] = np.nan
-    assert_agree(renderer.estimate_normals(frame, "sparse"), mirror)
+    normals = np.where(mirror.any(-1, keepdims=True), mirror[..., :3], np.nan)
+    assert_agree(renderer.estimate_normals(frame, "sparse"), normals)
+    depth = renderer.render_depth(frame, normals="sparse", size=0.5)
+    both = (depth > 0) & (mirror[..., 3] > 0)
+    assert both.sum() > 0.9 * (mirror[..., 3] > 0).sum()
+    assert (np.abs(depth - mirror[..., 3])[both] > 1e-4).mean() < 0.001
 
 
 @pytest.mark.parametrize("pattern", PATTERNS)

@@ -14,7 +14,7 @@ from .sparse_cells import cell_at, cell_levels
 
 f32 = np.float32
 CELLS, SAMPLES = 25, 26
-CLOSE, FLOOR, UNSURE, FEWEST, ACROSS = f32(3), f32(1e-4), f32(3), f32(7), f32(1)
+CLOSE, FLOOR, UNSURE, FEWEST, SURE, ACROSS = f32(3), f32(1e-4), f32(3), f32(7), f32(0.04), f32(1)
 
 
 def fit_samples(samples, weights):
@@ -51,8 +51,11 @@ def in_window(cell, window):
     return window == 0 or (min(off) >= 0 and max(off) <= 2)
 
 
-def sparse_slope(cells, pixel, here, level, intrinsics, tilt):
-    """Return (slope u, slope v, whether its error is at most `tilt`); pixel: u and v, (n,) int; here (n,)."""
+def sparse_plane(cells, pixel, here, level, intrinsics, tilt):
+    """Return (slope u, slope v, distance, whether the tilt is known well enough).
+
+    pixel: u and v, (n,) int; here (n,)
+    """
     (u, v), side = pixel, f32(1 << level)
     found = [cell_at(cells, ((u >> level) + k % 5 - 2, (v >> level) + k // 5 - 2)) for k in range(CELLS)]
     known = np.stack([cell[:, 3] > 0 for cell in found] + [np.ones_like(u, bool)]).astype(f32)
@@ -79,22 +82,23 @@ def sparse_slope(cells, pixel, here, level, intrinsics, tilt):
     focal = f32(0.5) * (np.abs(intrinsics[0]) + np.abs(intrinsics[1]))
     error = focal * spread / side / np.sqrt(turned[0] * turned[0] + turned[1] * turned[1] + away * away)
     own = np.abs(plane[0]) < CLOSE * np.sqrt(variance)
-    return *slope, (spread > 0) & own & (error < f32(tilt))
+    return *slope, np.where(error < SURE, plane[0], f32(0)), (spread > 0) & own & (error < f32(tilt))
 
 
 def estimate_sparse(depth_map, pixel, intrinsics):
-    """Return normals (h, w, 3) float32 by the draws of gpu/sparse.py, zeros where depth is missing."""
+    """Return unit normal and depth (h, w, 4) float32 by the draws of gpu/sparse.py, 0 where depth is missing."""
     known, here, ray, intrinsics = start(depth_map, pixel, intrinsics)
-    slope = np.stack(facing_slope(ray, intrinsics))
+    plane = np.stack([*facing_slope(ray, intrinsics), np.zeros_like(here)])
     levels, left = cell_levels(depth_map, pixel, SPARSE_LEVELS), known.copy()
     for tilt in SPARSE_TILTS:
         for level, cells in enumerate(levels, 1):
             v, u = np.nonzero(left)
-            *found, answered = sparse_slope(cells, (u, v), here[v, u], level, intrinsics, tilt)
+            *found, answered = sparse_plane(cells, (u, v), here[v, u], level, intrinsics, tilt)
             v, u = v[answered], u[answered]
-            slope[:, v, u] = np.stack(found)[:, answered]
+            plane[:, v, u] = np.stack(found)[:, answered]
             left[v, u] = False
-    return np.where(known[..., None], normal_of_slope(slope, ray, intrinsics), f32(0))
+    normals = normal_of_slope(plane[:2], ray, intrinsics)
+    return np.where(known[..., None], np.concatenate([normals, (here / (f32(1) + plane[2]))[..., None]], -1), f32(0))
 
 
 def _chosen(better, fit, best):

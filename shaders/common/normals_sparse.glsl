@@ -11,6 +11,7 @@ const float CLOSE = 3.0;      // standard deviations from which on a sample has 
 const float FLOOR = 1e-4;     // share of 1/z by which depths are wrong at least
 const float UNSURE = 3.0;     // so many samples know FLOOR only: few samples that fit by chance prove little
 const float FEWEST = 7.0;     // samples of a plane
+const float SURE = 0.04;      // radians of error in the tilt up to which the pixel counts as on its plane
 const float ACROSS = 1.0;     // least spread of the samples across their narrowest direction: they lie on no line
 
 struct Fit {
@@ -54,9 +55,9 @@ bool in_window(int cell, int window) {
     return window == 0 || (min(off.x, off.y) >= 0 && max(off.x, off.y) <= 2);
 }
 
-// Slope of w per pixel relative to w (xy); z is 1 where its error is at most `tilt` radians, otherwise 0.
-// cells: 2^level pixels wide
-vec3 sparse_slope(sampler2D cells, ivec2 pixel, float here, int level, vec4 intrinsics, float tilt) {
+// Slope of w per pixel (xy) and distance from the pixel's w to its plane if that is sure (z), relative to w; w is 1 where
+// the error of the tilt is at most `tilt` radians, otherwise 0. cells: 2^level pixels wide
+vec4 sparse_plane(sampler2D cells, ivec2 pixel, float here, int level, vec4 intrinsics, float tilt) {
     vec3 samples[SAMPLES];
     float known[SAMPLES];
     float side = float(1 << level);
@@ -94,5 +95,6 @@ vec3 sparse_slope(sampler2D cells, ivec2 pixel, float here, int level, vec4 intr
     float focal = 0.5 * (abs(intrinsics.x) + abs(intrinsics.y));
     float error = focal * best.tilt / side / sqrt(turned.x * turned.x + turned.y * turned.y + away * away);
     bool own = abs(best.plane.x) < CLOSE * sqrt(best.variance);
-    return vec3(slope, best.tilt > 0.0 && own && error < tilt ? 1.0 : 0.0);
+    float moved = error < SURE ? best.plane.x : 0.0;
+    return vec4(slope, moved, best.tilt > 0.0 && own && error < tilt ? 1.0 : 0.0);
 }

@@ -17,7 +17,7 @@ import typer
 from .cli_completion import complete_input, one_of
 from .cli_light import FIELDS, light_from
 from .cli_mistakes import check_exist, check_input
-from .cli_parse import noise_from, picture_size_from
+from .cli_parse import noise_from, picture_size_from, point_size_from
 from .estimators import METHODS
 from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
@@ -215,6 +215,15 @@ class LookOptions(NormalOptions):
             rich_help_panel=VIEW,
         ),
     ] = "footprint"
+    point_size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|fill",
+            help="Size of the points in pixels of the frame, or fill: close the gaps between them. Default: 1.",
+            autocompletion=one_of(("fill",)),
+            rich_help_panel=VIEW,
+        ),
+    ] = None
     upsample: Annotated[
         str,
         typer.Option(
@@ -242,6 +251,7 @@ class LookOptions(NormalOptions):
             Material(self.ambient, self.diffuse, self.specular, self.shininess),
             self.normals,
             self.shading,
+            point_size_from(self.point_size),
             splat=self.splat,
             max_depth_step=self.max_depth_step,
             noise=self.noise_value(),

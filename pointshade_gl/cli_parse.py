@@ -52,6 +52,17 @@ def noise_from(text: str | None) -> float | str | None:
         return text
 
 
+def point_size_from(text: str | None) -> float | str | None:
+    """Source pixels if the text is a number; or "fill"."""
+    if text is None or text == "fill":
+        return text
+    expected = f"{option('point_size')} takes pixels of the frame, 0 or above, or fill"
+    (size,) = _numbers(text, 1, ",", expected)
+    if size < 0:
+        raise ValueError(f"{expected}, got {text!r}")
+    return size
+
+
 def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:
     try:
         numbers = [float(part) for part in text.lower().split(separator)]

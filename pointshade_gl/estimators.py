@@ -12,7 +12,9 @@ from .wording import option
 
 TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8": 8}
 PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}
-METHODS = ("auto", "adaptive", "star", "star-borrow", *TRIANGLES, "central", "one-sided", *PLANE_FITS)
+SPARSE_LEVELS = 6  # "sparse" looks at cells of up to 2**6 pixels
+SPARSE_TILTS = (0.02, 0.08, 0.32)  # radians of error: the first that some cells reach is good enough
+METHODS = ("auto", "adaptive", "star", "star-borrow", "sparse", *TRIANGLES, "central", "one-sided", *PLANE_FITS)
 Step = tuple[float, float]
 NO_LIMIT: Step = (3.0e38, 0.0)
 

@@ -13,6 +13,7 @@ from .bounds import box_corners
 from .camera import Camera, check_pose
 from .checks import as_given, check_type, shown
 from .preview import Preview
+from .sparsity import is_sparse
 from .wording import counted
 
 STRAY = 1.0  # see Frame.main_corners
@@ -67,6 +68,11 @@ class Frame(Preview):
     def points_known(self) -> int:
         """How many pixels have a depth."""
         return int(np.count_nonzero(self.depth))
+
+    @cached_property
+    def is_sparse(self) -> bool:
+        """Whether few depths are known, far from one another, see sparsity.py."""
+        return is_sparse(self.depth)
 
     @cached_property
     def box(self) -> tuple[int, int, int, int]:

@@ -59,7 +59,7 @@ def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
     larger, and where the look asks for the depth's own points. It does not depend on the pose: moving costs nothing.
     """
     small, large = frame.camera, frame.picture_camera
-    is_own = look.upsample == "none" or not (look.size is None or np.all(np.asarray(look.size) == 1))
+    is_own = look.upsample == "none" or not (look.size is None or look.fills or np.all(np.asarray(look.size) == 1))
     if is_own or large == small:
         return small
     width = int(np.clip(round(small.width * camera.fx / small.fx), small.width, large.width))

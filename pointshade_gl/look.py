@@ -50,7 +50,11 @@ class Look:
     material  how its surface answers light
     normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
     shading   "none", "flat", "gouraud" or "phong"
-    size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1
+    size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1. "fill"
+              is 1 too, but gaps between points of one surface are filled: with planes through the points around them,
+              and with the picture's colours. Where depth is sparse, as of LiDAR in a picture, these points may be 32
+              pixels away, elsewhere 8. Outlines stay where they are. A mesh is filled too; several frames of one thing
+              are not, as they fill each other.
     splat     "footprint" carries the pixel's square into the view; where a surface ends, footprints of size 1 bend with
               it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles between
               neighbouring pixels instead, which have no size. The mesh ends at the middle of the last pixels: from the
@@ -74,7 +78,7 @@ class Look:
     material: Material = Material()
     normals: str | ArrayLike = "auto"
     shading: str = "phong"
-    size: float | ArrayLike | None = None
+    size: float | ArrayLike | str | None = None
     splat: str = "footprint"
     max_depth_step: float | str | None = None
     noise: float | ArrayLike | str | None = None
@@ -93,10 +97,13 @@ class Look:
             check_method(self.normals)
         elif _is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
-        if self.size is not None and _is_single(self.size):
+        if isinstance(self.size, str):
+            if self.size != "fill":
+                raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(self.size)}")
+        elif self.size is not None and _is_single(self.size):
             size = check_float(self.size, "size must be a number of source pixels, 0 or above", 0)
             object.__setattr__(self, "size", size)
-        if self.splat == "mesh" and not (self.size is None or (np.ndim(self.size) == 0 and self.size == 1)):
+        if self.splat == "mesh" and not (self.size is None or (np.ndim(self.size) == 0 and self.size in (1, "fill"))):
             others = option("splat", *SPLATS[:-1])
             raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
         if isinstance(self.noise, str):
@@ -128,9 +135,14 @@ class Look:
         return all(isinstance(value, str | int | float | None) for value in (self.normals, self.size, self.noise))
 
     @property
+    def fills(self) -> bool:
+        """Gaps between points are filled."""
+        return isinstance(self.size, str)
+
+    @property
     def farthest_reach(self) -> float:
         """Source pixels that the largest splat reaches from its middle."""
-        size = 1.0 if self.size is None else float(np.max(np.asarray(self.size)))
+        size = 1.0 if self.size is None or self.fills else float(np.max(np.asarray(self.size)))
         return size * (0.5**0.5 if self.splat == "round" else 0.5)
 
     @property
@@ -139,10 +151,13 @@ class Look:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
-def check_sizes(size: float | ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Splat sizes in source pixels as (1,) or (h*w,) float32; None is 1. Raises ValueError for an impossible size."""
+def check_sizes(size: float | ArrayLike | str | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Splat sizes in source pixels as (1,) or (h*w,) float32; None and "fill" are 1.
+
+    Raises ValueError for an impossible size.
+    """
     complaint = f"size is the splats' size in source pixels, one number or an array of {shape}"
-    sizes = np.atleast_1d(as_array(1.0 if size is None else size, complaint, np.float32))
+    sizes = np.atleast_1d(as_array(1.0 if size is None or isinstance(size, str) else size, complaint, np.float32))
     if sizes.shape not in ((1,), shape):
         raise ValueError(f"{complaint}, got {sizes.shape}")
     if not ((sizes >= 0) & (sizes <= LARGEST)).all():

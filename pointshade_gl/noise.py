@@ -52,16 +52,23 @@ class Noise:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller gave it."""
+    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller gave it.
+
+    missing  share of the depth that is missing, where that is why "auto" chose it
+    """
 
     method: str
     noise: Noise | None = None
     told: bool = False
+    missing: float = 0.0
 
 
 def describe(choice: Choice) -> str:
     """What ran and why, in one sentence."""
     noise = choice.noise
+    if choice.missing:
+        found = f"{100 * choice.missing:.0f} % of the depth is missing, known pixels lie apart"
+        return f"{choice.method}: {found}; no noise was measured"
     if noise is None:
         return f"{choice.method}: as requested"
     if choice.told:

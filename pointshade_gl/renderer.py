@@ -105,7 +105,7 @@ class Renderer:
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
         shading: str = "phong",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
@@ -137,7 +137,8 @@ class Renderer:
         pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
         normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
         shading  "none", "flat", "gouraud" or "phong"
-        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1
+        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1;
+                 "fill" is 1 and closes gaps, see `Look`
         splat    "footprint" carries the pixel's square into the view, and ends where the surface does; "round" the
                  circle round it; "mesh" draws the triangles between neighbouring pixels (see `Look`)
         max_depth_step, noise  as for `estimate_normals`
@@ -180,7 +181,7 @@ class Renderer:
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
         shading: str = "phong",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         splat: str = "footprint",
         max_depth_step: float | str | None = None,
@@ -220,7 +221,7 @@ class Renderer:
         camera: Camera | None = None,
         pose: ArrayLike | None = None,
         normals: str | ArrayLike = "auto",
-        size: float | ArrayLike | None = None,
+        size: float | ArrayLike | str | None = None,
         *,
         yaw: float = 0.0,
         pitch: float = 0.0,
@@ -294,8 +295,9 @@ class Renderer:
         """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
         method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
-                        "adaptive" (planes as wide as the noise requires). "star-borrow" is a little better and slower
-                        than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
+                        "adaptive" (planes as wide as the noise requires); where most depths are missing, as of LiDAR in
+                        a picture, "sparse" (planes across the gaps, noise or not). "star-borrow" is a little better and
+                        slower than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
                         triangles), "central", "one-sided", "plane-fit-3" to "plane-fit-13".
         max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
                         pixel's depth; None is no limit. The others find edges by themselves.

@@ -119,6 +119,8 @@ class Things:
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, shot.eye.camera) if is_finer else frame.camera
             drawn = self.frames.find_points(textures, frame, look, camera)
+            if look.fills and p in alone:  # frames of one thing fill each other's gaps
+                drawn = self.frames.fill(textures, frame, drawn)
             is_mesh = look.splat == "mesh"
             shown[p] = self._as_grid(p, drawn, textures) if is_mesh else _as_splats(p, drawn, textures, step)
         return shown

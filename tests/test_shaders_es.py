@@ -35,11 +35,13 @@ CONSTANTS = {  # the values that the project builds each with
     "rims.comp": {"SET": FLAG, "WINDOW": FLAG},
     "rims.frag": {"LIT": FLAG, "SET": FLAG},
     "rims.vert": {"LIT": FLAG},
+    "sparse_cells.frag": {"FROM_DEPTH": FLAG},
     "splats.frag": {"LIT": FLAG},
     "splats.vert": {"LIT": FLAG},
     "splats.comp": {"SET": FLAG, "WINDOW": FLAG},
     "surface_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
+    "surface_sparse.frag": {"REST": FLAG},
     "surface_star.frag": {"RESIDUAL": FLAG},
     "trust.frag": {"STAGE": (0, 1, 2)},
 }

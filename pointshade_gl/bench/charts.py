@@ -24,6 +24,7 @@ INK, PALE, BAD = "#333333", "#cccccc", "#f6ebe8"
 FAMILIES = {  # start of a method's name: the text in the legend, and the colour
     "auto": ("auto", "#d03a2b"),
     "adaptive": ("adaptive", "#8a4f9e"),
+    "sparse": ("sparse", "#3f8f8c"),
     "star": ("star, star-borrow", "#3d9463"),
     "plane-fit": ("plane fits, by their width in pixels", "#3f7fb5"),
     "triangles": ("triangles, by their number", "#c98a2e"),

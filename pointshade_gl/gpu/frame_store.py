@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Literal, NamedTuple
 
 import moderngl
 
@@ -11,6 +12,7 @@ from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
+from .fill import FillPass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
 from .textures import DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
@@ -35,6 +37,7 @@ class FrameStore:
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
+        self._fill: FillPass | None = None  # and for the first whose gaps are filled
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -72,6 +75,8 @@ class FrameStore:
             textures.choice = self._steps.run(
                 "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
             )
+            if look.normals == "auto" and frame.is_sparse:
+                textures.choice = replace(textures.choice, missing=1 - frame.points_known / frame.depth.size)
         else:
             self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
@@ -86,23 +91,33 @@ class FrameStore:
         self.find_normals(textures, frame, look)
         if camera == frame.camera:
             return DrawnPoints(textures.surface, textures.lit, camera)
-        large = self._fit_large(textures, (camera.width, camera.height))
+        large = self._fit(textures, "large", (camera.width, camera.height))
         self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return DrawnPoints(large.surface, large.lit, camera)
 
-    def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
-        if textures.large is None or textures.large.size != size:
-            if textures.large is not None:
-                self._steps.forget(of=textures.large.images)
-                textures.large.release()
-            textures.large = None  # stays so when the new one does not fit the GPU
-            textures.large = LargePoints(self._context, size)
-        return textures.large
+    def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
+        """The points of `find_points`, and more in their gaps."""
+        filled = self._fit(textures, "filled", points.surface.size)
+        self._fill = self._fill or FillPass(self._context)
+        inputs = points.surface, textures.color, points.camera, frame.is_sparse
+        self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
+        return DrawnPoints(filled.surface, filled.lit, points.camera)
+
+    def _fit(self, textures: FrameTextures, name: Literal["large", "filled"], size: tuple[int, int]) -> LargePoints:
+        points: LargePoints | None = getattr(textures, name)
+        if points is None or points.size != size:
+            if points is not None:
+                self._steps.forget(of=points.images)
+                points.release()
+            setattr(textures, name, None)  # stays so when the new one does not fit the GPU
+            points = LargePoints(self._context, size)
+            setattr(textures, name, points)
+        return points
 
     def release(self) -> None:
-        for item in (*self._kept, self._upsample, self._surface):
+        for item in (*self._kept, self._fill, self._upsample, self._surface):
             if item is not None:
                 item.release()
 
@@ -111,4 +126,5 @@ def _estimator(frame: Frame, look: Look) -> Estimator | None:
     """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
     if not isinstance(look.normals, str):
         return None
-    return look.normals, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying
+    method = "sparse" if look.normals == "auto" and frame.is_sparse else look.normals
+    return method, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying

@@ -12,6 +12,7 @@ from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
 from .raw_gl import DEPTH_TEST
+from .sparse import SparsePass
 from .state import enabled
 from .textures import DepthTextures, empty
 
@@ -28,6 +29,7 @@ class SurfacePass:
         self._context = context
         self._passes: dict[str, FullscreenPass] = {}
         self._noise: NoisePass | None = None
+        self._sparse: SparsePass | None = None
         self._scratch: Scratch | None = None
 
     def run(
@@ -55,6 +57,9 @@ class SurfacePass:
         elif method in PLANE_FITS:
             fit = self._pass("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
             fit.draw(frame.surface.target, source, intrinsics=intrinsics)
+        elif method == "sparse":
+            self._sparse = self._sparse or SparsePass(self._context)
+            self._sparse.run(frame, camera)
         elif method == "star-borrow":
             scratch = self._fit(frame)
             self._pass("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
@@ -111,7 +116,7 @@ class SurfacePass:
         return self._scratch
 
     def release(self) -> None:
-        for item in (self._scratch, self._noise, *self._passes.values()):
+        for item in (self._scratch, self._noise, self._sparse, *self._passes.values()):
             if item is not None:
                 item.release()
 

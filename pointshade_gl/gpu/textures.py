@@ -67,7 +67,8 @@ class FrameTextures(DepthTextures):
             self.color = self._texture(color.shape[2], size=_size(color))
             self.lit = self._keep(PointLight(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
-        self.large: LargePoints | None = None  # made for the first view that shows them
+        self.large: LargePoints | None = None  # these two are made for the first view that shows them
+        self.filled: LargePoints | None = None
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
@@ -88,17 +89,23 @@ class FrameTextures(DepthTextures):
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
         made = [self.trust] if self.trust else []
-        return [self, self.surface, self.lit, *made, *(self.large.images if self.large else ())]
+        return [
+            self,
+            self.surface,
+            self.lit,
+            *made,
+            *(image for made in (self.large, self.filled) if made for image in made.images),
+        ]
 
     def release(self) -> None:
-        for made in (self.large, self.trust):
+        for made in (self.large, self.filled, self.trust):
             if made:
                 made.release()
         super().release()
 
 
 class LargePoints(Images):
-    """A frame's points at a larger size than its depth: `surface` and `lit`, as in FrameTextures."""
+    """A frame's points at a larger size than its depth, or without gaps: `surface` and `lit`, as in FrameTextures."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)

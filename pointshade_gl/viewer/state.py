@@ -132,7 +132,7 @@ class State:
     @property
     def point_size(self) -> float:
         """The splats' size in source pixels."""
-        return 1.0 if self.look.size is None else float(np.asarray(self.look.size))
+        return 1.0 if self.look.size is None or self.look.fills else float(np.asarray(self.look.size))
 
     def with_look(self, **changes: Any) -> State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""

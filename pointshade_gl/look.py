@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import LARGEST, as_array, check_choice, check_float, check_number, check_type, shown
+from .checks import LARGEST, as_array, check_choice, check_flag, check_float, check_number, check_type, shown
 from .estimators import check_method, check_normals, parse_max_depth_step
 from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
@@ -81,6 +81,7 @@ class Look:
     upsample: str = "vote"
     normals_at: str = "source"
     flying: str = "keep"
+    temporal: bool = False
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -89,6 +90,7 @@ class Look:
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
+        object.__setattr__(self, "temporal", check_flag(self.temporal, option("temporal")))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

@@ -13,6 +13,7 @@ from ..look import Look
 from ..noise import Choice, parse_noise
 from .steps import Steps
 from .surface import Estimator, SurfacePass
+from .temporal import History, Stream, TemporalPass
 from .textures import FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
@@ -35,6 +36,8 @@ class FrameStore:
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
+        self._temporal: TemporalPass | None = None  # made for the first stream that is filtered
+        self._histories: dict[int, History] = {}
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -66,20 +69,25 @@ class FrameStore:
             self._steps.forget(of=textures.images)
             textures.release()
 
-    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
+    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
         """The surface at the frame's points: normals by an estimator, or the caller's own."""
         if estimator := _estimator(frame, look):
+            stream = self._stream(frame, look, place)
             textures.choice = self._steps.run(
-                "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
+                "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
             )
+            if stream and textures.choice.method != "adaptive":
+                stream.history.forget()
         else:
             self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
         self.choice = textures.choice
 
-    def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
+    def find_points(
+        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera, place: int = 0
+    ) -> DrawnPoints:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""
-        self.find_normals(textures, frame, look)
+        self.find_normals(textures, frame, look, place)
         if camera == frame.camera:
             return DrawnPoints(textures.surface, textures.lit, camera)
         large = self._fit_large(textures, (camera.width, camera.height))
@@ -87,6 +95,14 @@ class FrameStore:
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return DrawnPoints(large.surface, large.lit, camera)
+
+    def _stream(self, frame: Frame, look: Look, place: int) -> Stream | None:
+        if not look.temporal:
+            return None
+        self._temporal = self._temporal or TemporalPass(self._context, self._steps)
+        if place not in self._histories:
+            self._histories[place] = History(self._temporal, self._context)
+        return Stream(self._histories[place], frame)
 
     def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
         if textures.large is None or textures.large.size != size:
@@ -98,7 +114,7 @@ class FrameStore:
         return textures.large
 
     def release(self) -> None:
-        for item in (*self._kept, self._upsample, self._surface):
+        for item in (*self._kept, *self._histories.values(), self._temporal, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

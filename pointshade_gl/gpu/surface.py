@@ -13,6 +13,7 @@ from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
 from .raw_gl import DEPTH_TEST
 from .state import enabled
+from .temporal import Stream
 from .textures import DepthTextures, empty
 
 Estimator = tuple[str, Step, np.ndarray | None, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
@@ -38,15 +39,16 @@ class SurfacePass:
         max_step: Step,
         noise: np.ndarray | None,
         flying: str,
+        stream: Stream | None = None,
     ) -> Choice:
         """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying as in Look.
+        flying as in Look; stream, if depth is to be filtered over time, where a frame belongs to it.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
         frame.surface.raise_version()
         if method in ("auto", "adaptive"):
-            return self._run_by_noise(frame, camera, method, noise, flying == "snap")
+            return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
         source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
         if method in TRIANGLES:
             count = TRIANGLES[method]
@@ -74,7 +76,8 @@ class SurfacePass:
         self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
+        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool,
+        stream: Stream | None,
     ) -> Choice:
         if self._noise is None:
             self._noise = NoisePass(self._context)
@@ -84,12 +87,17 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        textures = {"picture": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
+        picture = self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)
+        if stream:
+            picture = stream.history.temporal.filter_depth(picture, stream, camera, noise)
+        textures = {"picture": picture}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for stage in range(4):
                 adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
+        if stream:
+            stream.history.temporal.filter_normals(frame.surface, stream, camera)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

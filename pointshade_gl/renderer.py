@@ -147,6 +147,8 @@ class Renderer:
         normals_at  of several frames: "source" estimates normals in each and mixes them, "target" in the view
         flying   "snap" puts pixels that hang between two surfaces onto the nearer one; "keep" draws them where they
                  hang, see `Look`
+        temporal True filters noisy depth and its normals over time, for the frames of a stream: less flicker where
+                 neither has changed, see `Look`
         samples  how many pictures are averaged, each seen from another place within the pixels (and from other places
                  of lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture,
                  seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
@@ -167,8 +169,8 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
-                flying=flying, temporal=temporal, yaw=yaw, pitch=pitch, dolly=dolly, samples=samples, background=background,
-                ground=ground,
+                flying=flying, temporal=temporal, yaw=yaw, pitch=pitch, dolly=dolly, samples=samples,
+                background=background, ground=ground,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -280,7 +282,13 @@ class Renderer:
         frame = check_type(loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying, "temporal": temporal}
+        options = {
+            "max_depth_step": max_depth_step,
+            "noise": noise,
+            "upsample": "none",
+            "flying": flying,
+            "temporal": temporal,
+        }
         scene = self._scenes.of_frames((frame,), Look(material, normals, "flat", **options))
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -307,11 +315,14 @@ class Renderer:
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
                         sensor's name ("kinect"); None measures it
         flying          for auto and adaptive: "snap" estimates pixels between two surfaces on one of them, see `Look`
+        temporal        for auto and adaptive: True filters the frames of a stream over time, see `Look`
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
-        look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying, temporal=temporal)
+        look = Look(
+            normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying, temporal=temporal
+        )
         look = look.for_frame(frame.depth)
         with self._in_use():
             normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()

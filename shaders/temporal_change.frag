@@ -26,7 +26,7 @@ void main() {
     vec3 normal = step.y > 0.0 ? carried_normal(normal_map, there) * mat3(view) : vec3(0.0);
 #else
     vec2 step = old_step(history_map, pixel, here.x);
-    vec3 normal = history_at(normal_map, pixel, ivec2(0)).xyz;
+    vec3 normal = step.y > 0.0 ? history_at(normal_map, pixel, ivec2(0)).xyz : vec3(0.0);
 #endif
     change = change_of(step, fresh_noise(here, rounding));
     old_normal = vec4(normal, 0.0);

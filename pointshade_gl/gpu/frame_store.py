@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import moderngl
@@ -36,7 +37,7 @@ class FrameStore:
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
-        self._temporal: TemporalPass | None = None  # made for the first stream that is filtered
+        self._temporal: TemporalPass | None = None  # made for the first stream that is filtered over time
         self._histories: dict[int, History] = {}
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
@@ -70,14 +71,17 @@ class FrameStore:
             textures.release()
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
-        """The surface at the frame's points: normals by an estimator, or the caller's own."""
+        """The surface at the frame's points: normals by an estimator, or the caller's own.
+
+        place  which of the streams the frame belongs to, if it is filtered over time
+        """
         if estimator := _estimator(frame, look):
-            stream = self._stream(frame, look, place)
+            stream = self._stream(frame, place) if look.temporal else None
             textures.choice = self._steps.run(
                 "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
             )
             if stream and textures.choice.method != "adaptive":
-                stream.history.forget()
+                stream.history.forget()  # it was not filtered
         else:
             self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
             textures.choice = Choice("the caller's")
@@ -96,13 +100,16 @@ class FrameStore:
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return DrawnPoints(large.surface, large.lit, camera)
 
-    def _stream(self, frame: Frame, look: Look, place: int) -> Stream | None:
-        if not look.temporal:
-            return None
+    def keep_streams(self, places: Iterable[int]) -> None:
+        """Frees what is remembered of all other streams."""
+        for place in self._histories.keys() - set(places):
+            self._histories.pop(place).release()
+
+    def _stream(self, frame: Frame, place: int) -> Stream:
         self._temporal = self._temporal or TemporalPass(self._context, self._steps)
         if place not in self._histories:
-            self._histories[place] = History(self._temporal, self._context)
-        return Stream(self._histories[place], frame)
+            self._histories[place] = History(self._context)
+        return Stream(self._temporal, self._histories[place], frame)
 
     def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
         if textures.large is None or textures.large.size != size:

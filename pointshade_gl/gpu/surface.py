@@ -42,7 +42,7 @@ class SurfacePass:
         stream: Stream | None = None,
     ) -> Choice:
         """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying as in Look; stream, if depth is to be filtered over time, where a frame belongs to it.
+        flying as in Look; stream, if noisy depth is filtered over time.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
@@ -76,7 +76,12 @@ class SurfacePass:
         self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool,
+        self,
+        frame: DepthTextures,
+        camera: Camera,
+        method: str,
+        told: np.ndarray | None,
+        snap: bool,
         stream: Stream | None,
     ) -> Choice:
         if self._noise is None:
@@ -89,7 +94,7 @@ class SurfacePass:
             return Choice("star", noise)
         picture = self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)
         if stream:
-            picture = stream.history.temporal.filter_depth(picture, stream, camera, noise)
+            picture = stream.temporal.filter_depth(picture, noise, stream, camera)
         textures = {"picture": picture}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
@@ -97,7 +102,7 @@ class SurfacePass:
                 adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         if stream:
-            stream.history.temporal.filter_normals(frame.surface, stream, camera)
+            stream.temporal.filter_normals(frame.surface, stream, camera)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

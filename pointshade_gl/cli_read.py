@@ -71,7 +71,7 @@ def check_stream(look: Look, is_stream: bool) -> None:
     if look.temporal and not is_stream:
         raise ValueError(
             f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
-            "leave it out, or pass a sequence, and write all its frames to a film or to numbered files, such as %04d.png"
+            "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
         )
 
 

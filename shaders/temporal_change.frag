@@ -22,7 +22,7 @@ void main() {
     vec2 here = depth_and_noise_at(picture, pixel, ivec2(0));
 #if MOVED
     vec3 there = carry_to_old(pixel, here.x, intrinsics, view);
-    vec2 step = here.x > 0.0 ? carried_step(history_map, there) : vec2(0.0, UNKNOWN);
+    vec2 step = here.x > 0.0 ? carried_step(history_map, there) : vec2(0.0);
     vec3 normal = step.y > 0.0 ? carried_normal(normal_map, there) * mat3(view) : vec3(0.0);
 #else
     vec2 step = old_step(history_map, pixel, here.x);

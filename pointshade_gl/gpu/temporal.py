@@ -14,7 +14,7 @@ from ..noise import Noise
 from .memory import Owner
 from .passes import FullscreenPass
 from .steps import Steps
-from .textures import Images, PointSurface
+from .textures import Images, PointSurface, empty
 
 
 class Stream(NamedTuple):
@@ -45,7 +45,7 @@ class TemporalPass(Owner):
         return self._steps.always("temporal", self._filter_depth, picture, noise, stream, camera)
 
     def filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
-        """Mixes the surface's normals with those remembered: at creases, normals flip even where depth hardly changes."""
+        """Mixes the surface's normals with those remembered: at creases they flip even where depth hardly changes."""
         self._steps.always("temporal normals", self._filter_normals, surface, stream, camera)
 
     def _filter_depth(
@@ -55,7 +55,7 @@ class TemporalPass(Owner):
         view = stream.history.view_from(stream.frame, camera)
         rounding = noise.step, noise.powers[1]
         if view is None:
-            change.target.clear(0.0, -1.0)
+            empty(change.target)
         else:
             maps = {"picture": picture, "history_map": history.depth, "normal_map": history.normals}
             moved = not np.array_equal(view, np.eye(4))

@@ -9,7 +9,7 @@ from .depth_average import NEGLIGIBLE
 from .inverse_depth import relative_step
 
 f32 = np.float32
-UNKNOWN, SAME_STEP, WIDEST_CHANGE = f32(-1), f32(0.02), f32(4)
+SAME_STEP, WIDEST_CHANGE = f32(0.02), f32(4)
 CALM_POWER, CALM_OWN, DOUBT, LEAST_SHARE = f32(3), f32(9), f32(2), f32(0.0625)
 ZERO, ONE = f32(0), f32(1)
 
@@ -18,24 +18,25 @@ def history_at(picture, pixel, offset):
     """Return texels (..., channels) at pixel + offset, 0 outside the picture."""
     size = np.array(picture.shape[1::-1])
     at = np.asarray(pixel).astype(int) + np.asarray(offset)
-    inside = ((at >= 0) & (at < size)).all(-1)
+    inside = np.all((at >= 0) & (at < size), -1, keepdims=True)
     at = np.clip(at, 0, size - 1)
-    return np.where(inside[..., None], picture[at[..., 1], at[..., 0]], ZERO)
+    return np.where(inside, picture[at[..., 1], at[..., 0]], ZERO)
 
 
 def fresh_noise(here, rounding):
     """Return (...) the noise over depth of new depths (..., 2), rounding of their steps included."""
     step, power = map(f32, rounding)
-    rounded = step * np.maximum(here[..., 0], f32(1e-30)) ** power
+    known = here[..., 0] > 0
+    rounded = np.where(known, step * np.where(known, here[..., 0], ONE) ** power, ZERO)
     return np.sqrt(here[..., 1] * here[..., 1] + rounded * rounded / f32(12) + NEGLIGIBLE * NEGLIGIBLE)
 
 
 def _where_known(known, step, noise):
-    return np.where(known[..., None], np.stack([step, noise], -1), np.array([ZERO, UNKNOWN]))
+    return np.where(known[..., None], np.stack([step, noise], -1), ZERO)
 
 
 def old_step(history_map, pixel, here):
-    """Return (..., 2): step of w from the new to the old depth, and the old noise; UNKNOWN where there is none."""
+    """Return (..., 2): step of w from the new to the old depth, and the old noise; 0 and 0 of nothing."""
     old = history_at(history_map, pixel, (0, 0))
     known = (here > 0) & (old[..., 0] > 0)
     step = relative_step(np.where(known, here, ONE), np.where(known, old[..., 0], ONE))
@@ -58,9 +59,10 @@ def carried_step(history_map, there):
     for k in range(4):
         side = np.array([k % 2, k // 2])
         old = history_at(history_map, corner, side)
-        step = relative_step(z, old[..., 0])
+        known = old[..., 0] > 0
+        step = np.where(known, relative_step(z, np.where(known, old[..., 0], ONE)), ZERO)
         weight = np.where(side, share, ONE - share)
-        same &= np.abs(step) < SAME_STEP + WIDEST_CHANGE * old[..., 2]
+        same &= known & (np.abs(step) < SAME_STEP + WIDEST_CHANGE * old[..., 2])
         mean += (weight[..., 0] * weight[..., 1])[..., None] * np.stack([step, old[..., 2]], -1)
     return _where_known(same, mean[..., 0], mean[..., 1])
 
@@ -109,19 +111,19 @@ def fresh_share(noise, change, power):
     old = left + DOUBT * (np.maximum(power - CALM_POWER, ZERO) + np.maximum(own - CALM_OWN, ZERO)) * both
     share = np.maximum(old / (old + fresh), LEAST_SHARE)
     noise_left = np.minimum(np.sqrt((ONE - share) * (ONE - share) * old + share * share * fresh), noise)
-    known = (change[..., 1] >= 0)[..., None]
+    known = (change[..., 1] > 0)[..., None]
     return np.where(known, np.stack([share, noise_left], -1), np.stack([np.ones_like(noise), noise], -1))
 
 
 def mixed_depth(here, noise, change, share):
     """Return (...) the depth that is remembered from now on."""
     step = change[..., 0] * np.sqrt(change[..., 1] * change[..., 1] + noise * noise)
-    return here / (ONE + (ONE - share) * np.where(change[..., 1] < 0, ZERO, step))
+    return here / (ONE + (ONE - share) * step)
 
 
 def mixed_normal(fresh, old, share, ray):
     """Return (..., 3) the normals that are remembered from now on."""
     mixed = old * (ONE - share[..., None]) + fresh * share[..., None]
     length = np.sqrt((mixed * mixed).sum(-1, keepdims=True))
-    towards = ((mixed * ray).sum(-1, keepdims=True) < 0) & (length > 0)
-    return np.where(towards, mixed / np.where(length > 0, length, ONE), fresh)
+    towards = (share[..., None] < 1) & ((mixed * ray).sum(-1, keepdims=True) < 0)
+    return np.where(towards, mixed / np.where(towards, length, ONE), fresh)

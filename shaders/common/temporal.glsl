@@ -4,7 +4,6 @@
 // Depth and normals that rest on several frames of a stream: a Kalman filter at each pixel (Kalman 1960). How far the
 // surface has moved since, its process noise, shows in how new and old depth differ around the pixel.
 
-const float UNKNOWN = -1.0;        // in place of the noise of what is not remembered
 const float SAME_STEP = 0.02;      // by which old neighbours may differ from the new depth, relative to w, beyond noise
 const float WIDEST_CHANGE = 4.0;   // standard deviations: larger changes count as this large around a pixel
 const float CALM_POWER = 3.0;      // power of changes around a pixel that noise alone rarely exceeds; its mean is 1
@@ -22,14 +21,15 @@ vec4 history_at(sampler2D picture, ivec2 pixel, ivec2 offset) {
 // Noise over depth of a new depth. rounding: its step at depth 1, and the power of z with which step / z grows. All of
 // a plateau may be rounded up in one frame and down in the next, so averaging over neighbours does not reduce that.
 float fresh_noise(vec2 here, vec2 rounding) {
-    float rounded = rounding.x * pow(max(here.x, 1e-30), rounding.y);
+    float rounded = here.x > 0.0 ? rounding.x * pow(here.x, rounding.y) : 0.0;
     return sqrt(here.y * here.y + rounded * rounded / 12.0 + NEGLIGIBLE * NEGLIGIBLE);
 }
 
-// What is remembered at a pixel: by how much its w differs from the new one, relative to that (x), and its noise (y).
+// What is remembered at a pixel: by how much its w differs from the new one, relative to that (x), and its noise (y); 0, 0 of
+// nothing.
 vec2 old_step(sampler2D history_map, ivec2 pixel, float here) {
     vec4 old = history_at(history_map, pixel, ivec2(0));
-    return here > 0.0 && old.r > 0.0 ? vec2(relative_step(here, old.r), old.b) : vec2(0.0, UNKNOWN);
+    return here > 0.0 && old.r > 0.0 ? vec2(relative_step(here, old.r), old.b) : vec2(0.0);
 }
 
 // Where a new point lies for the old camera: position in its picture, and depth. view takes new axes to old axes.
@@ -41,7 +41,7 @@ vec3 carry_to_old(ivec2 pixel, float here, vec4 intrinsics, mat4 view) {
 // old_step for a camera that has moved; there: from carry_to_old. w is linear on planes, so its bilinear mean over
 // four pixels is exact there; all of them must lie on the surface.
 vec2 carried_step(sampler2D history_map, vec3 there) {
-    if (!(there.z > 0.0)) return vec2(0.0, UNKNOWN);
+    if (!(there.z > 0.0)) return vec2(0.0);
     ivec2 corner = ivec2(floor(there.xy));
     vec2 share = there.xy - vec2(corner), mean = vec2(0.0);
     bool same = true;
@@ -50,10 +50,10 @@ vec2 carried_step(sampler2D history_map, vec3 there) {
         vec4 old = history_at(history_map, corner, side);
         float step = relative_step(there.z, old.r);
         vec2 weight = mix(1.0 - share, share, vec2(side));
-        same = same && abs(step) < SAME_STEP + WIDEST_CHANGE * old.b;
+        same = same && old.r > 0.0 && abs(step) < SAME_STEP + WIDEST_CHANGE * old.b;
         mean += weight.x * weight.y * vec2(step, old.b);
     }
-    return same ? mean : vec2(0.0, UNKNOWN);
+    return same ? mean : vec2(0.0);
 }
 
 // The normal that is remembered there, not of unit length, in the old camera's axes.
@@ -91,7 +91,7 @@ float change_power(sampler2D change_map, ivec2 pixel, int stride) {
 
 // Share of the new frame in what is remembered from now on (x), and the noise of that (y).
 vec2 fresh_share(float noise, vec2 change, float power) {
-    if (change.y < 0.0) return vec2(1.0, noise);
+    if (change.y == 0.0) return vec2(1.0, noise);
     float fresh = noise * noise, both = fresh + change.y * change.y;
     float doubt = DOUBT * (max(power - CALM_POWER, 0.0) + max(change.x * change.x - CALM_OWN, 0.0));
     float old = change.y * change.y + doubt * both;
@@ -101,12 +101,12 @@ vec2 fresh_share(float noise, vec2 change, float power) {
 
 // The depth that is remembered from now on.
 float mixed_depth(float here, float noise, vec2 change, float share) {
-    float step = change.y < 0.0 ? 0.0 : change.x * sqrt(change.y * change.y + noise * noise);
+    float step = change.x * sqrt(change.y * change.y + noise * noise);
     return here / (1.0 + (1.0 - share) * step);
 }
 
 // The normal that is remembered from now on: towards the camera, as the new one is.
 vec3 mixed_normal(vec3 fresh, vec3 old, float share, vec3 ray) {
     vec3 sum = mix(old, fresh, share);
-    return dot(sum, ray) < 0.0 ? sum / sqrt(dot(sum, sum)) : fresh;
+    return share < 1.0 && dot(sum, ray) < 0.0 ? sum / sqrt(dot(sum, sum)) : fresh;
 }

@@ -36,7 +36,7 @@ from .cli_options import (
 from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import rates_from, size_from, views_from
 from .cli_picture import PictureOptions
-from .cli_read import check_frame, check_look, load, load_others, load_views
+from .cli_read import check_frame, check_look, check_stream, load, load_others, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
@@ -106,6 +106,7 @@ def render(
         _write_points(output, frame, view, film, device, explainer(explain))
         return
     many = film.turntable is not None or is_series(output)
+    check_stream(view.look, many and film.turntable is None)
     if many:
         check_series(output)
     else:
@@ -201,6 +202,7 @@ def view(
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     """
+    from .frame import Frame
     from .scene import Scene
     from .viewer import Viewer
     from .viewer.panel import MISSING
@@ -219,6 +221,7 @@ def view(
     others = load_others(frame, source, inputs)
     if isinstance(source, Scene):
         check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
+    check_stream(state.look, bool(others) or not isinstance(source, Frame))
     viewer = Viewer(
         source,
         title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",

@@ -165,6 +165,12 @@ class NormalOptions:
             rich_help_panel=FRAME,
         ),
     ] = "keep"
+    temporal: Annotated[
+        bool,
+        typer.Option(
+            "--temporal", help="Filter noisy depth of a sequence over time: less flicker.", rich_help_panel=FRAME
+        ),
+    ] = False
 
     def noise_value(self) -> float | str | None:
         """Metres, the name of a sensor, or None."""
@@ -258,6 +264,7 @@ class LookOptions(NormalOptions):
             upsample=self.upsample,
             normals_at=self.normals_at,
             flying=self.flying,
+            temporal=self.temporal,
         )
 
     def lights(self, shadow: bool = False) -> list[Light]:

@@ -66,6 +66,15 @@ def check_frame(frame: FrameOptions) -> None:
         raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
 
 
+def check_stream(look: Look, is_stream: bool) -> None:
+    """Raises ValueError for a filter over time where only one frame is drawn."""
+    if look.temporal and not is_stream:
+        raise ValueError(
+            f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
+            "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
+        )
+
+
 def check_look(look: Look) -> None:
     """Raises ValueError for options about the look of objects: those of a scene have their own."""
     from .look import Look

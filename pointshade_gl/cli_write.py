@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from .cli_output import open_renderer, progress, report, spinner, warn_skipped
+from .cli_read import check_stream
 from .files.maps import save_depth, save_normals
 from .files.numbering import is_numbered
 from .files.points import save_points
@@ -32,7 +33,7 @@ def write_normals(
     """Writes normals by the method and the options of a view's look, as `save_normals` does."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        options = _chosen(arguments, "max_depth_step", "noise", "flying")
+        options = _chosen(arguments, "max_depth_step", "noise", "flying", "temporal")
         normals = renderer.estimate_normals(frame, arguments["normals"], **options)
         if explain and renderer.choice:
             print(describe(renderer.choice))
@@ -48,7 +49,7 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
     """Writes the depth that a view shows, as `save_depth` does."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "camera", "pose", "normals", "size", "splat", "max_depth_step", "noise", "upsample", "flying"
+        names = "camera", "pose", "normals", "size", "splat", "max_depth_step", "noise", "upsample", "flying", "temporal"
         depth = renderer.render_depth(frame, **_chosen(arguments, *names))
         if not depth.any():
             note("nothing is in view, the depth is empty")
@@ -74,7 +75,7 @@ def write_points(
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying"
+        names = ("light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying", "temporal")
         cloud = renderer.render_points(frame, **_chosen(arguments, *names))
         tell(renderer)
         return cloud
@@ -103,6 +104,7 @@ def _write_files(
     Raises ValueError for a name without a number where there are many frames, and with one where there is one.
     """
     many = is_numbered(output)
+    check_stream(view.look, many and turntable is None)
     if turntable is None and many and isinstance(source, Frame | Scene):
         raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
     if turntable is not None and not many:

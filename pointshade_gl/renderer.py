@@ -116,6 +116,7 @@ class Renderer:
         upsample: str = "vote",
         normals_at: str = "source",
         flying: str = "keep",
+        temporal: bool = False,
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
@@ -147,6 +148,8 @@ class Renderer:
         normals_at  of several frames: "source" estimates normals in each and mixes them, "target" in the view
         flying   "snap" puts pixels that hang between two surfaces onto the nearer one; "keep" draws them where they
                  hang, see `Look`
+        temporal True filters noisy depth and its normals over time, for the frames of a stream: less flicker where
+                 neither has changed, see `Look`
         samples  how many pictures are averaged, each seen from another place within the pixels (and from other places
                  of lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture,
                  seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
@@ -167,8 +170,8 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
-                flying=flying, yaw=yaw, pitch=pitch, dolly=dolly, samples=samples, background=background,
-                ground=ground,
+                flying=flying, temporal=temporal, yaw=yaw, pitch=pitch, dolly=dolly, samples=samples,
+                background=background, ground=ground,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -192,6 +195,7 @@ class Renderer:
         upsample: str = "vote",
         normals_at: str = "source",
         flying: str = "keep",
+        temporal: bool = False,
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
@@ -204,7 +208,7 @@ class Renderer:
         finish = Finish(samples, background, ground)
         material = Material() if material is None else material
         frame = loaded(frame)
-        options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
+        options = material, normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying, temporal
         scene = self._scenes.of(frame, options)
         lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
         if finish.ground is True:
@@ -231,6 +235,7 @@ class Renderer:
         noise: float | ArrayLike | str | None = None,
         upsample: str = "vote",
         flying: str = "keep",
+        temporal: bool = False,
     ) -> NDArray[np.float32]:
         """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
 
@@ -238,7 +243,7 @@ class Renderer:
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = loaded(frame)
-        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying
+        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying, temporal
         scene = self._scenes.of(frame, options)
         seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -266,6 +271,7 @@ class Renderer:
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
         flying: str = "keep",
+        temporal: bool = False,
     ) -> PointCloud:
         """All points of a frame in the world, with the depth and the light that `render` draws them with.
 
@@ -277,7 +283,13 @@ class Renderer:
         frame = check_type(loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying}
+        options = {
+            "max_depth_step": max_depth_step,
+            "noise": noise,
+            "upsample": "none",
+            "flying": flying,
+            "temporal": temporal,
+        }
         scene = self._scenes.of_frames((frame,), Look(material, normals, "flat", **options))
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():
@@ -291,6 +303,7 @@ class Renderer:
         max_depth_step: float | str | None = None,
         noise: float | ArrayLike | str | None = None,
         flying: str = "keep",
+        temporal: bool = False,
     ) -> NDArray[np.float32]:
         """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
 
@@ -304,11 +317,14 @@ class Renderer:
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
                         sensor's name ("kinect"); None measures it
         flying          for auto and adaptive: "snap" estimates pixels between two surfaces on one of them, see `Look`
+        temporal        for auto and adaptive: True filters the frames of a stream over time, see `Look`
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
-        look = Look(normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying)
+        look = Look(
+            normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying, temporal=temporal
+        )
         look = look.for_frame(frame.depth)
         with self._in_use():
             normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()

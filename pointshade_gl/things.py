@@ -111,6 +111,9 @@ class Things:
     ) -> dict[Placed, ShownPoints | ShownGrid]:
         """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
+        places = _places(shot) if any(p.content.look.temporal for p in singles) else {}
+        if places:
+            self.frames.keep_streams(places.values())
         steps = [_coarser_step(p, shot) if p in alone else 1 for p in singles]
         frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
@@ -118,7 +121,7 @@ class Things:
             look = p.content.look
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, shot.eye.camera) if is_finer else frame.camera
-            drawn = self.frames.find_points(textures, frame, look, camera)
+            drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
             if look.fills and p in alone:  # frames of one thing fill each other's gaps
                 drawn = self.frames.fill(textures, frame, drawn)
             is_mesh = look.splat == "mesh"
@@ -160,6 +163,10 @@ class Things:
 
 def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
     return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
+def _places(shot: Shot) -> dict[Placed, int]:
+    """The number of each frame among all of the scene, also those out of view: by it a stream is known again."""
+    objects = (p for p in shot.scene.things if isinstance(p.content, PointObject))
+    return {member: k for k, member in enumerate(member for p in objects for member in p.members)}
 
 
 def _coarser_step(p: Placed, shot: Shot) -> int:

@@ -32,7 +32,18 @@ from .views import FLIP
 _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
 FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
-OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
+OBJECT_KEYS = (
+    "normals",
+    "shading",
+    "size",
+    "splat",
+    "max_depth_step",
+    "noise",
+    "upsample",
+    "normals_at",
+    "flying",
+    "temporal",
+)
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, "material")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
@@ -132,7 +143,11 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
 
 
 def _value(key: str, value: Any, parts: Parts) -> Any:
-    """An option of an object: a name, numbers, or the array of the .npy file that it names."""
+    """An option of an object: a switch, a name, numbers, or the array of the .npy file that it names."""
+    if key == "temporal":
+        if not isinstance(value, bool):
+            raise ValueError(f"{key} must be true or false, got {shown(value)}")
+        return value
     if isinstance(value, str):
         return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
     if isinstance(value, list):

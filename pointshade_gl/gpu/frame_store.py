@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -15,6 +16,7 @@ from ..noise import Choice, Noise, parse_noise
 from .fill import FillPass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
+from .temporal import History, Stream, TemporalPass
 from .textures import DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
@@ -38,6 +40,8 @@ class FrameStore:
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._fill: FillPass | None = None  # and for the first whose gaps are filled
+        self._temporal: TemporalPass | None = None  # made for the first stream that is filtered over time
+        self._histories: dict[int, History] = {}
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -69,12 +73,18 @@ class FrameStore:
             self._steps.forget(of=textures.images)
             textures.release()
 
-    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look) -> None:
-        """The surface at the frame's points: normals by an estimator, or the caller's own."""
+    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
+        """The surface at the frame's points: normals by an estimator, or the caller's own.
+
+        place  which of the streams the frame belongs to, if it is filtered over time
+        """
         if estimator := _estimator(frame, look):
+            stream = self._stream(frame, place) if look.temporal else None
             textures.choice = self._steps.run(
-                "surface", self._surface.run, textures, frame.camera, *estimator, of=textures
+                "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
             )
+            if stream and textures.choice.method != "adaptive":
+                stream.history.forget()  # it was not filtered
             if look.normals == "auto" and frame.is_sparse:
                 textures.choice = replace(textures.choice, missing=1 - frame.points_known / frame.depth.size)
         else:
@@ -86,9 +96,11 @@ class FrameStore:
         """The noise of a depth picture. Frames are measured when their normals are found."""
         return self._surface.measure_noise(depth, camera)
 
-    def find_points(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> DrawnPoints:
+    def find_points(
+        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera, place: int = 0
+    ) -> DrawnPoints:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""
-        self.find_normals(textures, frame, look)
+        self.find_normals(textures, frame, look, place)
         if camera == frame.camera:
             return DrawnPoints(textures.surface, textures.lit, camera)
         large = self._fit(textures, "large", (camera.width, camera.height))
@@ -116,8 +128,19 @@ class FrameStore:
             setattr(textures, name, points)
         return points
 
+    def keep_streams(self, places: Iterable[int]) -> None:
+        """Frees what is remembered of all other streams."""
+        for place in self._histories.keys() - set(places):
+            self._histories.pop(place).release()
+
+    def _stream(self, frame: Frame, place: int) -> Stream:
+        self._temporal = self._temporal or TemporalPass(self._context, self._steps)
+        if place not in self._histories:
+            self._histories[place] = History(self._context)
+        return Stream(self._temporal, self._histories[place], frame)
+
     def release(self) -> None:
-        for item in (*self._kept, self._fill, self._upsample, self._surface):
+        for item in (*self._kept, *self._histories.values(), self._temporal, self._fill, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

@@ -14,6 +14,7 @@ from .passes import FullscreenPass, data_texture
 from .raw_gl import DEPTH_TEST
 from .sparse import SparsePass
 from .state import enabled
+from .temporal import Stream
 from .textures import DepthTextures, empty
 
 Estimator = tuple[str, Step, np.ndarray | None, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
@@ -40,15 +41,16 @@ class SurfacePass:
         max_step: Step,
         noise: np.ndarray | None,
         flying: str,
+        stream: Stream | None = None,
     ) -> Choice:
         """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying as in Look.
+        flying as in Look; stream, if noisy depth is filtered over time.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
         frame.surface.raise_version()
         if method in ("auto", "adaptive"):
-            return self._run_by_noise(frame, camera, method, noise, flying == "snap")
+            return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
         source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
         if method in TRIANGLES:
             count = TRIANGLES[method]
@@ -84,7 +86,13 @@ class SurfacePass:
         return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
 
     def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
+        self,
+        frame: DepthTextures,
+        camera: Camera,
+        method: str,
+        told: np.ndarray | None,
+        snap: bool,
+        stream: Stream | None,
     ) -> Choice:
         self._noise = self._noise or NoisePass(self._context)
         focal = (abs(camera.fx) + abs(camera.fy)) / 2
@@ -93,12 +101,17 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise)
-        textures = {"calm_depth": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
+        calm = self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)
+        if stream:
+            calm = stream.temporal.filter_depth(calm, noise, stream, camera)
+        textures = {"calm_depth": calm}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for stage in range(4):
                 adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
+        if stream:
+            stream.temporal.filter_normals(frame.surface, stream, camera)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

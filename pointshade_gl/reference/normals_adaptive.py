@@ -10,7 +10,7 @@ from .robust_plane import GATE, best_corner, fit_bowl, refine_plane
 
 f32 = np.float32
 TILT, FIT_GAIN, WIDEST = f32(0.006), f32(7.07), f32(12)
-BOWL_FIT, PLANE_FIT, FOOTING = f32(2.0), f32(1.3), f32(4.0)
+BOWL_FIT, PLANE_FIT, FOOTING, AMID = f32(2.0), f32(1.3), f32(4.0), f32(11.0)
 ZERO, HALF = f32(0), f32(0.5)
 
 
@@ -51,7 +51,7 @@ def robust_surface(picture, pixel, here, stride):
     plane, fit = refine_plane(d, m, plane, variance)
     holds = (stride > 0) & (fit[0] < PLANE_FIT) & (fit[1] > FOOTING) & (np.abs(plane[0]) < GATE * here[1])
     over = np.maximum(stride, 1).astype(f32)
-    return plane[0], plane[1] / over, plane[2] / over, holds
+    return np.where(fit[1] > AMID, plane[0], ZERO), plane[1] / over, plane[2] / over, holds
 
 
 def nearer_surface(picture, pixel, here, stride):

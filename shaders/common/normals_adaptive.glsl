@@ -12,6 +12,7 @@ const int WIDEST = 12;         // pixels between samples
 const float BOWL_FIT = 2.0;    // chi square per sample for a quadratic surface through all samples
 const float PLANE_FIT = 1.3;   // chi square per sample for a plane through some
 const float FOOTING = 4.0;     // least spread of the weighted samples across their narrowest direction
+const float AMID = 11.0;       // the same of samples on both sides of the pixel: it is 10 if they end there
 
 // Pixels between the samples: the tilt of a plane through 25 of them has an error of noise * focal length / (FIT_GAIN *
 // stride). 0 if hardly any noise is left.
@@ -35,7 +36,8 @@ vec4 calm_surface(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     return vec4(bowl.x, bowl.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
-// The same for a robust plane through the known samples that lie on the pixel's own surface.
+// The same for a robust plane through the known samples that lie on the pixel's own surface. Where this ends, x is 0: the
+// plane would bend outlines.
 vec4 robust_surface(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     float d[25];
     float m[25];
@@ -49,7 +51,7 @@ vec4 robust_surface(sampler2D picture, ivec2 pixel, vec2 here, int stride) {
     vec3 plane = refine_plane(d, m, best_corner(d, m, variance), variance, fit);
     plane = refine_plane(d, m, plane, variance, fit);
     bool holds = stride > 0 && fit.x < PLANE_FIT && fit.y > FOOTING && abs(plane.x) < GATE * here.y;
-    return vec4(plane.x, plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
+    return vec4(fit.y > AMID ? plane.x : 0.0, plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
 // The same for pixels where neither fits at this stride: tries both with samples closer and closer. w is 0 if none fits

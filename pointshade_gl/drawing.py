@@ -84,6 +84,7 @@ class Drawing:
         """lighting: for meshes that are lit as they are drawn"""
         empty(surfaces.shared_target)
         surfaces.window = 0, 0, *surfaces.size
+        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh) and thing.has_doubts for thing in shown)
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
@@ -95,7 +96,7 @@ class Drawing:
         lighting, surfaces = lamps.seen_from(shot.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, shot.eye.camera, lighting, materials
         with canvas.opened(surfaces.window) as image:
-            self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear)
+            self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear, surfaces.has_doubts)
 
 
 def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoints | None:

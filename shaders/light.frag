@@ -15,6 +15,9 @@
 #ifndef ALONE
 #define ALONE 0      // 1: a single light, without SHADOWS
 #endif
+#ifndef CERTAINTY
+#define CERTAINTY 0  // 1: some normals are uncertain: those of pixels are shorter, points have a map
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
@@ -22,8 +25,10 @@
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
 #include "common/texels.glsl"
+#include "common/toksvig.glsl"
 
-uniform sampler2D surface_map;  // unit normal, depth (0: nothing); normal 0: already lit
+uniform sampler2D surface_map;  // normal, depth (0: nothing); normal 0: already lit
+uniform sampler2D certainty_map;
 uniform sampler2D albedo_map;   // linear for pixels; for points a picture: sRGB, of any size
 uniform vec4 intrinsics;
 uniform vec3 eye;    // in the axes of the surfaces, like the lights
@@ -53,15 +58,22 @@ void main() {
     vec4 own = material;
     if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(albedo.a * 65535.0 + 0.5) - 1), 0);
 
+    vec3 normal = surface.xyz;
+    if (CERTAINTY == 1) {
+        vec2 size = vec2(textureSize(surface_map, 0));
+        float certainty = POINTS == 1 ? certainty_at(certainty_map, pixel, size) : length(normal);
+        own = widened(own, min(certainty, 1.0));
+        if (POINTS == 0 && certainty > 0.0) normal /= certainty;
+    }
     vec3 lit;
     if (SHADOWS == 1) {
         lit = light_surface_shadowed(
-            point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count, shadow_map, views, to_world
+            point, eye, normal, albedo.rgb, own, ambient, lights, light_count, shadow_map, views, to_world
         );
     } else if (ALONE == 1) {
-        lit = light_surface_alone(point, eye, surface.xyz, albedo.rgb, own, ambient, only_light);
+        lit = light_surface_alone(point, eye, normal, albedo.rgb, own, ambient, only_light);
     } else {
-        lit = light_surface(point, eye, surface.xyz, albedo.rgb, own, ambient, lights, light_count);
+        lit = light_surface(point, eye, normal, albedo.rgb, own, ambient, lights, light_count);
     }
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
     color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(lit), 1.0);

@@ -5,6 +5,9 @@
 #ifndef AT_TARGET
 #define AT_TARGET 0  // 1: normals that were found in the view, on the depth that merged_depth.frag makes
 #endif
+#ifndef CERTAINTY
+#define CERTAINTY 0  // 1: some normals are uncertain, and those on which frames disagree are, too
+#endif
 // The sums of part.frag over all frames -> what the light pass reads, as resolve_surfaces.frag does of one frame.
 #include "common/parts.glsl"
 #include "keys.glsl"
@@ -24,7 +27,8 @@ void main() {
     vec4 geometry = texel_at(geometry_map, pixel), colors = texel_at(albedo_map, pixel);
     if (colors.w == 0.0) discard;
     float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
-    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny
+    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : geometry.xyz / colors.w;
+    if (CERTAINTY == 0 && normal != vec3(0.0)) normal = normalize(normal);  // not the sum: weights may be tiny
     if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);

@@ -5,17 +5,22 @@
 #ifndef SHADING
 #define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
+#ifndef CERTAINTY
+#define CERTAINTY 0  // 1: some normals are uncertain
+#endif
 // What each pixel of the view shows -> what the light pass reads. SHADING 3 (phong): normal and albedo, interpolated.
 // 0 to 2 (as in resolve_picture.frag): the light itself, with normal 0, which means: already lit.
 #include "common/color.glsl"
+#include "common/toksvig.glsl"
 #include "seen.glsl"
 
 uniform sampler2D color_map;  // none and phong: sRGB, of any size; flat and gouraud: the points' linear light
+uniform sampler2D certainty_map;
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
 uniform float material_number;
 
-layout(location = 0) out vec4 surface;  // unit normal, depth, both in target axes
+layout(location = 0) out vec4 surface;  // normal as long as it is certain, depth, both in target axes
 layout(location = 1) out vec4 albedo;   // linear; number of the material
 
 void main() {
@@ -29,6 +34,7 @@ void main() {
     if (SHADING == 3) {
         vec4 weight = seen_weights(seen, source);
         normal = mat3(view) * mix_normal(seen, weight);
+        if (CERTAINTY == 1) normal *= certainty_at(certainty_map, seen.at, size);
         linear = srgb_to_linear(picture_at(color_map, color_position(seen, weight), size));
     }
     surface = vec4(normal, scale / seen.inverse_depth);

@@ -83,6 +83,31 @@ def test_auto_agrees_with_the_mirror(renderer, scene, stress, told):
     assert_agree(normals, np.where(mirror.any(-1, keepdims=True), mirror, np.nan))
 
 
+@pytest.mark.parametrize("stress", ["1 mm noise", "kinect noise", "disparity steps", "kinect noise, 1 mm steps, holes"])
+def test_points_lie_on_the_surfaces_that_were_fitted(renderer, scene, stress):
+    """They are drawn where the mirror says, closer to the truth than averaged depth, and no edge is rounded."""
+    frame, truth = frame_of(STRESSES[stress](scene[0])), scene[0]
+    drawn = renderer.render_depth(frame)
+    mirror = surface_by_noise(frame.depth, INTRINSICS)[..., 3]
+    known = (frame.depth > 0) & (drawn > 0)
+    assert (np.abs(drawn - mirror) < 1e-4 * mirror)[known].mean() > 0.999
+    assert np.median(np.abs(drawn - truth)[known]) < 0.22 * np.median(np.abs(frame.depth - truth)[known])
+    assert (np.abs(drawn - truth) > 0.05)[known].mean() <= (np.abs(frame.depth - truth) > 0.05)[known].mean()
+
+
+def test_noise_that_neighbours_share_opens_few_holes_in_a_turned_view(renderer):
+    near = ps.Camera(525, 525, 159.5, 119.5, 320, 240)
+    wall = plane((0.3, -0.1, -1), (0, 0, 2.4), frames.checks)
+    depth = trace([wall, sphere((0.1, 0.1, 1.8), 0.25, frames.checks)], near).depth
+    noise = np.random.default_rng(1).normal(0, 1, depth.shape)
+    for axis in (0, 1):
+        noise = (np.roll(noise, 1, axis) + 2 * noise + np.roll(noise, -1, axis)) / np.sqrt(6)
+    both = (ps.Frame(None, z.astype(np.float32), near) for z in (depth + 0.004 * depth**2 * noise, depth))
+    pose = ps.orbit_pose(None, (0, 0, 2.2), 15)
+    seen, there = (renderer.render(frame, pose=pose)[..., 3] > 0 for frame in both)
+    assert (there & ~seen).mean() < 0.03  # .056 with averaged depth
+
+
 @pytest.mark.parametrize(
     ("stress", "method"),
     [("clean", "star"), ("40 % holes", "star"), ("1 mm noise", "adaptive"), ("1/5 mm steps", "adaptive")],

@@ -42,6 +42,11 @@ class ShownGrid(NamedTuple):
     light: PointLight | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
 
+    @property
+    def has_doubts(self) -> bool:
+        """Some of its normals are uncertain, and matter."""
+        return self.shading == "phong" and self.points.surface.certainty is not None
+
 
 class GridObjects(Owner):
     """Draws the triangles of point objects into views and into shadow maps, both sides of each.
@@ -81,6 +86,8 @@ class GridObjects(Owner):
             inputs |= {"color_map": shown.textures.color, "source_size": grid.surface.size}
             is_flat = shading == "flat"
             inputs |= lights | {"material": shown.material} if is_flat else {"is_lit": shading == "phong"}
+        if shown.has_doubts:
+            inputs["certainty_map"], shading = grid.surface.certainty, "phong_doubtful"
         variant = "flat_shadowed" if shading == "flat" and "shadow_map" in lights else shading
         self._draw(variant, surfaces.shared_target, grid, eye, inputs)
 
@@ -118,6 +125,7 @@ PROGRAMS: dict[str, tuple[str, str, dict[str, int]]] = {
     "flat_shadowed": ("grid_flat.vert", "grid_flat.frag", {"SHADOWS": 1}),
     "gouraud": ("grid_gouraud.vert", "grid_gouraud.frag", {}),
     "phong": ("grid.vert", "grid.frag", {}),
+    "phong_doubtful": ("grid.vert", "grid.frag", {"CERTAINTY": 1}),
     "shadow": ("grid.vert", "grid_shadow.frag", {}),
 }
 

@@ -11,6 +11,7 @@ from ..camera import Camera
 from .lamps import Lighting
 from .passes import FullscreenPass, data_texture
 
+KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -32,6 +33,8 @@ class LightPass:
         materials: np.ndarray,
         points: tuple[np.ndarray, float] | None = None,
         linear: bool = False,
+        has_doubts: bool = False,
+        certainty: moderngl.Texture | None = None,
     ) -> None:
         """surface (unit normal, depth) and albedo, both seen by the camera -> the image, within its scissor.
 
@@ -39,6 +42,8 @@ class LightPass:
         points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
                    whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
         linear     pixels stay linear, too
+        has_doubts  the normals of pixels are as long as they are certain
+        certainty   of the normals of points, see shaders/common/toksvig.glsl
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
         inputs = self.inputs(lighting, True)
@@ -49,7 +54,11 @@ class LightPass:
             inputs["material"] = tuple(materials[0].tolist())
         if points is not None:
             inputs["scale"] = scale
-        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, "only_light" in inputs
+        if certainty is not None:
+            inputs["certainty_map"] = certainty
+        doubtful = has_doubts or certainty is not None
+        alone = "only_light" in inputs
+        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
         self._pass(*kind).draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
@@ -80,9 +89,9 @@ class LightPass:
         return table
 
     def _pass(self, *key: bool) -> FullscreenPass:
+        """key: of points, shadows, several materials, linear, a single light, uncertain normals"""
         if key not in self._passes:
-            names = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE"
-            constants = dict(zip(names, map(int, key), strict=True))
+            constants = dict(zip(KINDS, map(int, key), strict=True))
             self._passes[key] = FullscreenPass(self._context, "light.frag", **constants)
         return self._passes[key]
 

@@ -43,7 +43,10 @@ class MergePass:
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            doubtful = shading == "phong" and looking.certainty is not None
+            inputs |= {"certainty_map": looking.certainty} if doubtful else {}
+            constants = {"SHADING": SHADINGS.index(shading), "CERTAINTY": int(doubtful)}
+            part_pass = self._pass("part.frag", looking.look_up, **constants)
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
@@ -57,12 +60,14 @@ class MergePass:
         number: int,
         depth: tuple[float, float],
         normals: moderngl.Texture | None,
+        has_doubts: bool,
     ) -> None:
         """The sums -> surfaces among others.
 
-        number   of the material
-        depth    (near, scale)
-        normals  that were found in the view; None takes those of the frames
+        number      of the material
+        depth       (near, scale)
+        normals     that were found in the view; None takes those of the frames
+        has_doubts  some normals of the frames are uncertain
         """
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
         maps |= {} if normals is None else {"target_map": normals}
@@ -70,7 +75,7 @@ class MergePass:
         inputs |= {"material_number": number / 65535}
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
-            merged = self._pass("merged.frag", look_up, AT_TARGET=int(normals is not None))
+            merged = self._pass("merged.frag", look_up, AT_TARGET=int(normals is not None), CERTAINTY=int(has_doubts))
             merged.draw(surfaces.shared_target, maps, **inputs)
         confine(surfaces.shared_target, None)
 

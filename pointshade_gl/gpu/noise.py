@@ -11,7 +11,7 @@ from ..noise import Noise
 from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
-from .textures import DepthTextures
+from .textures import DepthTextures, PointSurface
 
 
 class NoisePass(Owner):
@@ -23,6 +23,7 @@ class NoisePass(Owner):
             self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
             self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
         self._average: dict[tuple[bool, bool], FullscreenPass] = {}  # made when a frame turns out to be noisy
+        self._certainty: FullscreenPass | None = None  # for the first one whose neighbours share noise
         self._images: Images | None = None
 
     def measure(self, frame: DepthTextures, focal: float) -> Noise:
@@ -60,6 +61,22 @@ class NoisePass(Owner):
         finally:
             told_map.release()
         return images.calm
+
+    def find_certainty(self, surface: PointSurface, noise: Noise, focal: float) -> moderngl.Texture | None:
+        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if neighbours
+        share no noise: then the fits leave too little to matter.
+
+        focal = mean focal length, pixels
+        """
+        if noise.grid is None or not noise.grid[..., 2].any() or self._images is None:
+            return None
+        self._certainty = self._certainty or self._keep(FullscreenPass(self._context, "certainty.frag"))
+        target, images = surface.certainty_target, self._images
+        textures = {"surface_map": surface.texture, "grid": images.grid}
+        self._certainty.draw(target, textures, first=images.first, powers=noise.powers, cells=target.size, focal=focal)
+        (texture,) = target.color_attachments
+        assert isinstance(texture, moderngl.Texture)
+        return texture
 
     def _grid(self, frame: DepthTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
         self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)

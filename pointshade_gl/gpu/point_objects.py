@@ -58,6 +58,11 @@ class ShownPoints(NamedTuple):
     light: PointLight | None  # of the points themselves, for flat and gouraud shading
     shading: str
 
+    @property
+    def has_doubts(self) -> bool:
+        """Some of its normals are uncertain, and matter."""
+        return self.shading == "phong" and self.points.surface.certainty is not None
+
 
 class PointSet(NamedTuple):
     """The points of several frames of one thing."""
@@ -80,6 +85,11 @@ class ShownSet(NamedTuple):
     importances: np.ndarray  # (n,) of the frames in this view
     shading: str
     estimator: Estimator | None  # of normals in the view; None takes those of the frames
+
+    @property
+    def has_doubts(self) -> bool:
+        """Some normals of its frames are uncertain, and matter."""
+        return self.estimator is None and any(view.has_doubts for view in self.views)
 
     def report(self) -> SetReport:
         """What was found out about the frames. Reads back how far their points are trusted."""
@@ -112,8 +122,9 @@ class PointObjects:
         rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
 
     def can_light(self, points: Points) -> bool:
-        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices."""
-        return not self._rasterizer(points).look_up
+        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices, and
+        no splat heeds uncertain normals."""
+        return not self._rasterizer(points).look_up and points.surface.certainty is None
 
     def draw_lit_splats(
         self, target: Target, points: Points, textures: FrameTextures, eye: Eye, lights: dict[str, Any]
@@ -142,7 +153,7 @@ class PointObjects:
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """What the splats left -> the surfaces that the light pass reads, for phong."""
-        surfaces.window = splats.window
+        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
         self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), shown.shading, 1)
         surfaces.raise_version()
 
@@ -169,7 +180,7 @@ class PointObjects:
         if shown.estimator:
             self._target_normals = self._target_normals or TargetNormals(self._context)
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
-        inputs = look_up, number, (eye.near, points.scale), normals
+        inputs = look_up, number, (eye.near, points.scale), normals, shown.has_doubts
         self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
@@ -218,7 +229,8 @@ class PointObjects:
         colors = shown.textures.color if shown.light is None else shown.light.texture
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
         near = eye.near / points.scale
-        return Looking(points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near)
+        where = points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near
+        return Looking(*where, points.surface.certainty)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

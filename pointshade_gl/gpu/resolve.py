@@ -28,6 +28,7 @@ class Looking(NamedTuple):
     view: np.ndarray  # (4, 4) source axes to target axes
     look_up: bool  # the splats left the nearest 1/z (compute), not source ids (points)
     near: float  # source units: the splats' depth is 1 - near/z
+    certainty: moderngl.Texture | None = None  # of the frame's normals
 
     def way(self) -> dict[str, Any]:
         """The uniforms of the warp."""
@@ -88,11 +89,15 @@ class ResolvePass:
         uniforms: dict[str, Any],
         **constants: int,
     ) -> None:
-        key = fragment, shading, looking.look_up, *constants.values()
+        doubtful = shading == "phong" and looking.certainty is not None
+        key = fragment, shading, looking.look_up, doubtful, *constants.values()
         if key not in self._passes:
             constants |= {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
+            constants |= {"CERTAINTY": 1} if doubtful else {}
             self._passes[key] = FullscreenPass(self._context, fragment, 430 if looking.look_up else 330, **constants)
         textures = {"surface_map": looking.surface, "color_map": looking.colors}
+        if doubtful and looking.certainty:
+            textures["certainty_map"] = looking.certainty
         if looking.look_up:
             looking.splats.nearest.bind_to_storage_buffer(0)
             uniforms["target_size"] = looking.splats.size

@@ -49,6 +49,7 @@ class SurfacePass:
         Returns what ran, and for "auto" and "adaptive" why.
         """
         frame.surface.raise_version()
+        frame.surface.certainty = None
         if method in ("auto", "adaptive"):
             return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
         source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
@@ -75,6 +76,7 @@ class SurfacePass:
     def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
         """The caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
         frame.surface.raise_version()
+        frame.surface.certainty = None
         scratch = self._fit(frame)
         scratch.image.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
         maps = {"normal_map": scratch.image, "depth_map": frame.depth}
@@ -112,6 +114,8 @@ class SurfacePass:
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
+        if told is None:
+            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, focal)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

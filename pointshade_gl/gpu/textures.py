@@ -14,6 +14,7 @@ from .memory import Owner, check_memory
 from .steps import Versioned
 
 Box = tuple[int, int, int, int]  # left, top, width, height
+CELL = 8  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 
@@ -139,8 +140,11 @@ class PointSurface(Images):
 
     Depth is negative at rims, see shaders/common/rim_marks.glsl: these pixels are drawn otherwise.
 
-    window  the part with points: the passes write no other
+    window     the part with points: the passes write no other
+    certainty  of the normals, see shaders/common/toksvig.glsl: a smaller picture; None where nobody doubts them
     """
+
+    certainty: moderngl.Texture | None = None
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
@@ -154,6 +158,14 @@ class PointSurface(Images):
         """With a depth buffer, for estimators that answer in several draws."""
         depth = self._allocate(self._context.depth_renderbuffer, self.size)
         return self._framebuffer(self.texture, depth=depth)
+
+    @cached_property
+    def certainty_target(self) -> moderngl.Framebuffer:
+        """For `certainty` (R16)."""
+        texture = self._texture(1, "nu2", (-(-self.size[0] // CELL), -(-self.size[1] // CELL)))
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return self._framebuffer(texture)
 
     @cached_property
     def triangles(self) -> TriangleImage:
@@ -234,9 +246,14 @@ class SplatImage(Images):
 class SurfaceImage(Images):
     """The surfaces that a view shows, for the light pass."""
 
+    has_doubts = False
+
     @cached_property
     def surface(self) -> moderngl.Texture:
-        """RGBA32F: unit normal and depth, target axes; depth 0 is nothing, a normal of 0 is lit already."""
+        """RGBA32F: normal and depth, target axes; depth 0 is nothing, a normal of 0 is lit already.
+
+        Normals are as long as they are certain if `has_doubts`, else of length 1.
+        """
         return self._texture(4, "f4")
 
     @cached_property

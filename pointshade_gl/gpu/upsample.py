@@ -52,6 +52,7 @@ class UpsamplePass(Owner):
         large.confine(_enlarged(small.window, small.size, large.size))
         maps = {"guide_map": images.guide, "calm_map": images.calm}
         self._vote.draw(large.target, source | colors | maps, large_size=large.size)
+        large.certainty = small.certainty
         large.raise_version()
 
     def _fit(self, size: tuple[int, int]) -> SampleImages:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 f32 = np.float32
-GATE, OUTLIER, CENTRE_FIRST = f32(5.0), f32(9.0), f32(0.8)
+GATE, OUTLIER, BEND, CENTRE_FIRST = f32(5.0), f32(9.0), f32(10.0), f32(0.8)
 ZERO, HALF, ONE, FOUR, LEAST = f32(0), f32(0.5), f32(1), f32(4), f32(1e-6)
 
 
@@ -25,8 +25,8 @@ def solve_plane(s, su, sv, suu, suv, svv, sd, sud, svd):
     return mean_d - slope_u * mean_u - slope_v * mean_v, slope_u, slope_v
 
 
-def bowl_slope(d):
-    """Return (slope u, slope v, remaining squares) of the quadratic surface through all 25 samples."""
+def fit_bowl(d, variance):
+    """Return (value, slope u, slope v, remaining squares) of a quadratic surface through all samples; see the GLSL."""
     total, squares, u, v, uu, vv, uv = (np.zeros_like(d[0]) for _ in range(7))
     for k in range(25):
         x, y = k % 5 - 2, k // 5 - 2
@@ -39,7 +39,9 @@ def bowl_slope(d):
         uv += d[k] * f32(x * y)
     rest = squares - total * total / f32(25) - (u * u + v * v) / f32(50)
     rest = rest - (uu * uu + vv * vv) / f32(70) - uv * uv / f32(100)
-    return u / f32(50), v / f32(50), rest
+    bend, noise = uu * uu + vv * vv, f32(70) * BEND * variance
+    certain = bend * bend / np.maximum(bend * bend + noise * noise, f32(1e-30))
+    return total / f32(25) - certain * (uu + vv) / f32(35), u / f32(50), v / f32(50), rest
 
 
 def corner_plane(d, m, u, v):

@@ -47,7 +47,8 @@ def surface_by_noise(
     noise = measure_noise(depth_map, focal)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:
-        return _with_depth(estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3], depth_map)
+        normals = estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3]
+        return np.concatenate([normals, np.where(normals.any(-1), depth_map, F(0))[..., None]], -1)
     first = noise_grid(*depth_map.shape[::-1])[1]
     known = depth_map > 0
     z = np.where(known, depth_map, F(1))
@@ -64,8 +65,4 @@ def surface_by_noise(
         step = flying_step(depth_map, pixel, z, relative, focal)
         flies = known & (step != 0)
         calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
-    return _with_depth(estimate_adaptive(calm, pixel, intrinsics), calm[..., 0])
-
-
-def _with_depth(normals: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    return np.concatenate([normals, np.where(normals.any(-1), depth, F(0))[..., None]], -1)
+    return estimate_adaptive(calm, pixel, intrinsics)

@@ -2,6 +2,7 @@
 
 const float GATE = 5.0;          // standard deviations from which on a sample has no weight
 const float OUTLIER = 9.0;       // variances that an outlier costs a candidate
+const float BEND = 10.0;         // variances from which a bend counts as more than noise, which has 2 of them
 const float CENTRE_FIRST = 0.8;  // factor on the cost of the centre candidate, which prefers no side
 
 // Plane (value at the pixel, slope per sample in u and v) by least squares, from sums of weights and products.
@@ -15,9 +16,9 @@ vec3 solve_plane(float s, float su, float sv, float suu, float suv, float svv, f
     return vec3(mean_d - slope_u * mean_u - slope_v * mean_v, slope_u, slope_v);
 }
 
-// Slope in the centre (xy) of the quadratic surface through all 25 samples, which is also that of the plane, and
-// the squares that remain (z).
-vec3 bowl_slope(float d[25]) {
+// Quadratic surface through all 25 samples: value (x) and slope (yz) in the centre, and the squares that remain (w). The
+// slope is also that of the plane. The value becomes the plane's where the bend may well be noise: that is calmer.
+vec4 fit_bowl(float d[25], float variance) {
     float sum = 0.0, squares = 0.0, u = 0.0, v = 0.0, uu = 0.0, vv = 0.0, uv = 0.0;
     for (int k = 0; k < 25; ++k) {
         int x = k % 5 - 2, y = k / 5 - 2;
@@ -30,7 +31,9 @@ vec3 bowl_slope(float d[25]) {
         uv += d[k] * float(x * y);
     }
     float rest = squares - sum * sum / 25.0 - (u * u + v * v) / 50.0 - (uu * uu + vv * vv) / 70.0 - uv * uv / 100.0;
-    return vec3(u / 50.0, v / 50.0, rest);
+    float bend = uu * uu + vv * vv, noise = 70.0 * BEND * variance;
+    float certain = bend * bend / max(bend * bend + noise * noise, 1e-30);
+    return vec4(sum / 25.0 - certain * (uu + vv) / 35.0, u / 50.0, v / 50.0, rest);
 }
 
 // Plane through 3x3 of the samples. Their middle is at u and v = -1, 0 or 1; the plane's value is that at the pixel.

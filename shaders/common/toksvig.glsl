@@ -1,0 +1,21 @@
+// Highlights of surfaces whose normals are uncertain: the mean of many possible highlights is wider and dimmer
+// (Toksvig, "Mipmapping Normal Maps", 2005). The certainty of a normal is the length that the mean of all normals has
+// that it may be: 1 if there is no doubt.
+
+// Of a tilt with this variance, radians squared along each axis.
+float normal_certainty(float variance) {
+    return 1.0 / (1.0 + variance);
+}
+
+// The certainty at a position in a frame of this size.
+float certainty_at(sampler2D certainty_map, vec2 at, vec2 size) {
+    return textureLod(certainty_map, (at + 0.5) / size, 0.0).r;
+}
+
+// material = (ambient, diffuse, specular, shininess) as phong.glsl takes it. The mirrored ray turns twice as far as the
+// normal: so its variance is 4 times as large, and Toksvig's factor on the shininess is that of 4 times the exponent.
+vec4 widened(vec4 material, float certainty) {
+    float share = certainty / (certainty + 4.0 * material.w * (1.0 - certainty));
+    float dimmed = (1.0 + share * material.w) / (1.0 + material.w);
+    return vec4(material.xy, dimmed * material.z, share * material.w);
+}

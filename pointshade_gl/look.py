@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .checks import LARGEST, as_array, check_choice, check_float, check_number, check_type, shown
+from .checks import LARGEST, as_array, check_choice, check_flag, check_float, check_number, check_type, shown
 from .estimators import check_method, check_normals, parse_max_depth_step
 from .noise import check_noise, check_sensor, parse_noise
 from .wording import option
@@ -66,6 +66,8 @@ class Look:
     flying    pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" puts
               them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in noisy
               depth; clean depth does not change.
+    unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
+              colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -81,6 +83,7 @@ class Look:
     upsample: str = "vote"
     normals_at: str = "source"
     flying: str = "keep"
+    unlight: bool = False
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -89,6 +92,7 @@ class Look:
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
+        check_flag(self.unlight, option("unlight"))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

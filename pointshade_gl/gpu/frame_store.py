@@ -11,9 +11,10 @@ from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, parse_noise
+from .albedo import AlbedoPass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
-from .textures import FrameTextures, LargePoints, PointLight, PointSurface
+from .textures import AlbedoImage, Colors, FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
 
@@ -23,6 +24,7 @@ class DrawnPoints(NamedTuple):
     surface: PointSurface
     lit: PointLight
     camera: Camera
+    colors: Colors
 
 
 class FrameStore:
@@ -35,6 +37,7 @@ class FrameStore:
         self._context, self._steps = context, steps
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
+        self._albedo: AlbedoPass | None = None  # made for the first frame whose light is to be taken out
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -81,12 +84,32 @@ class FrameStore:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""
         self.find_normals(textures, frame, look)
         if camera == frame.camera:
-            return DrawnPoints(textures.surface, textures.lit, camera)
+            colors = self._find_colors(textures, textures.surface, frame, look, camera)
+            return DrawnPoints(textures.surface, textures.lit, camera, colors)
         large = self._fit_large(textures, (camera.width, camera.height))
         self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
-        return DrawnPoints(large.surface, large.lit, camera)
+        colors = self._find_colors(textures, large.surface, frame, look, camera)
+        return DrawnPoints(large.surface, large.lit, camera, colors)
+
+    def _find_colors(
+        self, textures: FrameTextures, surface: PointSurface, frame: Frame, look: Look, camera: Camera
+    ) -> Colors:
+        """The picture, or what is left of it without its light. surface: as large as it is drawn, with its camera."""
+        textures.light = None
+        if not look.unlight or frame.color is None:
+            return Colors(textures.color, textures)
+        self._albedo = self._albedo or AlbedoPass(self._context)
+        light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
+        textures.light = light
+        if not light.tells:
+            return Colors(textures.color, textures)
+        if textures.albedo is None:
+            textures.albedo = AlbedoImage(self._context, textures.color.size)
+        inputs = textures, surface, camera, light
+        self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
+        return Colors(textures.albedo.texture, textures.albedo)
 
     def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
         if textures.large is None or textures.large.size != size:
@@ -98,7 +121,7 @@ class FrameStore:
         return textures.large
 
     def release(self) -> None:
-        for item in (*self._kept, self._upsample, self._surface):
+        for item in (*self._kept, self._albedo, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

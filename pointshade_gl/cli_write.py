@@ -49,7 +49,18 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
     """Writes the depth that a view shows, as `save_depth` does."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "camera", "pose", "normals", "size", "splat", "max_depth_step", "noise", "upsample", "flying", "temporal"
+        names = (
+            "camera",
+            "pose",
+            "normals",
+            "size",
+            "splat",
+            "max_depth_step",
+            "noise",
+            "upsample",
+            "flying",
+            "temporal",
+        )
         depth = renderer.render_depth(frame, **_chosen(arguments, *names))
         if not depth.any():
             note("nothing is in view, the depth is empty")

@@ -51,7 +51,7 @@ class Drawing:
         inputs |= {"material": shot.materials[0].strengths}
         inputs |= {"eye": tuple(view_matrix(shot.eye.pose, thing.points.pose)[:3, 3].tolist())}
         draw = partial(points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
-        self._steps.run("lit splats", draw, target, thing.points, thing.textures, shot.eye)
+        self._steps.run("lit splats", draw, target, thing.points, thing.colors, shot.eye)
         return counts["lit splats"] > before
 
     def _draw_single(self, target: Target, canvas: Canvas, thing: ShownPoints, shot: Shot, lamps: Lamps) -> None:

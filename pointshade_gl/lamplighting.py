@@ -80,7 +80,7 @@ class Lamplighting:
         viewer = view_matrix(eye.pose, points.pose)[:3, 3]
         empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
         self._light.draw(
-            light.target, points.surface.texture, thing.textures.color, points.source, lamps.seen_from(points.pose),
+            light.target, points.surface.texture, thing.colors.texture, points.source, lamps.seen_from(points.pose),
             np.array([material.strengths]), (viewer, points.scale), certainty=points.surface.certainty,
         )  # fmt: skip
         light.raise_version()

@@ -77,6 +77,8 @@ class Look:
               begins anew where the size or the camera's intrinsics change, and where the same frame is estimated
               again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 56 bytes a pixel on the
               GPU, of several streams 32 for each more.
+    unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
+              colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
 
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
@@ -93,6 +95,7 @@ class Look:
     normals_at: str = "source"
     flying: str = "keep"
     temporal: bool = False
+    unlight: bool = False
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -102,6 +105,7 @@ class Look:
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
         object.__setattr__(self, "temporal", check_flag(self.temporal, option("temporal")))
+        object.__setattr__(self, "unlight", check_flag(self.unlight, option("unlight")))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

@@ -137,18 +137,18 @@ class Things:
 
     def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
         """Points as the triangles between them."""
-        surface, lit, source = drawn
+        surface, lit, source, colors = drawn
         look = p.content.look
         grid = Grid(surface, source, *p.rigid_axes, depth_step(look))
         self._objects.find_triangles(grid)
         light = lit if look.shading == "gouraud" else None
         material = look.material.strengths if look.shading == "flat" else None
-        return ShownGrid(grid, textures, look.shading, light, material)
+        return ShownGrid(grid, textures, colors, look.shading, light, material)
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], shot: Shot) -> ShownSet:
         """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
         self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
-        consensus = self._consensus.find([view.textures for view in views])
+        consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         weights = importances(p.content.frames, p.seen_from(shot.eye.pose), consensus.wrong)
@@ -163,6 +163,8 @@ class Things:
 
 def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
     return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
+
+
 def _places(shot: Shot) -> dict[Placed, int]:
     """The number of each frame among all of the scene, also those out of view: by it a stream is known again."""
     objects = (p for p in shot.scene.things if isinstance(p.content, PointObject))
@@ -175,8 +177,9 @@ def _coarser_step(p: Placed, shot: Shot) -> int:
 
 
 def _as_splats(p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int) -> ShownPoints:
-    look, (surface, lit, source) = p.content.look, drawn
+    look, (surface, lit, source, colors) = p.content.look, drawn
     sizes = check_sizes(look.size, p.content.frame.depth.shape)
     sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
     points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
-    return ShownPoints(points, textures, lit if look.shading in LIT_EARLY else None, look.shading)
+    light = lit if look.shading in LIT_EARLY else None
+    return ShownPoints(points, textures, colors, light, look.shading)

@@ -19,7 +19,7 @@ from .memory import Owner
 from .passes import FullscreenPass
 from .set_notes import Told
 from .steps import Steps
-from .textures import FrameTextures, Images, PointSurface, TrustImage, empty
+from .textures import Colors, FrameTextures, Images, PointSurface, TrustImage, empty
 
 STRIDE = 8  # pixels, as in compare.frag
 
@@ -46,21 +46,22 @@ class ConsensusPass(Owner):
             self._support = self._keep(FullscreenPass(context, "support.frag"))
             self._stages = [self._keep(FullscreenPass(context, "trust.frag", STAGE=stage)) for stage in range(3)]
 
-    def find(self, members: Sequence[FrameTextures]) -> Consensus:
-        """The consensus of frames whose normals are estimated. Their textures get their trust.
+    def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors]) -> Consensus:
+        """The consensus of frames whose normals are estimated, and their colours. Their textures get their trust.
 
         A frame that contradicts the others has no say: its points close holes. A note names it.
         """
         for member in members:
             member.trust = member.trust or TrustImage(self._context, member.size)
         made = [image for member in members for image in (member.surface, member.trust)]
-        return self._steps.run("consensus", self._find, tuple(members), made, of=members[0])
+        return self._steps.run("consensus", self._find, tuple(members), tuple(colors), made, of=members[0])
 
-    def _find(self, members: Sequence[FrameTextures], _: list[Images]) -> Consensus:
+    def _find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], _: list[Images]) -> Consensus:
         inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
+        seen = [(*one, color) for one, color in zip(inputs, colors, strict=True)]
         others = nearest_others(frames)
         comparisons = {
-            (i, j): self._steps.run("agreement", self._compare_two, *inputs[i], *inputs[j], of=(members[i], members[j]))
+            (i, j): self._steps.run("agreement", self._compare_two, *seen[i], *seen[j], of=(members[i], members[j]))
             for i, known in enumerate(others)
             for j in known
         }
@@ -87,11 +88,17 @@ class ConsensusPass(Owner):
         return None
 
     def _compare_two(
-        self, one: FrameTextures, surface: PointSurface, other: FrameTextures, other_surface: PointSurface
+        self,
+        one: FrameTextures,
+        surface: PointSurface,
+        colors: Colors,
+        other: FrameTextures,
+        other_surface: PointSurface,
+        other_colors: Colors,
     ) -> Comparison:
         size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
-        maps = {"surface_map": surface.texture, "color_map": one.color}
-        maps |= {"other_map": other_surface.texture, "other_color_map": other.color}
+        maps = {"surface_map": surface.texture, "color_map": colors.texture}
+        maps |= {"other_map": other_surface.texture, "other_color_map": other_colors.texture}
         image = Samples(self._context, size)
         try:
             empty(image.target)

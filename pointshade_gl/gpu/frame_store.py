@@ -13,11 +13,12 @@ from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
+from .albedo import AlbedoPass
 from .fill import FillPass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
 from .temporal import History, Stream, TemporalPass
-from .textures import DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
+from .textures import AlbedoImage, Colors, DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
 
@@ -27,6 +28,7 @@ class DrawnPoints(NamedTuple):
     surface: PointSurface
     lit: PointLight
     camera: Camera
+    colors: Colors
 
 
 class FrameStore:
@@ -40,7 +42,8 @@ class FrameStore:
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._fill: FillPass | None = None  # and for the first whose gaps are filled
-        self._temporal: TemporalPass | None = None  # made for the first stream that is filtered over time
+        self._albedo: AlbedoPass | None = None  # and for the first whose light is to be taken out
+        self._temporal: TemporalPass | None = None  # and for the first stream that is filtered over time
         self._histories: dict[int, History] = {}
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
@@ -102,12 +105,32 @@ class FrameStore:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""
         self.find_normals(textures, frame, look, place)
         if camera == frame.camera:
-            return DrawnPoints(textures.surface, textures.lit, camera)
+            colors = self._find_colors(textures, textures.surface, frame, look, camera)
+            return DrawnPoints(textures.surface, textures.lit, camera, colors)
         large = self._fit(textures, "large", (camera.width, camera.height))
         self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
-        return DrawnPoints(large.surface, large.lit, camera)
+        colors = self._find_colors(textures, large.surface, frame, look, camera)
+        return DrawnPoints(large.surface, large.lit, camera, colors)
+
+    def _find_colors(
+        self, textures: FrameTextures, surface: PointSurface, frame: Frame, look: Look, camera: Camera
+    ) -> Colors:
+        """The picture, or what is left of it without its light. surface: as large as it is drawn, with its camera."""
+        textures.light = None
+        if not look.unlight or frame.color is None:
+            return Colors(textures.color, textures)
+        self._albedo = self._albedo or AlbedoPass(self._context)
+        light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
+        textures.light = light
+        if not light.tells:
+            return Colors(textures.color, textures)
+        if textures.albedo is None:
+            textures.albedo = AlbedoImage(self._context, textures.color.size)
+        inputs = textures, surface, camera, light
+        self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
+        return Colors(textures.albedo.texture, textures.albedo)
 
     def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
         """The points of `find_points`, and more in their gaps."""
@@ -115,7 +138,7 @@ class FrameStore:
         self._fill = self._fill or FillPass(self._context)
         inputs = points.surface, textures.color, points.camera, frame.is_sparse
         self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
-        return DrawnPoints(filled.surface, filled.lit, points.camera)
+        return points._replace(surface=filled.surface, lit=filled.lit)
 
     def _fit(self, textures: FrameTextures, name: Literal["large", "filled"], size: tuple[int, int]) -> LargePoints:
         points: LargePoints | None = getattr(textures, name)
@@ -140,7 +163,8 @@ class FrameStore:
         return Stream(self._temporal, self._histories[place], frame)
 
     def release(self) -> None:
-        for item in (*self._kept, *self._histories.values(), self._temporal, self._fill, self._upsample, self._surface):
+        rare = self._albedo, self._temporal, self._fill, self._upsample
+        for item in (*self._kept, *self._histories.values(), *rare, self._surface):
             if item is not None:
                 item.release()
 

@@ -17,7 +17,7 @@ from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST
 from .shadows import Tile
 from .state import enabled
-from .textures import FrameTextures, PointLight, PointSurface, SurfaceImage, confine
+from .textures import Colors, FrameTextures, PointLight, PointSurface, SurfaceImage, confine
 
 TOGETHER = 1 << 16  # squares that one call draws
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
@@ -38,6 +38,7 @@ class ShownGrid(NamedTuple):
 
     points: Grid
     textures: FrameTextures
+    colors: Colors
     shading: str
     light: PointLight | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
@@ -83,7 +84,7 @@ class GridObjects(Owner):
             assert shown.light is not None
             inputs["light_map"] = shown.light.texture
         else:
-            inputs |= {"color_map": shown.textures.color, "source_size": grid.surface.size}
+            inputs |= {"color_map": shown.colors.texture, "source_size": grid.surface.size}
             is_flat = shading == "flat"
             inputs |= lights | {"material": shown.material} if is_flat else {"is_lit": shading == "phong"}
         if shown.has_doubts:

@@ -28,6 +28,7 @@ from .surface import Estimator
 from .target_normals import TargetNormals
 from .textures import (
     Box,
+    Colors,
     FrameTextures,
     PointLight,
     PointSurface,
@@ -55,6 +56,7 @@ class ShownPoints(NamedTuple):
 
     points: Points
     textures: FrameTextures
+    colors: Colors
     light: PointLight | None  # of the points themselves, for flat and gouraud shading
     shading: str
 
@@ -126,13 +128,11 @@ class PointObjects:
         no splat heeds uncertain normals."""
         return not self._rasterizer(points).look_up and points.surface.certainty is None
 
-    def draw_lit_splats(
-        self, target: Target, points: Points, textures: FrameTextures, eye: Eye, lights: dict[str, Any]
-    ) -> None:
+    def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
         """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
         self._lit = self._lit or LitSplatPass(self._context)
         view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat)
-        inputs = lights | {"color_map": textures.color}
+        inputs = lights | {"color_map": colors.texture}
         self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
         target.raise_version()
 
@@ -226,7 +226,7 @@ class PointObjects:
 
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
         points = shown.points
-        colors = shown.textures.color if shown.light is None else shown.light.texture
+        colors = shown.colors.texture if shown.light is None else shown.light.texture
         view, look_up = carried(points, eye), self._rasterizer(points).look_up
         near = eye.near / points.scale
         where = points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
 
 from ..frame import Frame
+from ..light_fit import FoundLight
 from ..noise import Choice, Noise
 from .memory import Owner, check_memory
 from .steps import Versioned
@@ -71,6 +72,8 @@ class FrameTextures(DepthTextures):
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.filled: LargePoints | None = None
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
+        self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
+        self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -89,17 +92,12 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        made = [self.trust] if self.trust else []
-        return [
-            self,
-            self.surface,
-            self.lit,
-            *made,
-            *(image for made in (self.large, self.filled) if made for image in made.images),
-        ]
+        made = [image for image in (self.trust, self.albedo) if image]
+        points = [image for made in (self.large, self.filled) if made for image in made.images]
+        return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
-        for made in (self.large, self.filled, self.trust):
+        for made in (self.large, self.filled, self.trust, self.albedo):
             if made:
                 made.release()
         super().release()
@@ -117,6 +115,29 @@ class LargePoints(Images):
     @property
     def images(self) -> list[Images]:
         return [self.surface, self.lit]
+
+
+class AlbedoImage(Images):
+    """What takes the place of a frame's picture: its colours without their light (RGBA16, sRGB)."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(4, "nu2")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) uint16, read-only"""
+        return _read(self._context, self.texture, np.uint16)
+
+
+class Colors(NamedTuple):
+    """The picture that colours a frame's points, and the image that it is part of, whose version it has."""
+
+    texture: moderngl.Texture
+    image: Images
 
 
 class TrustImage(Images):

@@ -69,6 +69,9 @@ class Look:
     unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
               colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
 
+    remove_highlights  True takes the highlights that the light in the picture makes out of its colours. Where the
+              picture does not tell them from white paint, they stay.
+
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
     """
@@ -84,6 +87,7 @@ class Look:
     normals_at: str = "source"
     flying: str = "keep"
     unlight: bool = False
+    remove_highlights: bool = False
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -93,6 +97,7 @@ class Look:
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
         check_flag(self.unlight, option("unlight"))
+        check_flag(self.remove_highlights, option("remove_highlights"))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

@@ -9,9 +9,11 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
+from ..light_fit import FoundLight
 from ..look import Look
 from ..noise import Choice, parse_noise
 from .albedo import AlbedoPass
+from .matte import MattePass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
 from .textures import AlbedoImage, Colors, FrameTextures, LargePoints, PointLight, PointSurface
@@ -38,6 +40,7 @@ class FrameStore:
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._albedo: AlbedoPass | None = None  # made for the first frame whose light is to be taken out
+        self._matte: MattePass | None = None  # made for the first frame whose highlights are
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -97,19 +100,37 @@ class FrameStore:
         self, textures: FrameTextures, surface: PointSurface, frame: Frame, look: Look, camera: Camera
     ) -> Colors:
         """The picture, or what is left of it without its light. surface: as large as it is drawn, with its camera."""
-        textures.light = None
-        if not look.unlight or frame.color is None:
-            return Colors(textures.color, textures)
+        textures.light = textures.highlights = None
+        colors = Colors(textures.color, textures)
+        if not (look.unlight or look.remove_highlights) or frame.color is None:
+            return colors
         self._albedo = self._albedo or AlbedoPass(self._context)
         light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
         textures.light = light
-        if not light.tells:
-            return Colors(textures.color, textures)
+        if look.remove_highlights:
+            colors = self._find_matte(self._albedo, textures, surface, camera, light)
+        if not look.unlight or not light.tells:
+            return colors
         if textures.albedo is None:
             textures.albedo = AlbedoImage(self._context, textures.color.size)
-        inputs = textures, surface, camera, light
+        inputs = colors, surface, camera, light
         self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
         return Colors(textures.albedo.texture, textures.albedo)
+
+    def _find_matte(
+        self, albedo: AlbedoPass, textures: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
+    ) -> Colors:
+        """The picture without its highlights, as far as it tells them."""
+        self._matte = self._matte or MattePass(self._context)
+        inputs = albedo, textures, surface, camera, light
+        found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
+        textures.highlights = found
+        if not found.tells:
+            return Colors(textures.color, textures)
+        if textures.matte is None:
+            textures.matte = AlbedoImage(self._context, textures.color.size)
+        self._steps.run("matte", self._matte.run, textures, surface, camera, found, textures.matte, of=textures)
+        return Colors(textures.matte.texture, textures.matte)
 
     def _fit_large(self, textures: FrameTextures, size: tuple[int, int]) -> LargePoints:
         if textures.large is None or textures.large.size != size:
@@ -121,7 +142,7 @@ class FrameStore:
         return textures.large
 
     def release(self) -> None:
-        for item in (*self._kept, self._albedo, self._upsample, self._surface):
+        for item in (*self._kept, self._matte, self._albedo, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..frame import Frame
+from ..highlight_fit import FoundHighlights
 from ..light_fit import FoundLight
 from ..noise import Choice
 from .memory import Owner, check_memory
@@ -68,6 +69,8 @@ class FrameTextures(DepthTextures):
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
         self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
+        self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
+        self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -86,11 +89,11 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        made = [image for image in (self.trust, self.albedo) if image]
+        made = [image for image in (self.trust, self.matte, self.albedo) if image]
         return [self, self.surface, self.lit, *made, *(self.large.images if self.large else ())]
 
     def release(self) -> None:
-        for made in (self.large, self.trust, self.albedo):
+        for made in (self.large, self.trust, self.matte, self.albedo):
             if made:
                 made.release()
         super().release()

@@ -1,7 +1,7 @@
 """The highlights of a picture: where its geometry says that they are, how sharp and how strong.
 
-One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The place
-of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best strength is
+One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
+place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best strength is
 a weighted median. Colours alone cannot tell a highlight from white paint.
 """
 
@@ -30,6 +30,7 @@ MOST_LEFT = 0.94  # share of the differences that is left without the highlights
 SURE = 35.0  # with which they may leave more
 STANDS_OUT = 2.0  # times the evidence of any spot of the texture
 SHADED = 0.8  # share of its highlight below which a sample shows that it has none
+THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
 LEAST = 0.02  # difference that a highlight of strength 1 makes in a pair that says something
 SAME_SURFACE = 0.02  # of the depth, off the neighbour's tangent plane
 BEND = 0.9  # cosine between neighbours of one surface
@@ -97,6 +98,7 @@ class Samples:
     """A small copy of a frame.
 
     n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
+    n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
     piece                (h, w) number of the smooth piece of surface, -1 where none
     partners             (m, 16) other samples of the same piece, -1 where there is none
     """
@@ -112,6 +114,7 @@ class Samples:
         self.color = colors.reshape(-1, 4)[self.at, :3]
         eye = -ray / np.linalg.norm(ray, axis=-1, keepdims=True)
         self.r = 2 * (self.n * eye).sum(-1, keepdims=True) * self.n - eye
+        self.n_p, self.r_p, self.far = ((a * self.points).sum(-1) for a in (self.n, self.r, self.points))
         self.middle = np.median(self.points, 0) if len(self.at) else np.zeros(3, np.float32)
         self.partners = self._partners(known)
         self.calm = self._calm()
@@ -141,8 +144,8 @@ class Samples:
 
     def toward(self, guess: Guess) -> Array:
         """(4,) l and q, see FoundHighlights."""
-        q = guess.nearness / max(float(self.middle[2]), 1e-6)
-        return np.append(guess.direction + q * self.middle, q).astype(np.float32)
+        q = np.float32(guess.nearness / max(float(self.middle[2]), 1e-6))
+        return np.append(guess.direction + q * self.middle, q)
 
 
 def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> FoundHighlights:
@@ -330,10 +333,11 @@ def smoothed(surfaces: Array, piece: Indices) -> Array:
 
 def lit(s: Samples, guess: Guess, ambient: float) -> Lit:
     l_q = s.toward(guess)
-    to = l_q[:3] - l_q[3] * s.points if l_q[3] else l_q[None, :3]
-    to = to / np.sqrt((to * to).sum(-1, keepdims=True))
-    facing = (s.n * to).sum(-1)
-    glint = np.where(facing > 0, np.maximum((s.r * to).sum(-1), 1e-6), 1e-6)
+    to, q = l_q[:3], l_q[3]
+    shorter = 1 / np.sqrt(np.maximum(to @ to - 2 * q * (s.points @ to) + q * q * s.far, 1e-12))  # length of l - q p
+    facing = (s.n @ to - q * s.n_p) * shorter
+    glint = np.maximum((s.r @ to - q * s.r_p) * shorter, 1e-6)
+    glint[facing <= 0] = 1e-6
     return Lit(ambient + np.maximum(facing, 0), np.log(glint))
 
 
@@ -357,7 +361,7 @@ def weigh(pairs: Pairs, factor: float = 1.0) -> Evidence:
     if len(pairs.weight) < 30:
         return Evidence(0.0, 0.0, 0.0)
     strength = weighted_median(pairs.ratio.ravel(), np.repeat(pairs.weight, 3))
-    gains = pairs.weight * (abs(pairs.ratio) - abs(pairs.ratio - strength)).mean(-1)
+    gains = pairs.weight * ((abs(pairs.ratio) - abs(pairs.ratio - strength)) @ THIRDS)
     gain = float(gains.sum())
     return Evidence(strength, gain * factor, gain / max(float(np.sqrt((gains * gains).sum())), 1e-12))
 

@@ -80,6 +80,9 @@ class Look:
     unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
               colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
 
+    remove_highlights  True takes the highlights that the light in the picture makes out of its colours. Where the
+              picture does not tell them from white paint, they stay.
+
     Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
     checked by `for_frame`, which knows their shape.
     """
@@ -96,6 +99,7 @@ class Look:
     flying: str = "keep"
     temporal: bool = False
     unlight: bool = False
+    remove_highlights: bool = False
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
@@ -104,8 +108,8 @@ class Look:
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
-        object.__setattr__(self, "temporal", check_flag(self.temporal, option("temporal")))
-        object.__setattr__(self, "unlight", check_flag(self.unlight, option("unlight")))
+        for name in ("temporal", "unlight", "remove_highlights"):
+            object.__setattr__(self, name, check_flag(getattr(self, name), option(name)))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):

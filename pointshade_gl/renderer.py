@@ -118,6 +118,7 @@ class Renderer:
         flying: str = "keep",
         temporal: bool = False,
         unlight: bool = False,
+        remove_highlights: bool = False,
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
@@ -152,6 +153,8 @@ class Renderer:
         temporal True filters noisy depth and its normals over time, for the frames of a stream: less flicker where
                  neither has changed, see `Look`
         unlight  True divides the light in the picture out of its colours, as far as the picture tells it, see `Look`
+        remove_highlights  True takes the highlights in the picture out of its colours, as far as it tells them, see
+                 `Look`
         samples  how many pictures are averaged, each seen from another place within the pixels (and from other places
                  of lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture,
                  seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
@@ -172,8 +175,8 @@ class Renderer:
             self.draw(
                 frame, light, material, camera, pose, normals, shading, size,
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
-                flying=flying, temporal=temporal, unlight=unlight, yaw=yaw, pitch=pitch, dolly=dolly, samples=samples,
-                background=background, ground=ground,
+                flying=flying, temporal=temporal, unlight=unlight, remove_highlights=remove_highlights, yaw=yaw,
+                pitch=pitch, dolly=dolly, samples=samples, background=background, ground=ground,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -199,6 +202,7 @@ class Renderer:
         flying: str = "keep",
         temporal: bool = False,
         unlight: bool = False,
+        remove_highlights: bool = False,
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
@@ -212,7 +216,7 @@ class Renderer:
         material = Material() if material is None else material
         frame = loaded(frame)
         geometry = normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
-        options = material, *geometry, temporal, unlight
+        options = material, *geometry, temporal, unlight, remove_highlights
         scene = self._scenes.of(frame, options)
         lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
         if finish.ground is True:

@@ -9,7 +9,7 @@ from ..camera import Camera
 from ..light_fit import FoundLight, fit_light
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
-from .textures import AlbedoImage, FrameTextures, PointSurface
+from .textures import AlbedoImage, Colors, FrameTextures, PointSurface
 
 SAMPLES = 160  # that the light is fitted to, across the longer side of a frame
 
@@ -25,21 +25,26 @@ class AlbedoPass(Owner):
 
     def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
         """The light in a frame's picture, from the normals of its surface."""
+        return fit_light(*self.sample(frame, surface)[:2])
+
+    def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:
+        """Colours and surfaces of a small copy, see `SmallCopy.read`, and the pixels between its samples."""
         stride = max(max(surface.size) / SAMPLES, 1.0)
         width, height = (max(int(side / stride), 1) for side in surface.size)
         copy = SmallCopy(self._context, width, height)
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
             self._sample.draw(copy.target, maps, stride=stride)
-            return fit_light(*copy.read())
+            colors, surfaces = copy.read()
+            return colors, surfaces, stride
         finally:
             copy.release()
 
     def run(
-        self, frame: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight, albedo: AlbedoImage
+        self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: AlbedoImage
     ) -> None:
         """Paints the albedo. camera: the frame's own, at the size of the surface."""
-        maps = {"color_map": frame.color, "surface_map": surface.texture}
+        maps = {"color_map": colors.texture, "surface_map": surface.texture}
         values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
         self._paint.draw(albedo.target, maps, **values)
         albedo.raise_version()

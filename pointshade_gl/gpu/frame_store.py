@@ -11,10 +11,12 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
+from ..light_fit import FoundLight
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
 from .albedo import AlbedoPass
 from .fill import FillPass
+from .matte import MattePass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
 from .temporal import History, Stream, TemporalPass
@@ -43,6 +45,7 @@ class FrameStore:
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._fill: FillPass | None = None  # and for the first whose gaps are filled
         self._albedo: AlbedoPass | None = None  # and for the first whose light is to be taken out
+        self._matte: MattePass | None = None  # and for the first whose highlights are
         self._temporal: TemporalPass | None = None  # and for the first stream that is filtered over time
         self._histories: dict[int, History] = {}
         self._kept: list[FrameTextures] = []
@@ -118,19 +121,37 @@ class FrameStore:
         self, textures: FrameTextures, surface: PointSurface, frame: Frame, look: Look, camera: Camera
     ) -> Colors:
         """The picture, or what is left of it without its light. surface: as large as it is drawn, with its camera."""
-        textures.light = None
-        if not look.unlight or frame.color is None:
-            return Colors(textures.color, textures)
+        textures.light = textures.highlights = None
+        colors = Colors(textures.color, textures)
+        if not (look.unlight or look.remove_highlights) or frame.color is None:
+            return colors
         self._albedo = self._albedo or AlbedoPass(self._context)
         light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
         textures.light = light
-        if not light.tells:
-            return Colors(textures.color, textures)
+        if look.remove_highlights:
+            colors = self._find_matte(self._albedo, textures, surface, camera, light)
+        if not look.unlight or not light.tells:
+            return colors
         if textures.albedo is None:
             textures.albedo = AlbedoImage(self._context, textures.color.size)
-        inputs = textures, surface, camera, light
+        inputs = colors, surface, camera, light
         self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
         return Colors(textures.albedo.texture, textures.albedo)
+
+    def _find_matte(
+        self, albedo: AlbedoPass, textures: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
+    ) -> Colors:
+        """The picture without its highlights, as far as it tells them."""
+        self._matte = self._matte or MattePass(self._context)
+        inputs = albedo, textures, surface, camera, light
+        found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
+        textures.highlights = found
+        if not found.tells:
+            return Colors(textures.color, textures)
+        if textures.matte is None:
+            textures.matte = AlbedoImage(self._context, textures.color.size)
+        self._steps.run("matte", self._matte.run, textures, surface, camera, found, textures.matte, of=textures)
+        return Colors(textures.matte.texture, textures.matte)
 
     def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
         """The points of `find_points`, and more in their gaps."""
@@ -163,7 +184,7 @@ class FrameStore:
         return Stream(self._temporal, self._histories[place], frame)
 
     def release(self) -> None:
-        rare = self._albedo, self._temporal, self._fill, self._upsample
+        rare = self._matte, self._albedo, self._temporal, self._fill, self._upsample
         for item in (*self._kept, *self._histories.values(), *rare, self._surface):
             if item is not None:
                 item.release()

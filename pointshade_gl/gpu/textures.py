@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..frame import Frame
+from ..highlight_fit import FoundHighlights
 from ..light_fit import FoundLight
 from ..noise import Choice, Noise
 from .memory import Owner, check_memory
@@ -74,6 +75,8 @@ class FrameTextures(DepthTextures):
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
         self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
+        self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
+        self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -92,12 +95,12 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        made = [image for image in (self.trust, self.albedo) if image]
+        made = [image for image in (self.trust, self.matte, self.albedo) if image]
         points = [image for made in (self.large, self.filled) if made for image in made.images]
         return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
-        for made in (self.large, self.filled, self.trust, self.albedo):
+        for made in (self.large, self.filled, self.trust, self.matte, self.albedo):
             if made:
                 made.release()
         super().release()

@@ -1,0 +1,388 @@
+"""The highlights of a picture: where its geometry says that they are, how sharp and how strong.
+
+One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
+place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best strength is
+a weighted median. Colours alone cannot tell a highlight from white paint.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .light_fit import FoundLight
+
+Array = NDArray[np.float32]
+Indices = NDArray[np.int64]
+NEIGHBOURS = (1, 0), (0, 1), (3, 0), (0, 3), (6, 2), (2, -6), (10, 6), (6, -10)  # samples between those of a pair
+SEARCHED = 20.0  # degrees that the light may be off
+EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 6.0, 160.0
+NEAR = 0.7  # depth of the scene over the distance of a near light
+STRIDE = 6.0  # degrees between the directions of the search
+FEW_PAIRS, EVERY = 2_500, 1 << 40
+WEAKEST = 0.03  # strength, linear light, that is worth while
+WHITE = 0.4  # weakest channel of a highlight over its strongest
+MOST_LEFT = 0.94  # share of the differences that is left without the highlights
+SURE = 35.0  # with which they may leave more
+STANDS_OUT = 2.0  # times the evidence of any spot of the texture
+SHADED = 0.8  # share of its highlight below which a sample shows that it has none
+THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
+LEAST = 0.02  # difference that a highlight of strength 1 makes in a pair that says something
+SAME_SURFACE = 0.02  # of the depth, off the neighbour's tangent plane
+BEND = 0.9  # cosine between neighbours of one surface
+
+
+@dataclass(frozen=True, eq=False)
+class FoundHighlights:
+    """The highlights in a picture.
+
+    light      (4,) l and q: the light comes to a point p from l - q p, normalized, camera axes
+    exponent   n, how sharp they are
+    strengths  (h, w, 2) float32: what they add to linear light where they are brightest, and depth, of blocks of pixels
+    tells      whether there are highlights that can be taken out
+    why        what keeps it from telling
+    """
+
+    light: tuple[float, float, float, float]
+    exponent: float
+    strengths: Array
+    tells: bool
+    why: str = ""
+
+
+class Guess(NamedTuple):
+    """A light: unit direction from the middle of the scene, depth of the scene over its distance, and exponent."""
+
+    direction: Array
+    nearness: float
+    exponent: float
+
+
+class Lit(NamedTuple):
+    """Samples in a light, (m,) each: their light over that of the direction, and the log of r . l."""
+
+    shading: Array
+    glint: Array
+
+
+class Pairs(NamedTuple):
+    """Pairs of samples, of which a highlight brightens one.
+
+    one     (n,) the first sample
+    ratio   (n, 3) difference of their albedo over that of the highlight
+    weight  (n,) difference of the highlight, linear light
+    """
+
+    one: Indices
+    ratio: Array
+    weight: Array
+
+
+class Evidence(NamedTuple):
+    """What pairs say: the strength that explains most, how much it explains, and how surely."""
+
+    strength: float
+    gain: float
+    sureness: float
+
+    @property
+    def value(self) -> float:
+        return self.gain * self.sureness * (1 if self.strength > 0 else -1)
+
+
+class Samples:
+    """A small copy of a frame.
+
+    n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
+    n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
+    piece                (h, w) number of the smooth piece of surface, -1 where none
+    partners             (m, 16) other samples of the same piece, -1 where there is none
+    """
+
+    def __init__(self, colors: Array, surfaces: Array, rays: Array):
+        self.piece = smooth_pieces(surfaces, rays)
+        surfaces = smoothed(surfaces, self.piece)
+        known = (colors[..., 3] > 0) & (self.piece >= 0)
+        self.shape = known.shape
+        self.at = np.random.default_rng(0).permutation(np.flatnonzero(known))  # so that the first few stand for all
+        surface, ray = surfaces.reshape(-1, 4)[self.at], rays.reshape(-1, 3)[self.at]
+        self.n, self.points = surface[:, :3], ray * surface[:, 3:]
+        self.color = colors.reshape(-1, 4)[self.at, :3]
+        eye = -ray / np.linalg.norm(ray, axis=-1, keepdims=True)
+        self.r = 2 * (self.n * eye).sum(-1, keepdims=True) * self.n - eye
+        self.n_p, self.r_p, self.far = ((a * self.points).sum(-1) for a in (self.n, self.r, self.points))
+        self.middle = np.median(self.points, 0) if len(self.at) else np.zeros(3, np.float32)
+        self.partners = self._partners(known)
+        self.calm = self._calm()
+
+    def _partners(self, known: NDArray[np.bool_]) -> Indices:
+        height, width = self.shape
+        number = np.full(known.size, -1)
+        number[self.at] = np.arange(len(self.at))
+        v, u = np.divmod(self.at, width)
+        found = []
+        for du, dv in [*NEIGHBOURS, *((-du, -dv) for du, dv in NEIGHBOURS)]:
+            inside = (v + dv >= 0) & (v + dv < height) & (u + du >= 0) & (u + du < width)
+            other = np.where(inside, self.at + dv * width + du, self.at)
+            same = inside & (self.piece.ravel()[other] == self.piece.ravel()[self.at])
+            found.append(np.where(same, number[other], -1))
+        return np.stack(found, -1)
+
+    def _calm(self) -> Array:
+        """How little the texture of each piece varies: its pairs count that much."""
+        other = np.where(self.partners >= 0, self.partners, np.arange(len(self.at))[:, None])[:, ::2]
+        change = abs(self.color.mean(-1)[:, None] - self.color.mean(-1)[other]).max(-1)
+        piece = self.piece.ravel()[self.at]
+        calm = np.zeros(len(self.at), np.float32)
+        for number in np.unique(piece):
+            calm[piece == number] = 0.02 / (np.median(change[piece == number]) + 0.005)
+        return calm
+
+    def toward(self, guess: Guess) -> Array:
+        """(4,) l and q, see FoundHighlights."""
+        q = np.float32(guess.nearness / max(float(self.middle[2]), 1e-6))
+        return np.append(guess.direction + q * self.middle, q)
+
+
+def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> FoundHighlights:
+    """The highlights of a picture.
+
+    colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
+    surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth
+    rays      (h, w, 3) from the camera through the samples, z = 1
+    light     the direction from which they roughly come
+    """
+    samples = Samples(colors, surfaces, rays)
+    if not light.tells or len(samples.at) < 300:
+        return _none(light.why or "too few pixels")
+    found = _search(samples, light)
+    if found is None:
+        return _none("nothing in it looks like one")
+    pairs = pairs_of(samples, lit(samples, found, light.ambient), found.exponent, EVERY)[0]
+    strength = weigh(pairs).strength
+    if why := _doubt(pairs, strength, found.exponent):
+        return _none(why)
+    if not _stands_out(samples, found, strength, light.ambient):
+        return _none("its texture has spots like highlights")
+    strengths = _strengths(samples, found, pairs, strength, light.ambient)
+    if not strengths.any():
+        return _none("what looks like one is texture")
+    strengths = np.stack([strengths, surfaces[..., 3]], -1)
+    x, y, z, q = samples.toward(found).tolist()
+    return FoundHighlights((x, y, z, q), found.exponent, strengths, True)
+
+
+def _none(why: str) -> FoundHighlights:
+    return FoundHighlights((0.0, 0.0, -1.0, 0.0), 1.0, np.zeros((1, 1, 2), np.float32), False, why)
+
+
+def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
+    """Why what was found is no highlight."""
+    if strength < WEAKEST:
+        return "it has none that could be seen"
+    if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
+        return "what looks like one is too wide or too sharp"
+    colors = [weighted_median(pairs.ratio[:, k], pairs.weight) for k in range(3)]
+    if min(colors) < WHITE * max(colors):
+        return "what looks like one is coloured"
+    left = pairs.weight @ abs(pairs.ratio - strength).mean(-1)
+    if left > MOST_LEFT * (pairs.weight @ abs(pairs.ratio).mean(-1)) and weigh(pairs).sureness < SURE:
+        return "what looks like one is texture"
+    return ""
+
+
+def _search(s: Samples, light: FoundLight) -> Guess | None:
+    """The light and exponent that explain most, near the direction that is known."""
+    middle = np.array(light.direction, np.float32)
+    found: list[tuple[float, Guess]] = []
+    for nearness in (0.0, NEAR):
+        for direction in directions_around(middle, SEARCHED, STRIDE):
+            guess = Guess(direction, nearness, 1.0)
+            lighted = lit(s, guess, light.ambient)
+            for exponent in EXPONENTS:
+                value = weigh(*pairs_of(s, lighted, exponent, FEW_PAIRS)).value
+                found.append((value, guess._replace(exponent=exponent)))
+    found.sort(key=lambda x: -x[0])
+    if found[0][0] <= 0:
+        return None
+    starts: list[Guess] = []
+    for _, guess in found:
+        if all(guess.direction @ g.direction < 0.985 or guess.exponent != g.exponent for g in starts):
+            starts.append(guess)
+    best = max((_refined(s, start, light.ambient, 4_000, 45, 1.0) for start in starts[:3]), key=lambda x: x[0])[1]
+    return _refined(s, best, light.ambient, 10_000, 60, 0.4)[1]
+
+
+def _refined(s: Samples, start: Guess, ambient: float, pairs: int, looks: int, size: float) -> tuple[float, Guess]:
+    """Nelder and Mead 1965, on direction, nearness and the log of the exponent."""
+    across = np.cross(start.direction, np.eye(3)[np.argmin(abs(start.direction))])
+    across /= np.linalg.norm(across)
+    up = np.cross(start.direction, across)
+
+    def guess(p: NDArray[np.float64]) -> Guess:
+        direction = start.direction + p[0] * across + p[1] * up
+        direction = (direction / np.linalg.norm(direction)).astype(np.float32)
+        return Guess(direction, max(float(p[2]), 0.0), float(np.clip(np.exp(p[3]), WIDEST, SHARPEST)))
+
+    def cost(p: NDArray[np.float64]) -> float:
+        g = guess(p)
+        return -weigh(*pairs_of(s, lit(s, g, ambient), g.exponent, pairs)).value
+
+    first = np.array([0, 0, start.nearness, np.log(start.exponent)])
+    corners = [first, *(first + size * step for step in np.diag([0.05, 0.05, 0.25, 0.4]))]
+    simplex = sorted(((cost(p), p) for p in corners), key=lambda x: x[0])
+    for _ in range(looks):
+        middle, (worst, last) = np.mean([p for _, p in simplex[:-1]], 0), simplex[-1]
+        for reach in (1.0, 2.0) if (value := cost(2 * middle - last)) < simplex[0][0] else (1.0,):
+            p = middle + reach * (middle - last)
+            value = cost(p) if reach != 1.0 else value
+            if value < worst:
+                worst, simplex[-1] = value, (value, p)
+        if worst >= simplex[-2][0]:
+            p = middle + 0.5 * (simplex[-1][1] - middle)
+            value = cost(p)
+            if value < worst:
+                simplex[-1] = value, p
+            else:
+                best = simplex[0][1]
+                simplex[1:] = [(cost(p), p) for p in ((p + best) / 2 for _, p in simplex[1:])]
+        simplex.sort(key=lambda x: x[0])
+    return -simplex[0][0], guess(simplex[0][1])
+
+
+def _stands_out(s: Samples, found: Guess, strength: float, ambient: float) -> bool:
+    """Whether no other light explains half as much of what is left without the highlights: texture has no spots."""
+    lighted = lit(s, found, ambient)
+    value = weigh(*pairs_of(s, lighted, found.exponent, FEW_PAIRS)).value
+    highlight = strength * np.exp(found.exponent * lighted.glint)
+    rest = copy(s)
+    rest.color = np.maximum(s.color - highlight[:, None], 0.1 * s.color)
+    for direction in _control_directions():
+        other = lighted._replace(glint=lit(rest, Guess(direction, 0.0, 1.0), ambient).glint)
+        for exponent in EXPONENTS:
+            if STANDS_OUT * abs(weigh(*pairs_of(rest, other, exponent, FEW_PAIRS)).value) > value:
+                return False
+    return True
+
+
+def _control_directions() -> Array:
+    """50 unit directions, most of them from the side of the camera."""
+    k = np.arange(50) + 0.5
+    turn, z = k * np.pi * (1 + 5**0.5), 0.2 - 1.2 * k / 50
+    ring = np.sqrt(1 - z * z)
+    return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], -1).astype(np.float32)
+
+
+def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient: float) -> Array:
+    """(h, w) strength: none on pieces that have no such highlight, and around samples too dark to have it."""
+    piece = s.piece.ravel()
+    of_pair = piece[s.at[pairs.one]]
+    shiny = [number for number in np.unique(of_pair) if _is_shiny(pairs, of_pair == number, strength)]
+    highlight = strength * np.exp(found.exponent * lit(s, found, ambient).glint)
+    missing = np.zeros(piece.size, bool)
+    missing[s.at] = s.color.min(-1) < SHADED * highlight
+    missing = missing.reshape(s.piece.shape)
+    for axis in (0, 1):
+        missing |= np.roll(missing, 1, axis) | np.roll(missing, -1, axis)
+    return np.where(np.isin(s.piece, shiny) & ~missing, np.float32(strength), np.float32(0))
+
+
+def _is_shiny(pairs: Pairs, chosen: NDArray[np.bool_], strength: float) -> bool:
+    """Whether these pairs alone say about the same."""
+    own = weigh(Pairs(*(values[chosen] for values in pairs)))
+    return own.sureness > 3 and 0.4 * strength < own.strength < 2.5 * strength
+
+
+def smooth_pieces(surfaces: Array, rays: Array) -> Indices:
+    """(h, w): which smooth piece of surface each sample belongs to; -1 where there is none."""
+    height, width = surfaces.shape[:2]
+    points, normals, depth = rays * surfaces[..., 3:], surfaces[..., :3], surfaces[..., 3]
+    number = np.arange(height * width).reshape(height, width)
+    ones, others = [], []
+    for one, other in (((slice(None), slice(-1)), (slice(None), slice(1, None))), ((slice(-1),), (slice(1, None),))):
+        step = points[other] - points[one]
+        off = np.maximum(abs((step * normals[one]).sum(-1)), abs((step * normals[other]).sum(-1)))
+        nearer = np.minimum(depth[one], depth[other])
+        joined = ((normals[one] * normals[other]).sum(-1) > BEND) & (off < SAME_SURFACE * nearer)
+        ones.append(number[one][joined])
+        others.append(number[other][joined])
+    a, b, label = np.concatenate(ones), np.concatenate(others), number.ravel()
+    while (label[a] != label[b]).any():
+        least = np.minimum(label[a], label[b])
+        label = label.copy()
+        np.minimum.at(label, label[a], least)
+        np.minimum.at(label, label[b], least)
+        label = label[label]
+    return np.where(depth > 0, label.reshape(height, width), -1)
+
+
+def smoothed(surfaces: Array, piece: Indices) -> Array:
+    """With the mean normals of a sample and its eight neighbours on the same piece, nearer ones counting more."""
+    result = surfaces.copy()
+    for axis in (0, 1):
+        total = 2 * result[..., :3]
+        for k in (-1, 1):
+            total += np.roll(result[..., :3], k, axis) * (np.roll(piece, k, axis) == piece)[..., None]
+        result[..., :3] = total / np.maximum(np.linalg.norm(total, axis=-1, keepdims=True), 1e-9)
+    return result
+
+
+def lit(s: Samples, guess: Guess, ambient: float) -> Lit:
+    l_q = s.toward(guess)
+    to, q = l_q[:3], l_q[3]
+    shorter = 1 / np.sqrt(np.maximum(to @ to - 2 * q * (s.points @ to) + q * q * s.far, 1e-12))  # length of l - q p
+    facing = (s.n @ to - q * s.n_p) * shorter
+    glint = np.maximum((s.r @ to - q * s.r_p) * shorter, 1e-6)
+    glint[facing <= 0] = 1e-6
+    return Lit(ambient + np.maximum(facing, 0), np.log(glint))
+
+
+def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs, float]:
+    """Pairs near the highlights, about as many as wanted, and how many times as many there are."""
+    near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
+    few = near[: most // s.partners.shape[1]]
+    a, b = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel()
+    a, b = a[b >= 0], b[b >= 0]
+    one, other = light.shading[a], light.shading[b]
+    change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
+    weight = abs(change) * np.minimum(one, other)
+    says = np.flatnonzero(weight > LEAST)
+    a, b = a[says], b[says]
+    albedo = s.color[a] / one[says, None] - s.color[b] / other[says, None]
+    return Pairs(a, albedo / change[says, None], weight[says] * s.calm[a]), len(near) / max(len(few), 1)
+
+
+def weigh(pairs: Pairs, factor: float = 1.0) -> Evidence:
+    """The strength that leaves the least differences. factor: how many pairs each stands for."""
+    if len(pairs.weight) < 30:
+        return Evidence(0.0, 0.0, 0.0)
+    strength = weighted_median(pairs.ratio.ravel(), np.repeat(pairs.weight, 3))
+    gains = pairs.weight * ((abs(pairs.ratio) - abs(pairs.ratio - strength)) @ THIRDS)
+    gain = float(gains.sum())
+    return Evidence(strength, gain * factor, gain / max(float(np.sqrt((gains * gains).sum())), 1e-12))
+
+
+def weighted_median(values: Array, weights: Array) -> float:
+    order = np.argsort(values)
+    total = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(total, total[-1] / 2)]])
+
+
+def directions_around(middle: Array, degrees: float, step: float) -> list[Array]:
+    """Unit directions on a triangular grid."""
+    across = np.cross(middle, np.eye(3)[np.argmin(abs(middle))])
+    across /= np.linalg.norm(across)
+    up = np.cross(middle, across)
+    count = int(degrees / step) + 1
+    found = []
+    for i in range(-count, count + 1):
+        for j in range(-count, count + 1):
+            x, y = (i + 0.5 * (j % 2)) * step, j * step * 0.75**0.5
+            if np.hypot(x, y) <= degrees:
+                direction = middle + np.radians(x) * across + np.radians(y) * up
+                found.append((direction / np.linalg.norm(direction)).astype(np.float32))
+    return found

@@ -32,6 +32,8 @@ class Frame(Preview):
     camera  Camera of the depth picture
     pose    (4, 4) camera-to-world; None is the identity
 
+    Arrays are copied, unless they own their memory, are read-only, and are of the kind that is kept.
+
     Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
     """
 
@@ -178,7 +180,7 @@ def _check_color(color: Any) -> NDArray[np.uint8]:
     if array.dtype != np.uint8:
         hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
         raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
-    array = np.array(array, order="C")
+    array = array if _is_frozen(array) else np.array(array, order="C")
     array.flags.writeable = False
     return array
 
@@ -200,10 +202,17 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
             f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
         )
     with np.errstate(over="ignore", invalid="ignore"):
-        result = array.astype(np.float32, order="C")  # always a copy: callers may change their own
+        result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
         # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
-        result[~((result > 0) & (result < np.inf))] = 0
+        if not (result.min() > 0 and result.max() < np.inf):  # most pictures that miss nothing are told by this alone
+            result = result if result.flags.writeable else result.copy()
+            result[~((result > 0) & (result < np.inf))] = 0
     return result
+
+
+def _is_frozen(array: NDArray[Any]) -> bool:
+    """Whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
+    return array.base is None and not array.flags.writeable and array.flags.c_contiguous
 
 
 def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:

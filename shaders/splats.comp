@@ -51,7 +51,8 @@ void put_rims_on_list(ivec2 block) {
     atomicMax(rim_groups.x, min((end + 31u) / 32u, uint(most_groups)));
     for (; rims_here != 0u; rims_here &= rims_here - 1u) {
         int bit = findLSB(rims_here);
-        rims[--end] = uint((block.y + (bit >> 2)) * textureSize(surface_map, 0).x + block.x + (bit & 3));
+        uint rim = uint((block.y + (bit >> 2)) * textureSize(surface_map, 0).x + block.x + (bit & 3));
+        if (--end < uint(rims.length())) rims[end] = rim;
     }
 }
 

@@ -91,21 +91,32 @@ class ComputeSplatPass(Owner):
         bind_textures(program, inputs)
         set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)
         image.nearest.bind_to_storage_buffer(0)
-        groups = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
-        self._large.write(np.array([*groups, *[0] * 5], np.int32))
-        self._large.bind_to_storage_buffer(1)
-        rims = self._empty_rims(points.size[0] * points.size[1])
-        program.run(-(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK))
-        barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
-        self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
+        across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
+        pixels = points.size[0] * points.size[1]
+        rims = self._draw_most(program, (across, down), image, pixels // 8 if self._is_software else pixels)
+        if self._is_software and (found := int(np.frombuffer(rims.read(4, offset=16), np.uint32)[0])) > pixels // 8:
+            rims = self._draw_most(program, (across, down), image, found)  # again, with room for all rims
         if not self._is_empty(rims):
             self._run_list("rims.comp", rims, inputs, is_set)
         if not self._is_empty(self._large):
             self._run_list("large_splats.comp", self._large, inputs | listed, is_set)
         return self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
 
+    def _draw_most(
+        self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
+    ) -> moderngl.Buffer:
+        """Draws all but large splats and rims, and lists these. Returns the list of rims, which has room for `most`."""
+        indirect = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
+        self._large.write(np.array([*indirect, *[0] * 5], np.int32))
+        self._large.bind_to_storage_buffer(1)
+        rims = self._empty_rims(most)
+        program.run(*groups)
+        barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+        self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
+        return rims
+
     def _empty_rims(self, most: int) -> moderngl.Buffer:
-        """The list of rim pixels, with room for all pixels of the frame."""
+        """The list of rim pixels, with room for so many."""
         if self._rims is None or self._rims.most < most:
             if self._rims is not None:
                 self._rims.release()

@@ -43,6 +43,7 @@ CONSTANTS = {  # the values that the project builds each with
     "surface_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
     "surface_sparse.frag": {"REST": FLAG},
     "surface_star.frag": {"RESIDUAL": FLAG},
+    "temporal_change.frag": {"MOVED": FLAG},
     "trust.frag": {"STAGE": (0, 1, 2)},
 }
 ENTRIES = sorted(path.name for path in shader_folder().iterdir() if path.suffix in STAGES)

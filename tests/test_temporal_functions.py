@@ -167,7 +167,8 @@ def remember(picture, before, view):
 
 def test_the_passes_agree_with_the_mirror_and_leave_what_they_remember(renderer, rng):
     camera = ps.Camera(*map(float, K), WIDTH, HEIGHT)
-    side = ps.orbit_pose(None, (0, 0, 2), 1.5)
+    side = np.eye(4)
+    side[0, 3] = 0.01  # a quarter of a pixel: the wall stays where it was, within its noise
     poses = [np.eye(4), np.eye(4), side, side]
     noise = Noise(0.002, 0.001, ROUNDING[0], "z", 0.0, 0.0, 1.0, None, (0.0, ROUNDING[1]))
     gl, expected = renderer.context.gl, None
@@ -196,7 +197,7 @@ def test_the_passes_agree_with_the_mirror_and_leave_what_they_remember(renderer,
                 assert (off > 1e-4).mean() < 0.01, f"frame {k}"
                 assert (found[known, 3] < 0.9).mean() == 0 if k == 0 else (found[known, 3] < 0.9).mean() > 0.5
                 fresh = (mixed == normals[..., :3]).all(-1)[known]
-                assert fresh.mean() > 0.99 if k == 0 else fresh.mean() < 0.6
+                assert fresh.mean() > 0.99 if k == 0 else fresh.mean() < 0.4
         finally:
             made.release()
 

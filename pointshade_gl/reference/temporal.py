@@ -10,7 +10,7 @@ from .inverse_depth import relative_step
 
 f32 = np.float32
 SAME_STEP, WIDEST_CHANGE = f32(0.02), f32(4)
-CALM_POWER, CALM_OWN, DOUBT, LEAST_SHARE = f32(3), f32(9), f32(2), f32(0.0625)
+CALM_POWER, CALM_OWN, DOUBT, MOST_SHARE, LEAST_SHARE = f32(3), f32(9), f32(2), f32(0.97), f32(0.0625)
 ZERO, ONE = f32(0), f32(1)
 
 
@@ -110,6 +110,7 @@ def fresh_share(noise, change, power):
     own = change[..., 0] * change[..., 0]
     old = left + DOUBT * (np.maximum(power - CALM_POWER, ZERO) + np.maximum(own - CALM_OWN, ZERO)) * both
     share = np.maximum(old / (old + fresh), LEAST_SHARE)
+    share = np.where(share > MOST_SHARE, ONE, share)
     noise_left = np.minimum(np.sqrt((ONE - share) * (ONE - share) * old + share * share * fresh), noise)
     known = (change[..., 1] > 0)[..., None]
     return np.where(known, np.stack([share, noise_left], -1), np.stack([np.ones_like(noise), noise], -1))

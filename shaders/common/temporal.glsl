@@ -9,6 +9,7 @@ const float WIDEST_CHANGE = 4.0;   // standard deviations: larger changes count 
 const float CALM_POWER = 3.0;      // power of changes around a pixel that noise alone rarely exceeds; its mean is 1
 const float CALM_OWN = 9.0;        // the same for the pixel's own change
 const float DOUBT = 2.0;           // each unit of power beyond adds so much to the old variance, times that of a change
+const float MOST_SHARE = 0.97;      // of the new frame: above, nothing of the old is left
 const float LEAST_SHARE = 0.0625;  // of the new frame: what is remembered rests on about 1 / LEAST_SHARE frames
 
 // Texel at pixel + offset, 0 outside the picture; read as in `depth_at`.
@@ -96,6 +97,7 @@ vec2 fresh_share(float noise, vec2 change, float power) {
     float doubt = DOUBT * (max(power - CALM_POWER, 0.0) + max(change.x * change.x - CALM_OWN, 0.0));
     float old = change.y * change.y + doubt * both;
     float share = max(old / (old + fresh), LEAST_SHARE);
+    if (share > MOST_SHARE) share = 1.0;
     return vec2(share, min(sqrt((1.0 - share) * (1.0 - share) * old + share * share * fresh), noise));
 }
 

@@ -49,6 +49,11 @@ class Noise:
         """So few blocks are noisy that the edge-exact estimator serves the whole frame."""
         return self.share < FEW
 
+    @property
+    def is_shared(self) -> bool:
+        """Neighbours share some of it: fits over neighbours leave it in."""
+        return self.grid is not None and bool(self.grid[..., 2].any())
+
 
 @dataclass(frozen=True)
 class Choice:

@@ -40,7 +40,8 @@ class Tile(NamedTuple):
 def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
     """Whether a frame is drawn in tiles: too many points, or larger than textures may be.
 
-    A mesh and colours of another size than the depth are not cut: raises ValueError if the depth is too large for that.
+    A mesh, colours of another size than the depth, and what looks at the frame as a whole are not cut: raises
+    ValueError if the depth is too large for that.
     """
     height, width = frame.depth.shape
     is_too_large = max(height, width) > largest_side
@@ -49,6 +50,10 @@ def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
         obstacle, remedy = "a mesh", f"use {option('splat', 'footprint')}"
     elif frame.color is not None and frame.color.shape[:2] != (height, width):
         obstacle, remedy = "colours of another size", "bring them to the depth's size"
+    elif whole := [name for name in ("temporal", "unlight", "remove_highlights") if getattr(look, name)]:
+        obstacle, remedy = option(whole[0]), "leave it out"
+    elif look.fills:
+        obstacle, remedy = option("size", "fill"), "use a number"
     if obstacle and is_too_large:
         raise ValueError(
             f"depth of {width}x{height} is too large for {obstacle} on this GPU ({largest_side}): {remedy}"

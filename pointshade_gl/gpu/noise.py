@@ -68,7 +68,7 @@ class NoisePass(Owner):
 
         focal = mean focal length, pixels
         """
-        if noise.grid is None or not noise.grid[..., 2].any() or self._images is None:
+        if not noise.is_shared or self._images is None:
             return None
         self._certainty = self._certainty or self._keep(FullscreenPass(self._context, "certainty.frag"))
         target, images = surface.certainty_target, self._images

@@ -39,6 +39,12 @@ class TiledPoints(Versioned):
     def shading(self) -> str:
         return self.look.shading
 
+    @property
+    def has_doubts(self) -> bool:
+        """Some of the normals that light falls on are uncertain."""
+        noise = self._measured() if self.shading == "phong" else None
+        return noise is not None and noise.is_shared
+
     def light_with(self, light: Callable[[ShownPoints], None]) -> None:
         """How the points of each tile are lit, for shading models that mix their light."""
         self._light = light
@@ -71,16 +77,22 @@ class TiledPoints(Versioned):
 
     def _show(self, tile: Tile) -> ShownPoints:
         frame, look = cut_frame(self.frame, tile.box), cut_look(self.look, tile.box)
-        if isinstance(look.normals, str) and look.normals in ("auto", "adaptive"):
-            self._noise = self._noise or self._store.measure_noise(self.frame)
-            noise = noise_in(tile.box, self._noise, self.frame.depth.shape)
-        else:
-            noise = None
+        noise = self._measured()
+        noise = noise and noise_in(tile.box, noise, self.frame.depth.shape)
         textures, drawn = self._store.put(frame, look, noise)
         self.choice = textures.choice
         sizes = check_sizes(look.size, frame.depth.shape)
         points = Points(drawn.surface, drawn.camera, self.pose, self.scale, sizes, look.splat)
-        return ShownPoints(points, textures, drawn.lit if look.shading in LIT_EARLY else None, look.shading)
+        return ShownPoints(
+            points, textures, drawn.colors, drawn.lit if look.shading in LIT_EARLY else None, look.shading
+        )
+
+    def _measured(self) -> Noise | None:
+        """The noise of the whole frame, for estimators that depend on it."""
+        if not isinstance(self.look.normals, str) or self.look.normals not in ("auto", "adaptive"):
+            return None
+        self._noise = self._noise or self._store.measure_noise(self.frame)
+        return self._noise
 
 
 class TileStore:

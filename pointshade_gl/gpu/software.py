@@ -19,6 +19,9 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
     "mixed_map": "rgba32f",
     "calm_depth": "rg32f",
+    "lights": "rgba32f",
+    "views": "rgba32f",
+    "materials": "rgba32f",
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0

@@ -104,15 +104,19 @@ class Frame(Preview):
         return self._corners(_box_of(usual), (float(depths.min()), float(depths.max())))
 
     @cached_property
-    def _usual_range(self) -> tuple[float, float]:
-        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+    def _probe(self) -> NDArray[np.float32]:
+        """The known depths among about PROBE pixels, or of all if these have none."""
         step = max(1, round((self.depth.size / PROBE) ** 0.5))
         known = self.depth[::step, ::step]
         known = known[known > 0]
-        known = known if known.size else self.depth[self.depth > 0]
-        if not known.size:
+        return known if known.size else self.depth[self.depth > 0]
+
+    @cached_property
+    def _usual_range(self) -> tuple[float, float]:
+        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+        if not self._probe.size:
             return 0.0, np.inf
-        low, high = np.quantile(known, (0.01, 0.99)).tolist()
+        low, high = np.quantile(self._probe, (0.01, 0.99)).tolist()
         reach = STRAY * (high - low) + 0.1 * high
         return max(low - reach, low / 4), high + reach
 
@@ -157,8 +161,7 @@ class Frame(Preview):
     @cached_property
     def scale(self) -> float:
         """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
-        ahead = self.pose[:3, 2] @ (self.pivot - self.pose[:3, 3])
-        return float(ahead)
+        return float(np.median(self._probe.astype(np.float64))) if self._probe.size else 1.0  # that of the pivot
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:

@@ -8,7 +8,7 @@ import moderngl
 
 from .memory import Owner, allocate
 from .programs import build_program, set_uniforms
-from .software import IMAGE_2D
+from .software import IMAGE_2D, IMAGES
 from .state_parts import UNITS
 
 
@@ -45,6 +45,8 @@ def bind_texture(
 ) -> None:
     """Binds a texture as the program reads it: as a sampler, or as an image."""
     if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
+        is_as_said = texture.dtype == "f4" and texture.components == len(IMAGES[name]) - len("32f")
+        assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
         texture.bind_to_image(unit, read=True, write=False)
     else:
         texture.use(unit)

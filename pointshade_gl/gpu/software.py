@@ -19,6 +19,9 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
     "mixed_map": "rgba32f",
     "calm_depth": "rg32f",
+    "lights": "rgba32f",
+    "views": "rgba32f",
+    "materials": "rgba32f",
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0
@@ -28,7 +31,7 @@ READS = (  # of an image; outside of it, imageLoad gives 0
     "float depth_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).r; }",
     "vec2 depth_and_noise_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).rg; }",
 )
-_UNIFORM = re.compile(r"^uniform ((?:float|u?int|[iu]?vec[234]|mat[34]) (\w+));", re.MULTILINE)
+_UNIFORM = re.compile(r"^uniform (float|u?int|[iu]?vec[234]|mat[34]) (\w+);", re.MULTILINE)
 _NAMES = "|".join(IMAGES)
 
 
@@ -52,11 +55,11 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
 
     Also returns the lines that go before the fragment shader.
     """
-    found = {name: declaration for declaration, name in _UNIFORM.findall(fragment)}
-    handed = [f"uniform {d}; flat out {d.replace(name, f'flat_{name}')};" for name, d in found.items()]
+    found = {name: kind for kind, name in _UNIFORM.findall(fragment)}
+    handed = [f"uniform {kind} {name}; flat out {kind} flat_{name};" for name, kind in found.items()]
     copies = " ".join(f"flat_{name} = {name};" for name in found)
     vertex = vertex.replace("void main() {", f"{' '.join(handed)} void main() {{ {copies}")
-    fragment = _UNIFORM.sub(r"flat in \1;", fragment)
+    fragment = _UNIFORM.sub(r"flat in \1 \2;", fragment)
     return vertex, fragment, [f"#define {name} flat_{name}" for name in found]
 
 

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import moderngl
 
 from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
-from .software import reads_images
 
 UNITS = 6  # texture and image units from which our passes read, from 0 on
 UPLOAD_UNIT = UNITS  # through which moderngl uploads, while it is us who draw
@@ -71,9 +70,7 @@ def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
         blending(gl), color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl),
     ]  # fmt: skip
     if is_430:
-        parts.append(storage_buffers(gl))
-    if reads_images(context):
-        parts.append(image_units(gl))
+        parts += storage_buffers(gl), image_units(gl)
     if context.version_code >= 450 or has_clip_control:
         parts.append(clip_control(gl))
     return parts

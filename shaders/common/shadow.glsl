@@ -1,4 +1,5 @@
 #include "common/camera.glsl"
+#include "common/texels.glsl"
 
 // Shadows: a light's views of the scene lie as tiles in one depth picture, 1 - near/z; here they are asked whether
 // anything nearer to the light stands before a point. One row of `views` a view:
@@ -11,7 +12,7 @@ const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is
 // 1/z of the picture at a pixel of a tile; 0 where nothing is, and outside the tile.
 float occluder_at(sampler2D shadow_map, vec2 pixel, vec4 tile, vec3 range) {
     if (any(lessThan(pixel, vec2(0.0))) || any(greaterThan(pixel, vec2(range.y - 1.0)))) return 0.0;
-    return (1.0 - texelFetch(shadow_map, ivec2(pixel + tile.zw), 0).r) / range.x;
+    return (1.0 - texel_at(shadow_map, ivec2(pixel + tile.zw)).r) / range.x;
 }
 
 // Weights of the three pixels round a position (quadratic B-spline); offset is -0.5 to 0.5 from the middle one.

@@ -98,7 +98,7 @@ def test_a_pose_with_nan_is_named():
 
 
 def test_what_is_read_only_is_not_copied_and_all_else_is():
-    color, depth, camera = np.zeros((4, 6, 3), np.uint8), np.ones((4, 6), np.float32), Camera(5, 5, 3, 2, 6, 4)
+    color, depth, camera = np.zeros((4, 6, 3), np.uint8), np.ones((4, 6), np.float32), ps.Camera(5, 5, 3, 2, 6, 4)
     copied = ps.Frame(color, depth, camera)
     assert not np.shares_memory(copied.color, color) and not np.shares_memory(copied.depth, depth)
     view = depth[:]

@@ -46,6 +46,9 @@ class Renderer:
     Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
 
+    A frame of more than 33 million points, or larger than a texture may be, is drawn in tiles, which take turns on the
+    GPU: its memory there is bounded. Each new view of it uploads it again, and estimates its normals again.
+
     context  a moderngl.Context of the caller's. The caller keeps it: what is set and bound in it changes no picture and
              is left as it was. None makes one off screen.
     device   which GPU, counted by EGL (Linux)

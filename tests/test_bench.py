@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
+from pointshade_gl import tiling
 from pointshade_gl.bench import command, forms, measure, speed
 from pointshade_gl.bench.against import read_jobs
 from pointshade_gl.bench.charts import pareto_front, who_holds
@@ -280,6 +281,13 @@ class TestSpeed:
         assert [(row["points"], row["rasterizer"]) for row in rows] == [(n, r) for n in (1200, 4800) for r in names]
         assert all(row[key] > 0 for row in rows for key in ("live_ms", "view_ms", "light_ms", "splats_ms", "memory_mb"))
         assert len(calls) == 2
+
+    def test_a_frame_in_tiles_is_timed_and_held_tile_by_tile(self, renderer, monkeypatch):
+        monkeypatch.setattr(tiling, "LARGEST_WHOLE", 1200)
+        rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: None)
+        assert {row["points"]: row["splats_ms"] is None for row in rows} == {1200: False, 4800: True}
+        assert all(row["view_ms"] > 0 for row in rows)
+        assert speed.held_bytes(1 << 27, 0, "compute") == speed.held_bytes(1 << 24, 0, "compute")
 
     def test_a_rasterizer_without_patience_is_left_out_of_larger_sizes(self, renderer, monkeypatch):
         monkeypatch.setattr(speed, "PATIENCE", 0.0)

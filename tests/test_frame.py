@@ -95,3 +95,22 @@ def test_arrays_that_do_not_fit_are_named(color, depth, error, complaint):
 def test_a_pose_with_nan_is_named():
     with pytest.raises(ValueError, match="pose must be finite"):
         ps.Frame(COLOR, DEPTH, CAMERA, np.full((4, 4), np.nan))
+
+
+def test_what_is_read_only_is_not_copied_and_all_else_is():
+    color, depth, camera = np.zeros((4, 6, 3), np.uint8), np.ones((4, 6), np.float32), ps.Camera(5, 5, 3, 2, 6, 4)
+    copied = ps.Frame(color, depth, camera)
+    assert not np.shares_memory(copied.color, color) and not np.shares_memory(copied.depth, depth)
+    view = depth[:]
+    for array in (color, depth, view):
+        array.flags.writeable = False
+    assert not np.shares_memory(ps.Frame(color, view, camera).depth, depth)  # its owner could still write
+    kept = ps.Frame(color, depth, camera)
+    assert kept.color is color and kept.depth is depth
+
+
+def test_missing_depth_of_a_read_only_array_becomes_0_in_a_copy():
+    depth = np.array([[1, np.nan], [-1, np.inf]], np.float32)
+    depth.flags.writeable = False
+    assert ps.Frame(None, depth, ps.Camera(5, 5, 1, 1, 2, 2)).depth.tolist() == [[1, 0], [0, 0]]
+    assert np.isnan(depth[0, 1])

@@ -281,3 +281,16 @@ def test_a_picture_upside_down_has_the_same_rims():
     np.testing.assert_allclose(same.outward * [1, -1], rim.outward, atol=1e-4)
     np.testing.assert_allclose(same.width, rim.width, atol=1e-4)
     np.testing.assert_allclose(same.drop, rim.drop, rtol=1e-3)
+
+
+def test_a_frame_with_more_rims_than_the_list_has_room_for_is_drawn_with_all_of_them(renderer):
+    """Every other pixel stands out: both rasterisers show the same of it."""
+    depth = np.where(np.indices((60, 80)).sum(0) % 2, 1.0, 2.0)
+    frame = ps.Frame(None, depth, ps.Camera(100, 100, 39.5, 29.5, 80, 60))
+    images = []
+    for rasterizer in ("auto", "points"):
+        with ps.Renderer(rasterizer=rasterizer) as own:
+            images.append(own.render(frame, yaw=10, normals="star"))
+    covered = [image[..., 3] > 0 for image in images]
+    assert (covered[0] != covered[1]).mean() < 0.01
+    assert covered[0].mean() > 0.5

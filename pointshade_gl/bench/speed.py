@@ -23,15 +23,17 @@ from ..light import Light
 from ..look import Material
 from ..reference.rasterizers import merged_splats
 from ..renderer import Renderer
+from ..tiling import LARGEST_WHOLE, TILE_POINTS
 from .against import measure_jobs
 from .picture_scores import co_visible, score_picture
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
-SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320))  # 80 thousand to 33 million points
+# 80 thousand to 100 million points
+SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320), (12288, 8192))
 QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
 YAW = 15.0
-PATIENCE = 30.0  # seconds for one size and rasteriser; a slower one is left out, with a note
+PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
 Advance = Callable[[], None]
@@ -168,8 +170,8 @@ def measure_points(
 ) -> list[dict[str, Any]]:
     """For each size and rasteriser: live (a new frame to NumPy), view (another camera), light (another light), ms.
 
-    splats_ms is the rasterising alone, by the GPU's timer if there is one. memory_mb is the size of textures and
-    buffers. A rasteriser that would take too long is left out of the larger sizes.
+    splats_ms is the rasterising alone, by the GPU's timer if there is one; None of a frame that is drawn in tiles.
+    memory_mb is the size of textures and buffers. A rasteriser that would take too long is left out of larger sizes.
     """
     rows = []
     renderers = {}
@@ -188,7 +190,8 @@ def measure_points(
             if 3 * expected * repeats > PATIENCE:
                 continue
             row = {"points": frame.depth.size, "size": [width, height], "rasterizer": name}
-            row |= {key: median(times) for key, times in point_laps(renderer, frame, target, repeats).items()}
+            laps = point_laps(renderer, frame, target, repeats)
+            row |= {key: median(times) if times else None for key, times in laps.items()}
             row["memory_mb"] = held_bytes(frame.depth.size, target.width * target.height, name) / 1e6
             rows.append(row | {"process_mb": peak_memory_mb()})
         advance()
@@ -219,15 +222,20 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
         draw(None, new, 1 + k % 2, 0.1)
         draw("light_ms", new, 1 + k % 2, 0.2)
         renderer.steps.timed = True
+        renderer.steps.laps.clear()
         draw(None, new, 0, 0)
         renderer.steps.timed = False
-        step = renderer.steps.laps["splats"]
-        laps["splats_ms"].append(step.wall_ms if step.gpu_ms is None else step.gpu_ms)
+        if step := renderer.steps.laps.get("splats"):
+            laps["splats_ms"].append(step.wall_ms if step.gpu_ms is None else step.gpu_ms)
     return laps
 
 
 def held_bytes(points: int, pixels: int, rasterizer: str) -> int:
-    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels."""
+    """Bytes of the textures and buffers: depth, colour and surface of points, all results of the passes for pixels.
+
+    Of a frame that is drawn in tiles, those of one tile.
+    """
+    points = points if points <= LARGEST_WHOLE else TILE_POINTS
     left = 4 if rasterizer == "compute" else 8
     return points * (4 + 3 + 16) + pixels * (left + 16 + 8 + 4)
 

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera
 from .checks import check_type, shown
-from .files.content import FilePath
 from .frame import Frame
 from .look import Look, Material
 from .scene import Node, PointObject, Scene, check_frames
-from .sources import load_any
 from .view import viewing_pose
+
+FilePath = str | PathLike[str]
 
 
 class Scenes:
@@ -46,7 +46,11 @@ class Scenes:
 
 def loaded(frame: Frame | Sequence[Frame] | Scene | FilePath) -> Frame | Sequence[Frame] | Scene:
     """The frame or scene itself; of a path or a built-in name, what is there."""
-    return load_any(frame) if isinstance(frame, str | PathLike) else frame
+    if not isinstance(frame, str | PathLike):
+        return frame
+    from .sources import load_any  # which imports the readers of all files
+
+    return load_any(frame)
 
 
 def seen_by(

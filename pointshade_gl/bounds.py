@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 
 def box_corners(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
@@ -19,3 +19,10 @@ def sphere_round(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], floa
         return np.zeros(3), 1.0
     centre = (points.min(0) + points.max(0)) / 2
     return centre, max(float(np.linalg.norm(points - centre, axis=1).max()), 1e-6)
+
+
+def median(values: ArrayLike) -> float:
+    """As np.median of some numbers, which first imports all of numpy.ma: 10 ms of the first picture."""
+    array = np.asarray(values, np.float64).ravel()
+    low, high = (array.size - 1) // 2, array.size // 2
+    return float(np.partition(array, (low, high))[[low, high]].mean())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .bounds import box_corners
+from .bounds import box_corners, median
 from .camera import Camera, check_pose
 from .checks import as_given, check_type, shown
 from .preview import Preview
@@ -156,7 +156,7 @@ class Frame(Preview):
             return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
         c, z = self.camera, z[known]
         x, y = (u[known] - c.cx) / c.fx * z, (v[known] - c.cy) / c.fy * z
-        return self.pose[:3, :3] @ np.median([x, y, z], axis=1) + self.pose[:3, 3]
+        return self.pose[:3, :3] @ [median(x), median(y), median(z)] + self.pose[:3, 3]
 
     @cached_property
     def scale(self) -> float:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from .files.pictures import encode_png
-
 
 class Picture(np.ndarray):
     """An array that a notebook shows as a picture, as long as it is one: (h, w, 3|4) uint8."""
@@ -13,4 +11,6 @@ class Picture(np.ndarray):
     def _repr_png_(self) -> bytes | None:
         if self.dtype != np.uint8 or self.ndim != 3 or self.shape[2] not in (3, 4) or not self.size:
             return None  # the notebook prints the numbers
+        from .files.pictures import encode_png
+
         return encode_png(np.asarray(self))

@@ -12,14 +12,12 @@ import moderngl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arguments import Scenes, loaded, seen_by
+from .arguments import FilePath, Scenes, loaded, seen_by
 from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
 from .explain import explain
-from .files.content import FilePath
-from .files.frames import load_frame
 from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
@@ -332,7 +330,11 @@ class Renderer:
 
         Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
-        frame = load_frame(frame) if isinstance(frame, str | PathLike) else check_type(frame, Frame, "frame")
+        if isinstance(frame, str | PathLike):
+            from .files.frames import load_frame
+
+            frame = load_frame(frame)
+        check_type(frame, Frame, "frame")
         look = Look(
             normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying, temporal=temporal
         )

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .bounds import sphere_round
+from .bounds import median, sphere_round
 from .camera import Camera, check_pose
 from .checks import LARGEST, as_array, check_color, check_flag, check_type, items_of
 from .consensus import MOST_FRAMES
@@ -103,7 +103,7 @@ class PointObject:
     @cached_property
     def scale(self) -> float:
         """The frame's scale; of several, the median."""
-        return float(np.median([frame.scale for frame in self.frames]))
+        return median([frame.scale for frame in self.frames])
 
 
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:

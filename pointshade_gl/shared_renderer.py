@@ -12,7 +12,6 @@ from typing import Concatenate, ParamSpec, TypeVar
 
 from .camera import Camera
 from .checks import check_type
-from .files.pictures import encode_png
 from .frame import Frame
 from .preview import draw_previews_by
 from .renderer import Renderer
@@ -65,6 +64,8 @@ def _preview(source: Frame | Scene) -> bytes:
     camera = check_type((source.framed() if isinstance(source, Scene) else source).camera, Camera, "camera")
     share = min(1.0, PREVIEW / max(camera.width, camera.height))
     sides = (max(1, round(share * side)) for side in (camera.width, camera.height))
+    from .files.pictures import encode_png
+
     return encode_png(render(source, camera=camera.resized(*sides)))
 
 

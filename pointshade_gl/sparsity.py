@@ -17,7 +17,7 @@ def is_sparse(depth: NDArray[np.float32]) -> bool:
 
     Holes of up to half of the pixels do not make a picture sparse, nor does an empty background behind things.
     """
-    return any(_stand_alone(known[_places(len(known))] > 0) and _are_sparse(known > 0) for known in (depth, depth.T))
+    return any(_stand_alone(z[_places(len(z))] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
 
 
 def _places(count: int) -> NDArray[np.intp]:
@@ -27,7 +27,7 @@ def _places(count: int) -> NDArray[np.intp]:
 def _stand_alone(known: NDArray[np.bool_]) -> bool:
     """Whether most pixels of some lines (n, length) are not followed by another."""
     followed = np.count_nonzero(known[:, :-1] & known[:, 1:])
-    return followed < (1 - ALONE) * np.count_nonzero(known)
+    return bool(followed < (1 - ALONE) * np.count_nonzero(known))
 
 
 def _are_sparse(known: NDArray[np.bool_]) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable
 from contextlib import suppress
-from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
 
@@ -72,6 +71,8 @@ def listed_beside(path: Path) -> str:
 
 def _nearest(word: str, known: Iterable[str]) -> str | None:
     names = {name.lower(): name for name in known}
+    from difflib import get_close_matches  # only who mistypes pays for it
+
     near = get_close_matches(word.lower(), names, 1, _ALIKE)
     return names[near[0]] if near else None
 

@@ -123,7 +123,7 @@ def test_small_holes_close_and_large_ones_stay(renderer):
 
 def test_pixels_that_the_colours_cut_out_are_not_filled(renderer):
     frame = frames.tilted_plane()
-    color = np.dstack([frame.color, np.full(frame.depth.shape, 255, np.uint8)])
+    color = np.full((*frame.depth.shape, 4), 255, np.uint8)
     color[50:54, 50:54, 3] = 0
     seen = renderer.render(ps.Frame(color, frame.depth, frame.camera), size="fill")
     assert (seen[50:54, 50:54, 3] == 0).all() and (seen[46:50, 50:54, 3] > 0).all()

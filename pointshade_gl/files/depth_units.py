@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bounds import median
 from .depth_values import FAR
 
 NEAREST, FARTHEST = 0.05, 200.0  # metres between which the middle of a depth picture lies
@@ -33,7 +34,7 @@ def middle(raw: NDArray[Any]) -> float:
     values = values[values > 0]
     near = values[values < FAR] if raw.dtype.kind == "f" else values  # beyond it renderers put the sky
     values = near if near.size else values
-    return float(np.median(values)) if values.size else float("nan")
+    return median(values) if values.size else float("nan")
 
 
 def is_plausible(metres: float) -> bool:

@@ -167,7 +167,7 @@ def decode_image(file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS) -> N
 
 def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
     """The decoded picture, turned upright. Its size is checked first."""
-    from PIL import ImageOps, UnidentifiedImageError
+    from PIL import UnidentifiedImageError
 
     head = file.read(64)
     file.seek(0)
@@ -183,7 +183,11 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 is_turned = image.getexif().get(_TURNED, 1) != 1
-        return ImageOps.exif_transpose(image) if is_turned else image
+        if is_turned:
+            from PIL import ImageOps
+
+            return ImageOps.exif_transpose(image)
+        return image
     except UnidentifiedImageError:
         if head[4:8] == b"ftyp":
             message = (
@@ -204,6 +208,8 @@ def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
     """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
     from PIL import Image
 
+    if head[:2] in (b"II", b"MM"):
+        import_module("PIL.TiffImagePlugin")  # to find it, Pillow would import all of its 40 formats
     formats: tuple[str, ...] = _READ
     if head[4:8] == b"ftyp":
         with suppress(ImportError):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bounds import median
 from ..frame import Frame
 from ..notes import Note
 
@@ -41,8 +42,8 @@ def find_shift(frame: Frame) -> tuple[int, int] | None:
         return None
     product = np.fft.irfft2(np.fft.rfft2(edges) * np.conj(np.fft.rfft2(steps)), s=steps.shape)
     found = np.roll(product, (_REACH, _REACH), (0, 1))[: 2 * _REACH + 1, : 2 * _REACH + 1]
-    usual = np.median(found)
-    spread = 1.48 * np.median(abs(found - usual))
+    usual = median(found)
+    spread = 1.48 * median(abs(found - usual))
     row, column = np.unravel_index(found.argmax(), found.shape)
     y, x = int(row) - _REACH, int(column) - _REACH
     here = found[_REACH - _NEAR : _REACH + _NEAR + 1, _REACH - _NEAR : _REACH + _NEAR + 1].max()

@@ -6,7 +6,6 @@ leaves its hidden `.part` file.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -62,6 +61,8 @@ class FileSet:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        import shutil  # which imports compression: not needed for single files
+
         shutil.rmtree(self._hidden, ignore_errors=True)
 
     def stage(self, name: str) -> Path:

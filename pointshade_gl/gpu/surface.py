@@ -93,7 +93,7 @@ class SurfacePass:
                 adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         if told is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, focal)
+            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

@@ -27,7 +27,7 @@ def light_surface(
     count: int,
 ) -> np.ndarray:
     v = normalize(eye - point)
-    result = material[0] * ambient * albedo
+    result = material[..., :1] * ambient * albedo
     for row in lights[:count]:
         place, light, k = row[0], row[1, :3], row[2, :3]
         to_light = place[:3] * (F(1) if place[3] > 0 else F(-1)) - point * place[3]

@@ -56,6 +56,8 @@ def test_functions_of_highlights_agree_with_the_mirror(gpu):
     variance = random.uniform(0, 0.2, (200, 1)).astype(F)
     answer = gpu("toksvig.glsl", "normal_certainty(x), 0, 0, 0", x=variance)
     np.testing.assert_allclose(answer[:, :1], toksvig.normal_certainty(variance), rtol=1e-6)
+    answer = gpu("toksvig.glsl", "mean_certainty(x, 3.0), 0, 0, 0", x=certainty)
+    np.testing.assert_allclose(answer[:, :1], toksvig.mean_certainty(certainty, 3), rtol=1e-6)
     material = np.array([0.1, 0.9, 0.3, 32], F)
     answer = gpu("toksvig.glsl", "widened(m, c)", m=material[None], c=certainty)
     np.testing.assert_allclose(answer, toksvig.widened(material, certainty), rtol=1e-5)

@@ -14,6 +14,10 @@ def normal_certainty(variance: np.ndarray) -> np.ndarray:
     return F(1) / (F(1) + variance)
 
 
+def mean_certainty(share: np.ndarray, others: float) -> np.ndarray:
+    return normal_certainty(np.maximum(F(1) / np.maximum(share, F(0.5)) - F(1), F(0)) / F(others))
+
+
 def certainty_at(certainty_map: np.ndarray, at: np.ndarray, size: np.ndarray) -> np.ndarray:
     """(..., 1), bilinear; certainty_map (rows, columns) float32."""
     last = np.array(certainty_map.shape[::-1]) - 1

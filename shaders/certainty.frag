@@ -1,5 +1,5 @@
 #version 330 core
-// Surface of a noisy frame -> how certain its normals are, one texel for several pixels: how far they spread, but no
+// Surface of a noisy frame -> how certain its normals are, one texel for 16x16 pixels: how far they spread, but no
 // more than the noise that neighbours share can tilt them.
 #include "common/noise_levels.glsl"
 #include "common/tilt.glsl"

@@ -116,7 +116,6 @@ DRAWN = {
     "phong": {},
     "phong, points": {"rasterizer": "points"},
     "gouraud": {"shading": "gouraud"},
-    "flat, points": {"shading": "flat", "rasterizer": "points"},
     "mesh": {"splat": "mesh"},
     "spot": {"light": ps.Light(position=(-0.3, -0.4, 0), direction=(0.2, 0.3, 1))},
 }

@@ -18,7 +18,7 @@ from .tilt import known_pixel, surface_beside, tilt_variance
 from .toksvig import normal_certainty
 
 F = np.float32
-CELL = 8  # as in gpu/textures.py
+CELL = 16  # as in gpu/textures.py
 
 
 def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
@@ -73,7 +73,7 @@ def surface_by_noise(
 
 def certainty_by_noise(surface_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray | None:
     """How certain the normals of `surface_by_noise` are, as `certainty.frag` finds it: (rows, columns) float32 in steps
-    of 16 bits, one for 8x8 pixels; None if neighbours share no noise."""
+    of 16 bits, one for 16x16 pixels; None if neighbours share no noise."""
     if noise.grid is None or not noise.grid[..., 2].any():
         return None
     size = np.array(surface_map.shape[1::-1])

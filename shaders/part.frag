@@ -5,20 +5,15 @@
 #ifndef SHADING
 #define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
-#ifndef CERTAINTY
-#define CERTAINTY 0  // 1: some normals are uncertain
-#endif
 // What one of several frames adds to the pixels of a view: sums, each value times the weight. SHADING as in
 // resolve_surfaces.frag; none and phong add the picture's colours, flat and gouraud the points' light.
 #include "common/color.glsl"
 #include "common/parts.glsl"
-#include "common/toksvig.glsl"
 #include "keys.glsl"
 
 uniform sampler2D surface_map;
 uniform sampler2D color_map;  // sRGB, of any size; flat and gouraud: linear light
 uniform sampler2D trust_map;
-uniform sampler2D certainty_map;
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
@@ -43,7 +38,6 @@ void main() {
     if (SHADING == 1) linear = texelFetch(color_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, corner, color_map);
     vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
-    if (CERTAINTY == 1) normal *= certainty_at(certainty_map, seen.at, size);
 
     vec2 trust = texel_at(trust_map, seen.pixel).rg;
     float off = seen.inverse_depth / inverse_depth - 1.0;

@@ -43,10 +43,7 @@ class MergePass:
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            doubtful = shading == "phong" and looking.certainty is not None
-            inputs |= {"certainty_map": looking.certainty} if doubtful else {}
-            constants = {"SHADING": SHADINGS.index(shading), "CERTAINTY": int(doubtful)}
-            part_pass = self._pass("part.frag", looking.look_up, **constants)
+            part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
@@ -60,22 +57,24 @@ class MergePass:
         number: int,
         depth: tuple[float, float],
         normals: moderngl.Texture | None,
-        has_doubts: bool,
+        others: int | None,
     ) -> None:
         """The sums -> surfaces among others.
 
         number      of the material
         depth       (near, scale)
         normals     that were found in the view; None takes those of the frames
-        has_doubts  some normals of the frames are uncertain
+        others      the number of frames less one if normals are uncertain; None if they are not
         """
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
         maps |= {} if normals is None else {"target_map": normals}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
-        inputs |= {"material_number": number / 65535}
+        inputs |= {"material_number": number / 65535} | ({} if others is None else {"others": others})
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
-            merged = self._pass("merged.frag", look_up, AT_TARGET=int(normals is not None), CERTAINTY=int(has_doubts))
+            merged = self._pass(
+                "merged.frag", look_up, AT_TARGET=int(normals is not None), CERTAINTY=int(others is not None)
+            )
             merged.draw(surfaces.shared_target, maps, **inputs)
         confine(surfaces.shared_target, None)
 

@@ -7,6 +7,7 @@ from functools import cached_property
 import moderngl
 import numpy as np
 
+from ..camera import Camera
 from ..noise import Noise
 from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
 from .memory import Owner
@@ -62,18 +63,16 @@ class NoisePass(Owner):
             told_map.release()
         return images.calm
 
-    def find_certainty(self, surface: PointSurface, noise: Noise, focal: float) -> moderngl.Texture | None:
+    def find_certainty(self, surface: PointSurface, noise: Noise, camera: Camera) -> moderngl.Texture | None:
         """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if neighbours
-        share no noise: then the fits leave too little to matter.
-
-        focal = mean focal length, pixels
-        """
+        share no noise: then the fits leave too little to matter."""
         if not noise.is_shared or self._images is None:
             return None
         self._certainty = self._certainty or self._keep(FullscreenPass(self._context, "certainty.frag"))
         target, images = surface.certainty_target, self._images
         textures = {"surface_map": surface.texture, "grid": images.grid}
-        self._certainty.draw(target, textures, first=images.first, powers=noise.powers, cells=target.size, focal=focal)
+        inputs = {"first": images.first, "powers": noise.powers, "intrinsics": camera.intrinsics}
+        self._certainty.draw(target, textures, cells=target.size, **inputs)
         (texture,) = target.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture

@@ -180,7 +180,8 @@ class PointObjects:
         if shown.estimator:
             self._target_normals = self._target_normals or TargetNormals(self._context)
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
-        inputs = look_up, number, (eye.near, points.scale), normals, shown.has_doubts
+        others = len(parts) - 1 if shown.has_doubts else None
+        inputs = look_up, number, (eye.near, points.scale), normals, others
         self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:

@@ -115,7 +115,7 @@ class SurfacePass:
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if told is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, focal)
+            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, told is not None)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:

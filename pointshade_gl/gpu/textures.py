@@ -16,7 +16,7 @@ from .memory import Owner, check_memory
 from .steps import Versioned
 
 Box = tuple[int, int, int, int]  # left, top, width, height
-CELL = 8  # pixels along a side for which the certainty of normals is found together
+CELL = 16  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
 
 

@@ -39,7 +39,7 @@ def light_surface(
     count: int,
 ) -> np.ndarray:
     v = normalize(eye - point)
-    result = material[0] * ambient * albedo
+    result = material[..., :1] * ambient * albedo
     for row in lights[:count]:
         result = result + light_of_row(row, point, v, n, albedo, material)
     return np.clip(result, F(0), F(1))

@@ -21,9 +21,10 @@ def phong(
     material: np.ndarray,
     light: np.ndarray,
 ) -> np.ndarray:
+    """material (4,), or (n, 4) of each surface."""
     NoL = dot(n, l)
     r = F(2) * NoL * n - l
-    result = material[1] * NoL * albedo
-    if material[2] > 0:
-        result = result + material[2] * np.maximum(dot(r, v), F(0)) ** material[3]
+    result = material[..., 1:2] * NoL * albedo
+    if (material[..., 2] > 0).any():
+        result = result + material[..., 2:3] * np.maximum(dot(r, v), F(0)) ** material[..., 3:]
     return np.where(NoL <= 0, F(0), result * light)

@@ -41,6 +41,7 @@ from .resolve import mix_light, seen_weights, stored
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
+from .toksvig import certainty_at, widened
 from .vectors import normalize, texel
 
 F = np.float32
@@ -63,6 +64,12 @@ class Splatted(NamedTuple):
     look: Look
     rasterizer: str
     merge: float
+    certainty: np.ndarray | None = None  # of the normals, see toksvig.py
+
+    def certainty_at(self, at: np.ndarray) -> np.ndarray | None:
+        """(n, 1) at positions (n, 2); None where nobody doubts."""
+        size = np.array(self.frame.depth.shape[::-1], F)
+        return None if self.certainty is None else certainty_at(self.certainty, at, size)
 
 
 def render(
@@ -74,10 +81,11 @@ def render(
     rasterizer: str = "points",
     merge: float = MERGE,
     finish: Finish = SIMPLE,
+    certainty: np.ndarray | None = None,
 ) -> np.ndarray:
-    """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing."""
+    """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""
     marked = mark_rim(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
-    points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge)
+    points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge, certainty)
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
     return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
@@ -96,7 +104,7 @@ def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarr
 
 def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     """(h, w, 4) float32: linear light and 1 where something is seen."""
-    frame, surface_map, look, rasterizer, _ = points
+    frame, surface_map, look, rasterizer, *_ = points
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
@@ -113,9 +121,11 @@ def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
         image[v, u, :3] = srgb_to_linear(colors)
     elif look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
-        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, camera, np.zeros(3, F), lamps, eye.pose, look)
+        axes = camera, np.zeros(3, F), lamps, eye.pose
+        certainty = points.certainty_at(seen.at)
+        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, *axes, look, certainty)
     else:
-        light_map = light_points(frame, surface_map[..., :3], picture, viewer_in(frame.pose, eye), lamps, look)
+        light_map = light_points(points, picture, viewer_in(frame.pose, eye), lamps)
         weights = seen_weights(seen, np.array(source.intrinsics, F))
         is_flat = look.shading == "flat"
         image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
@@ -134,20 +144,21 @@ def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
         at = triangle_position(project(point, intrinsics), whole)
         return stored(srgb_to_linear(picture_at(picture, at, size)))
 
-    def lit_at(point: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    def lit_at(point: np.ndarray, normal: np.ndarray, certainty: np.ndarray | None = None) -> np.ndarray:
         surface = np.concatenate([normal, point[:, 2:]], -1)
         axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
-        return light(project(point, intrinsics), surface, color_at(point), *axes, look)
+        return light(project(point, intrinsics), surface, color_at(point), *axes, look, certainty)
 
     if look.shading == "gouraud":
-        light_map = light_points(frame, surface_map[..., :3], picture, viewer_in(frame.pose, eye), lamps, look)
+        light_map = light_points(points, picture, viewer_in(frame.pose, eye), lamps)
         linear = interpolate(texel(light_map, triangles.pixels), drawn)
     elif look.shading == "flat":
         linear = lit_at(*(values[drawn.triangle] for values in middles(triangles)))
     else:
         point = interpolate(triangles.points, drawn)
         normal = normalize(interpolate(texel(surface_map, triangles.pixels)[..., :3], drawn))
-        linear = color_at(point) if look.shading == "none" else lit_at(point, normal)
+        certainty = points.certainty_at(triangle_position(project(point, intrinsics), whole))
+        linear = color_at(point) if look.shading == "none" else lit_at(point, normal, certainty)
     image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
     u, v = drawn.pixel.T
     image[v, u, :3], image[v, u, 3] = linear, 1
@@ -171,7 +182,7 @@ def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
     """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
-    frame, surface_map, look, rasterizer, merge = points
+    frame, surface_map, look, rasterizer, merge, _ = points
     depth, normals = surface_map[..., 3], surface_map[..., :3]
     view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
@@ -251,12 +262,14 @@ def light(
     lamps: Lamps,
     axes: np.ndarray,
     look: Look,
+    certainty: np.ndarray | None = None,
 ) -> np.ndarray:
     """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, which these pixels (n, 2) of the camera show.
 
-    viewer (3,) in the axes of the camera, whose pose `axes` is.
+    viewer (3,) in the axes of the camera, whose pose `axes` is; certainty (n, 1) of the normals
     """
     strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.spans)
+    strengths = strengths if certainty is None else widened(strengths, certainty)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
     common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
     if lamps.shadow_map is None:
@@ -264,15 +277,14 @@ def light(
     return light_surface_shadowed(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
 
 
-def light_points(
-    frame: Frame, normals: np.ndarray, picture: np.ndarray, viewer: np.ndarray, lamps: Lamps, look: Look
-) -> np.ndarray:
+def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamps: Lamps) -> np.ndarray:
     """Linear light (h, w, 3) of every point of a frame."""
-    depth = frame.depth
+    frame, normals, depth = points.frame, points.surface_map[..., :3], points.frame.depth
     v, u = np.nonzero(depth)
     pixel = np.stack([u, v], -1).astype(F)
     surface = np.concatenate([normals[v, u], depth[v, u, None]], -1)
     albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
     result = np.zeros((*depth.shape, 3), F)
-    result[v, u] = stored(light(pixel, surface, albedo, frame.camera, viewer, lamps, frame.pose, look))
+    axes, certainty = (frame.camera, viewer, lamps, frame.pose), points.certainty_at(pixel)
+    result[v, u] = stored(light(pixel, surface, albedo, *axes, points.look, certainty))
     return result

@@ -53,7 +53,7 @@ def light_surface_shadowed(
     to_world: np.ndarray,
 ) -> np.ndarray:
     v = normalize(eye - point)
-    result = material[0] * ambient * albedo
+    result = material[..., :1] * ambient * albedo
     for row in lights[:count]:
         light, l, share = sent_light(row, point, n, shadow_map, views, to_world)  # noqa: E741
         result = result + phong(n, v, l, albedo, material, light * share)

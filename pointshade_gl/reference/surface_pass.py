@@ -14,8 +14,11 @@ from .noise_levels import block_counts, block_quantile, indices, noise_at, patch
 from .noise_patch import noise_patch
 from .normals_adaptive import estimate_adaptive
 from .normals_star import estimate_star
+from .tilt import known_pixel, surface_beside, tilt_variance
+from .toksvig import normal_certainty
 
 F = np.float32
+CELL = 16  # as in gpu/textures.py
 
 
 def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.ndarray]:
@@ -66,3 +69,20 @@ def surface_by_noise(
         flies = known & (step != 0)
         calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
     return estimate_adaptive(calm, pixel, intrinsics)
+
+
+def certainty_by_noise(surface_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray | None:
+    """How certain the normals of `surface_by_noise` are, as `certainty.frag` finds it: (rows, columns) float32 in steps
+    of 16 bits, one for 16x16 pixels; None if neighbours share no noise."""
+    if noise.grid is None or not noise.grid[..., 2].any():
+        return None
+    size = np.array(surface_map.shape[1::-1])
+    columns, rows = -(-size // CELL)
+    cell = np.stack(indices(columns, rows), -1).reshape(-1, 2)
+    pixel = ((cell.astype(F) + F(0.5)) / np.array((columns, rows), F) * size.astype(F)).astype(int)
+    pixel = known_pixel(surface_map, pixel)
+    first, depth = noise_grid(*size)[1], np.maximum(surface_beside(surface_map, pixel)[:, 3], F(1e-30))
+    relative, shared = noise_at(noise.grid, (pixel[:, 0], pixel[:, 1]), first, depth, noise.powers)
+    steepest = relative * shared * F(0.5) * (abs(intrinsics[0]) + abs(intrinsics[1]))
+    variance = np.minimum(tilt_variance(surface_map, pixel, intrinsics), steepest * steepest)
+    return (np.round(normal_certainty(variance) * F(65535)) / F(65535)).reshape(rows, columns)

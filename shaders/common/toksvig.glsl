@@ -7,6 +7,12 @@ float normal_certainty(float variance) {
     return 1.0 / (1.0 + variance);
 }
 
+// Of the mean of several normals whose sum is so much shorter than all of them in a row, as they disagree: by the standard
+// error of the mean. others: their number less one.
+float mean_certainty(float share, float others) {
+    return normal_certainty(max(1.0 / max(share, 0.5) - 1.0, 0.0) / others);
+}
+
 // The certainty at a position in a frame of this size.
 float certainty_at(sampler2D certainty_map, vec2 at, vec2 size) {
     return textureLod(certainty_map, (at + 0.5) / size, 0.0).r;

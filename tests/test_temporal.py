@@ -9,11 +9,13 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import Hits, encode, plane, shade, sphere, trace, waves
+from pointshade_gl.viewer.state import State
 
 from . import frames
 from .test_lifetime import alive
 from .test_renderer import living_objects
 from .view_sets import pose_at
+from .viewing import press
 
 CAMERA, LIGHT = frames.CAMERA, ps.Light(position=(-0.5, -0.7, 0.2))
 WALL = plane((0.15, -0.1, -1), (0, 0, 2.4), waves)
@@ -249,6 +251,17 @@ class TestStreams:
             assert made.steps.counts["temporal normals"] == 3
         assert context.error == "GL_NO_ERROR" and living_objects(context) == before
         context.release()
+
+
+def test_a_stream_in_a_window_is_filtered_once_a_frame(open_viewer):
+    viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Look(temporal=True)))
+    while viewer._playing.playback._thread.is_alive() or not viewer._playing.playback._queue.empty():
+        viewer.step(wait=False)
+    counts = viewer.screen.renderer.steps.counts
+    assert 2 <= counts["temporal"] == counts["surface"] <= 3
+    press(viewer, "RIGHT")
+    viewer.step(wait=False)
+    assert counts["temporal"] == counts["surface"]
 
 
 def test_a_wrong_value_is_named(renderer):

@@ -9,7 +9,7 @@ const float WIDEST_CHANGE = 4.0;   // standard deviations: larger changes count 
 const float CALM_POWER = 3.0;      // power of changes around a pixel that noise alone rarely exceeds; its mean is 1
 const float CALM_OWN = 9.0;        // the same for the pixel's own change
 const float DOUBT = 2.0;           // each unit of power beyond adds so much to the old variance, times that of a change
-const float MOST_SHARE = 0.97;      // of the new frame: above, nothing of the old is left
+const float MOST_SHARE = 0.97;     // of the new frame: above, nothing of the old is left
 const float LEAST_SHARE = 0.0625;  // of the new frame: what is remembered rests on about 1 / LEAST_SHARE frames
 
 // Texel at pixel + offset, 0 outside the picture; read as in `depth_at`.
@@ -26,8 +26,8 @@ float fresh_noise(vec2 here, vec2 rounding) {
     return sqrt(here.y * here.y + rounded * rounded / 12.0 + NEGLIGIBLE * NEGLIGIBLE);
 }
 
-// What is remembered at a pixel: by how much its w differs from the new one, relative to that (x), and its noise (y); 0, 0 of
-// nothing.
+// What is remembered at a pixel: by how much its w differs from the new one, relative to that (x), and its noise (y);
+// 0 and 0 of nothing.
 vec2 old_step(sampler2D history_map, ivec2 pixel, float here) {
     vec4 old = history_at(history_map, pixel, ivec2(0));
     return here > 0.0 && old.r > 0.0 ? vec2(relative_step(here, old.r), old.b) : vec2(0.0);
@@ -61,9 +61,9 @@ vec2 carried_step(sampler2D history_map, vec3 there) {
 vec3 carried_normal(sampler2D normal_map, vec3 there) {
     ivec2 corner = ivec2(floor(there.xy));
     vec2 share = there.xy - vec2(corner);
-    vec3 top = mix(history_at(normal_map, corner, ivec2(0)).xyz, history_at(normal_map, corner, ivec2(1, 0)).xyz, share.x);
-    vec3 low = mix(history_at(normal_map, corner, ivec2(0, 1)).xyz, history_at(normal_map, corner, ivec2(1)).xyz, share.x);
-    return mix(top, low, share.y);
+    vec3 a = history_at(normal_map, corner, ivec2(0)).xyz, b = history_at(normal_map, corner, ivec2(1, 0)).xyz;
+    vec3 c = history_at(normal_map, corner, ivec2(0, 1)).xyz, d = history_at(normal_map, corner, ivec2(1)).xyz;
+    return mix(mix(a, b, share.x), mix(c, d, share.x), share.y);
 }
 
 // x: the old step in standard deviations of what noise alone makes; y: noise of the old depth.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .consensus import is_primary
+from .light_fit import FoundLight, describe_light
 from .noise import Choice, describe
 from .wording import counted
 
@@ -40,6 +41,13 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
         told = explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
         lines += [prefix + line for line in told]
     return lines
+
+
+def explain_lights(found: Sequence[tuple[str, FoundLight]]) -> list[str]:
+    """What light was found in the frames of a picture, in lines, equal ones once."""
+    several = len({name for name, _ in found}) > 1
+    lines = (f"{name or 'object'}: {describe_light(one)}" if several else describe_light(one) for name, one in found)
+    return list(dict.fromkeys(lines))
 
 
 def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:

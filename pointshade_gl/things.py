@@ -19,6 +19,7 @@ from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
 from .gpu.textures import FrameTextures
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
+from .light_fit import FoundLight
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh
 from .noise import Choice
@@ -73,6 +74,16 @@ class Things:
             (p.node.name, thing.report() if isinstance(thing, ShownSet) else thing.textures.choice)
             for p, thing in self.drawn.items()
             if not isinstance(thing, PlacedMesh)
+        ]
+
+    def lights(self) -> list[tuple[str, FoundLight]]:
+        """What light was found in each frame of the last picture whose light was to be taken out; by object."""
+        return [
+            (p.node.name, view.textures.light)
+            for p, thing in self.drawn.items()
+            if not isinstance(thing, PlacedMesh)
+            for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
+            if view.textures.light
         ]
 
     def weights(self) -> dict[Frame, float]:

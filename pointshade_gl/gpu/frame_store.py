@@ -9,8 +9,10 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
+from ..light_fit import describe_light
 from ..look import Look
 from ..noise import Choice, parse_noise
+from ..notes import print_note
 from .albedo import AlbedoPass
 from .steps import Steps
 from .surface import Estimator, SurfacePass
@@ -104,6 +106,9 @@ class FrameStore:
         light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
         textures.light = light
         if not light.tells:
+            told, textures.told = textures.told, (light.why, frame.camera)
+            if told != textures.told:  # a stream would say it thirty times a second
+                print_note(describe_light(light))
             return Colors(textures.color, textures)
         if textures.albedo is None:
             textures.albedo = AlbedoImage(self._context, textures.color.size)

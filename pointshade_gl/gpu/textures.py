@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
+from ..camera import Camera
 from ..frame import Frame
 from ..light_fit import FoundLight
 from ..noise import Choice
@@ -68,6 +69,7 @@ class FrameTextures(DepthTextures):
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
         self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
+        self.told: tuple[str, Camera] | None = None  # why the last picture did not tell its light, and who took it
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:

@@ -158,22 +158,33 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     """
     samples = Samples(colors, surfaces, rays)
     if not light.tells or len(samples.at) < 300:
-        return _none(light.why or "too few pixels")
+        return _none(f"the picture does not tell its light, {light.why}" if light.why else "it shows too little")
     found = _search(samples, light)
     if found is None:
-        return _none("nothing in it looks like one")
+        return _none("no highlights found")
     pairs = pairs_of(samples, lit(samples, found, light.ambient), found.exponent, EVERY)[0]
     strength = weigh(pairs).strength
     if why := _doubt(pairs, strength, found.exponent):
         return _none(why)
     if not _stands_out(samples, found, strength, light.ambient):
-        return _none("its texture has spots like highlights")
+        return _none("no highlights found that stand out from its texture")
     strengths = _strengths(samples, found, pairs, strength, light.ambient)
     if not strengths.any():
-        return _none("what looks like one is texture")
+        return _none("no highlights found, what looks like one is texture")
     strengths = np.stack([strengths, surfaces[..., 3]], -1)
     x, y, z, q = samples.toward(found).tolist()
     return FoundHighlights((x, y, z, q), found.exponent, strengths, True)
+
+
+def describe_highlights(found: FoundHighlights) -> str:
+    """What was found, in one line."""
+    if not found.tells:
+        return f"remove-highlights: {found.why}: the picture's colours stay as they are"
+    share = 100 * float((found.strengths[..., 0] > 0).mean())
+    strength = float(found.strengths[..., 0].max())
+    return (
+        f"remove-highlights: strength {strength:.2f}, shininess {found.exponent:.0f}, on {share:.0f} % of the picture"
+    )
 
 
 def _none(why: str) -> FoundHighlights:
@@ -183,15 +194,15 @@ def _none(why: str) -> FoundHighlights:
 def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
     """Why what was found is no highlight."""
     if strength < WEAKEST:
-        return "it has none that could be seen"
+        return "no highlights found that could be seen"
     if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
-        return "what looks like one is too wide or too sharp"
+        return "no highlights found, what looks like one is too wide or too sharp"
     colors = [weighted_median(pairs.ratio[:, k], pairs.weight) for k in range(3)]
     if min(colors) < WHITE * max(colors):
-        return "what looks like one is coloured"
+        return "no highlights found, what looks like one is coloured"
     left = pairs.weight @ abs(pairs.ratio - strength).mean(-1)
     if left > MOST_LEFT * (pairs.weight @ abs(pairs.ratio).mean(-1)) and weigh(pairs).sureness < SURE:
-        return "what looks like one is texture"
+        return "no highlights found, what looks like one is texture"
     return ""
 
 

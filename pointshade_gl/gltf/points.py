@@ -25,7 +25,7 @@ from ..notes import Note
 from ..scene import PointObject
 from ..wording import shown
 from .checks import numbers, telling
-from .extras import options
+from .extras import options, switch
 from .parts import Parts, inside
 from .views import FLIP
 
@@ -33,7 +33,8 @@ _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
 FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
 OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
-KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, "material")
+SWITCHES = ("unlight", "remove_highlights")
+KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
@@ -55,6 +56,7 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
         with _telling_frame(k, len(described)):
             found.append(_read_once(frame_said, parts, frames))
     object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
+    object_said |= {key: switch(said, key) for key in SWITCHES if key in said}
     return PointObject(found, read_material(said.get("material", {})), **object_said)
 
 
@@ -172,6 +174,7 @@ def write_points(
             said[key] = f"{name}/{key}.npy"
         elif value != getattr(Look(), key):
             said[key] = value
+    said |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)
     return said | ({"material": material} if material else {})
 

@@ -18,8 +18,8 @@ from .gpu.point_objects import Points, PointSet, ShownPoints, ShownSet
 from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
 from .gpu.textures import FrameTextures
-from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .highlight_fit import FoundHighlights
+from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .light_fit import FoundLight
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh

@@ -174,7 +174,7 @@ KEYS = (
     Key(("+", "=", "-"), "+ -", "point size", _resize_points),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight),
-    Key(("M",), "M", "take out the highlights in the picture (matte)", _toggle_highlights),
+    Key(("X",), "X", "take out the highlights in the picture (matte)", _toggle_highlights),
     Key(("TAB",), "Tab", "take the next light", lambda viewer, _: viewer.next_light()),
     Key(("R",), "R", "reset view and light", _reset),
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),

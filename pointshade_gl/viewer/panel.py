@@ -132,7 +132,7 @@ class Panel:
         step = self._choose("depth step", before, STEPS)
         splat = self._choose("splat", look.splat, SPLATS)
         unlight = imgui.checkbox("take out its light (U)", look.unlight)[1]
-        matte = imgui.checkbox("take out its highlights (M)", look.remove_highlights)[1]
+        matte = imgui.checkbox("take out its highlights (X)", look.remove_highlights)[1]
         size = self._slide("size", state.point_size, 0.25, 8.0, logarithmic=True)
         viewer.state = state.with_look(
             shading=shading, material=material, normals=normals, splat=splat,

@@ -100,6 +100,7 @@ class Samples:
 
     n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
     n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
+    clipped              how many more there are on surfaces, of unknown light
     piece                (h, w) number of the smooth piece of surface, -1 where none
     partners             (m, 16) other samples of the same piece, -1 where there is none
     """
@@ -108,7 +109,7 @@ class Samples:
         self.piece = smooth_pieces(surfaces, rays)
         surfaces = smoothed(surfaces, self.piece)
         known = (colors[..., 3] > 0) & (self.piece >= 0)
-        self.shape = known.shape
+        self.shape, self.clipped = known.shape, int(((self.piece >= 0) & ~known).sum())
         self.at = np.random.default_rng(0).permutation(np.flatnonzero(known))  # so that the first few stand for all
         surface, ray = surfaces.reshape(-1, 4)[self.at], rays.reshape(-1, 3)[self.at]
         self.n, self.points = surface[:, :3], ray * surface[:, 3:]
@@ -257,7 +258,8 @@ def _unclipped(s: Samples, found: Guess, ambient: float) -> Samples:
     lighted = lit(s, found, ambient)
     strength = max(weigh(*pairs_of(s, lighted, found.exponent, 10_000)).strength, 0)
     keep = (s.color.max(-1) - strength * np.exp(found.exponent * lighted.glint)) < CLIPPED - strength
-    if keep.mean() < 0.3:
+    near = (lighted.glint > np.log(0.1) / found.exponent).sum()
+    if s.clipped < 0.05 * near or keep.mean() < 0.3:
         return s
     rest = copy(s)
     rest.partners = np.where(keep[:, None] & keep[s.partners], s.partners, -1)

@@ -20,8 +20,8 @@ STEPS = 20  # of the fit
 # Measured on 690 ray-traced scenes: with these no ambient light was taken for a direction.
 UNEXPLAINED = 0.9  # of the misfit without a direction: at most so much may be left
 EVIDENCE = 0.6  # share of that misfit that is explained, times the number of tiles that it is explained in
-SEEN = 0.12  # least difference of log brightness by which the direction shows in the pairs
-SURE = 5.0  # standard errors that the change of the light over the picture is worth
+SEEN = 0.13  # least difference of log brightness by which the direction shows in pairs of exactly one hue
+SURE = 5.0, 12.0  # standard errors that the change of the light over the picture is worth; and times the evidence
 FLAT = 1.1  # ratio of most to least light that is not worth a change
 
 
@@ -76,11 +76,12 @@ def _judged(fit: Fit, pairs: Pairs, normals: Array) -> FoundLight:
     strength = max(float(np.linalg.norm(fit.light)), 1e-3)
     x, y, z = (fit.light / strength).tolist()
     low, white, high = np.percentile(1 + np.maximum(normals @ fit.light, 0), (0.5, 95, 99.5))
-    if high < FLAT * low or _seen(fit, pairs) < SEEN:
+    evidence = _evidence(fit, pairs)
+    if high < FLAT * low or _seen(fit, pairs) * pairs.weight.mean() < SEEN:
         why = "nearly all of its light is ambient"
-    elif not _is_evident(fit, pairs):
+    elif evidence < EVIDENCE:
         why = "its brightness does not follow the normals"
-    elif not _is_sure(fit, normals):
+    elif _sureness(fit, normals) < max(SURE[0], SURE[1] / evidence):
         why = "its parts do not agree"
     else:
         why = ""
@@ -88,30 +89,33 @@ def _judged(fit: Fit, pairs: Pairs, normals: Array) -> FoundLight:
 
 
 def _seen(fit: Fit, pairs: Pairs) -> float:
-    """The difference of log brightness that the direction makes in the pairs, root mean square."""
+    """The difference of log brightness that the direction makes in the pairs, root mean square.
+
+    Where colours change smoothly, brightness does as well, and the pairs hardly ever have exactly one hue.
+    """
     one, two = (np.log1p(np.maximum(normals @ fit.light, 0)) for normals in (pairs.one, pairs.two))
     return float(np.sqrt(np.average((one - two) ** 2, weights=pairs.weight)))
 
 
-def _is_evident(fit: Fit, pairs: Pairs) -> bool:
-    """Whether the direction explains enough, in enough tiles."""
+def _evidence(fit: Fit, pairs: Pairs) -> float:
+    """The share of the misfit that the direction explains, times the number of tiles where it does; 0 if too little."""
     before, after = (
         np.bincount(pairs.tile, pairs.weight * _robust(_miss(light, pairs)[0])) for light in (0 * fit.light, fit.light)
     )
     gains = before - after
     share = gains.sum() / max(before.sum(), 1e-9)
     tiles = gains.sum() ** 2 / max(np.square(gains).sum(), 1e-9)
-    return bool(share > 1 - UNEXPLAINED and share * tiles > EVIDENCE)
+    return float(share * tiles) if share > 1 - UNEXPLAINED else 0.0
 
 
-def _is_sure(fit: Fit, normals: Array) -> bool:
-    """Whether the light changes over the picture by more than it would if other tiles had a say."""
+def _sureness(fit: Fit, normals: Array) -> float:
+    """By how many standard errors the light changes over the picture."""
     along = normals @ fit.light
     shading = 1 + np.maximum(along, 0)
     slopes = normals * ((along > 0) / shading)[:, None]
     slopes -= slopes.mean(0)
     error = np.einsum("ni,ij,nj->n", slopes, fit.covariance, slopes).mean()
-    return bool(np.log(shading).var() > SURE**2 * error)
+    return float(np.sqrt(np.log(shading).var() / max(error, 1e-12)))
 
 
 def _miss(light: Array, pairs: Pairs) -> tuple[Array, Array, Array]:

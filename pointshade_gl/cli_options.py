@@ -248,6 +248,23 @@ class LookOptions(NormalOptions):
             rich_help_panel=VIEW,
         ),
     ] = "source"
+    unlight: Annotated[
+        bool,
+        typer.Option(
+            "--unlight",
+            help="Divide the light in the picture out of its colours, if the picture tells it.",
+            rich_help_panel=LIGHT,
+        ),
+    ] = False
+
+    remove_highlights: Annotated[
+        bool,
+        typer.Option(
+            "--remove-highlights",
+            help="Take the highlights in the picture out of its colours, if the picture tells them.",
+            rich_help_panel=LIGHT,
+        ),
+    ] = False
 
     def look(self) -> Look:
         """The values as a Look. Raises ValueError for unknown names and impossible numbers."""
@@ -265,6 +282,8 @@ class LookOptions(NormalOptions):
             normals_at=self.normals_at,
             flying=self.flying,
             temporal=self.temporal,
+            unlight=self.unlight,
+            remove_highlights=self.remove_highlights,
         )
 
     def lights(self, shadow: bool = False) -> list[Light]:

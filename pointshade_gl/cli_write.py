@@ -86,7 +86,8 @@ def write_points(
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = ("light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying", "temporal")
+        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying"
+        names += "temporal", "unlight", "remove_highlights"
         cloud = renderer.render_points(frame, **_chosen(arguments, *names))
         tell(renderer)
         return cloud

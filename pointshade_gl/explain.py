@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .consensus import is_primary
+from .highlight_fit import FoundHighlights, describe_highlights
+from .light_fit import FoundLight, describe_light
 from .noise import Choice, describe
 from .wording import counted
 
@@ -40,6 +42,16 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
         told = explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
         lines += [prefix + line for line in told]
     return lines
+
+
+def explain_lights(
+    lights: Sequence[tuple[str, FoundLight]], highlights: Sequence[tuple[str, FoundHighlights]]
+) -> list[str]:
+    """What light and what highlights were found in the frames of a picture, in lines, equal ones once."""
+    found = [(name, describe_light(one)) for name, one in lights]
+    found += [(name, describe_highlights(one)) for name, one in highlights]
+    several = len({name for name, _ in found}) > 1
+    return list(dict.fromkeys(f"{name or 'object'}: {line}" if several else line for name, line in found))
 
 
 def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:

@@ -1,8 +1,8 @@
 """The highlights of a picture: where its geometry says that they are, how sharp and how strong.
 
 One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
-place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best strength is
-a weighted median. Colours alone cannot tell a highlight from white paint.
+place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best
+strength is a weighted median. Colours alone cannot tell a highlight from white paint.
 """
 
 from __future__ import annotations
@@ -24,11 +24,12 @@ EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 6.0, 160.0
 NEAR = 0.7  # depth of the scene over the distance of a near light
 STRIDE = 6.0  # degrees between the directions of the search
 FEW_PAIRS, EVERY = 2_500, 1 << 40
-WEAKEST = 0.03  # strength, linear light, that is worth while
+WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
 MOST_LEFT = 0.94  # share of the differences that is left without the highlights
 SURE = 35.0  # with which they may leave more
-STANDS_OUT = 2.0  # times the evidence of any spot of the texture
+STANDS_OUT = 3.2  # times the evidence of any spot of the texture
+CLIPPED = 0.93  # linear light above which samples are unknown
 SHADED = 0.8  # share of its highlight below which a sample shows that it has none
 THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
 LEAST = 0.02  # difference that a highlight of strength 1 makes in a pair that says something
@@ -99,6 +100,7 @@ class Samples:
 
     n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
     n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
+    clipped              how many more there are on surfaces, of unknown light
     piece                (h, w) number of the smooth piece of surface, -1 where none
     partners             (m, 16) other samples of the same piece, -1 where there is none
     """
@@ -107,7 +109,7 @@ class Samples:
         self.piece = smooth_pieces(surfaces, rays)
         surfaces = smoothed(surfaces, self.piece)
         known = (colors[..., 3] > 0) & (self.piece >= 0)
-        self.shape = known.shape
+        self.shape, self.clipped = known.shape, int(((self.piece >= 0) & ~known).sum())
         self.at = np.random.default_rng(0).permutation(np.flatnonzero(known))  # so that the first few stand for all
         surface, ray = surfaces.reshape(-1, 4)[self.at], rays.reshape(-1, 3)[self.at]
         self.n, self.points = surface[:, :3], ray * surface[:, 3:]
@@ -158,22 +160,36 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     """
     samples = Samples(colors, surfaces, rays)
     if not light.tells or len(samples.at) < 300:
-        return _none(light.why or "too few pixels")
+        return _none(f"the picture does not tell its light, {light.why}" if light.why else "it shows too little")
     found = _search(samples, light)
     if found is None:
-        return _none("nothing in it looks like one")
-    pairs = pairs_of(samples, lit(samples, found, light.ambient), found.exponent, EVERY)[0]
+        return _none("no highlights found")
+    unclipped = _unclipped(samples, found, light.ambient)
+    pairs = pairs_of(unclipped, lit(samples, found, light.ambient), found.exponent, EVERY)[0]
     strength = weigh(pairs).strength
     if why := _doubt(pairs, strength, found.exponent):
         return _none(why)
+    if not _is_round(samples, found, pairs, strength):
+        return _none("no highlights found, what looks like one has another shape")
     if not _stands_out(samples, found, strength, light.ambient):
-        return _none("its texture has spots like highlights")
+        return _none("no highlights found that stand out from its texture")
     strengths = _strengths(samples, found, pairs, strength, light.ambient)
     if not strengths.any():
-        return _none("what looks like one is texture")
+        return _none("no highlights found, what looks like one is texture")
     strengths = np.stack([strengths, surfaces[..., 3]], -1)
     x, y, z, q = samples.toward(found).tolist()
     return FoundHighlights((x, y, z, q), found.exponent, strengths, True)
+
+
+def describe_highlights(found: FoundHighlights) -> str:
+    """What was found, in one line."""
+    if not found.tells:
+        return f"remove-highlights: {found.why}: the picture's colours stay as they are"
+    share = 100 * float((found.strengths[..., 0] > 0).mean())
+    strength = float(found.strengths[..., 0].max())
+    return (
+        f"remove-highlights: strength {strength:.2f}, shininess {found.exponent:.0f}, on {share:.0f} % of the picture"
+    )
 
 
 def _none(why: str) -> FoundHighlights:
@@ -183,16 +199,35 @@ def _none(why: str) -> FoundHighlights:
 def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
     """Why what was found is no highlight."""
     if strength < WEAKEST:
-        return "it has none that could be seen"
+        return "no highlights found that could be seen"
     if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
-        return "what looks like one is too wide or too sharp"
+        return "no highlights found, what looks like one is too wide or too sharp"
     colors = [weighted_median(pairs.ratio[:, k], pairs.weight) for k in range(3)]
     if min(colors) < WHITE * max(colors):
-        return "what looks like one is coloured"
+        return "no highlights found, what looks like one is coloured"
     left = pairs.weight @ abs(pairs.ratio - strength).mean(-1)
     if left > MOST_LEFT * (pairs.weight @ abs(pairs.ratio).mean(-1)) and weigh(pairs).sureness < SURE:
-        return "what looks like one is texture"
+        return "no highlights found, what looks like one is texture"
     return ""
+
+
+def _is_round(s: Samples, found: Guess, pairs: Pairs, strength: float) -> bool:
+    """Whether at least three of the four quarters of the highlight say about the same."""
+    l_q = s.toward(found)
+    to = l_q[:3] - l_q[3] * s.points[pairs.one]
+    off = s.r[pairs.one] - to / np.linalg.norm(to, axis=-1, keepdims=True)
+    across, up = _axes(found.direction)
+    quarter = 2 * (off @ across > 0) + (off @ up > 0)
+    of_each = [Pairs(*(values[quarter == k] for values in pairs)) for k in range(4)]
+    enough = [one for one in of_each if one.weight.sum() > 0.05 * pairs.weight.sum()]
+    return len(enough) > 2 and all(0.5 < weigh(one).strength / strength < 1.8 for one in enough)
+
+
+def _axes(direction: Array) -> tuple[Array, Array]:
+    """Two unit directions across a third."""
+    across = np.cross(direction, np.eye(3, dtype=np.float32)[np.argmin(abs(direction))])
+    across /= np.linalg.norm(across)
+    return across, np.cross(direction, across)
 
 
 def _search(s: Samples, light: FoundLight) -> Guess | None:
@@ -214,14 +249,26 @@ def _search(s: Samples, light: FoundLight) -> Guess | None:
         if all(guess.direction @ g.direction < 0.985 or guess.exponent != g.exponent for g in starts):
             starts.append(guess)
     best = max((_refined(s, start, light.ambient, 4_000, 45, 1.0) for start in starts[:3]), key=lambda x: x[0])[1]
-    return _refined(s, best, light.ambient, 10_000, 60, 0.4)[1]
+    return _refined(_unclipped(s, best, light.ambient), best, light.ambient, 10_000, 60, 0.6)[1]
+
+
+def _unclipped(s: Samples, found: Guess, ambient: float) -> Samples:
+    """Without the pairs of samples so bright that a highlight would have clipped them: those in it are missing, so that
+    the others would pull it down."""
+    lighted = lit(s, found, ambient)
+    strength = max(weigh(*pairs_of(s, lighted, found.exponent, 10_000)).strength, 0)
+    keep = (s.color.max(-1) - strength * np.exp(found.exponent * lighted.glint)) < CLIPPED - strength
+    near = (lighted.glint > np.log(0.1) / found.exponent).sum()
+    if s.clipped < 0.05 * near or keep.mean() < 0.3:
+        return s
+    rest = copy(s)
+    rest.partners = np.where(keep[:, None] & keep[s.partners], s.partners, -1)
+    return rest
 
 
 def _refined(s: Samples, start: Guess, ambient: float, pairs: int, looks: int, size: float) -> tuple[float, Guess]:
     """Nelder and Mead 1965, on direction, nearness and the log of the exponent."""
-    across = np.cross(start.direction, np.eye(3)[np.argmin(abs(start.direction))])
-    across /= np.linalg.norm(across)
-    up = np.cross(start.direction, across)
+    across, up = _axes(start.direction)
 
     def guess(p: NDArray[np.float64]) -> Guess:
         direction = start.direction + p[0] * across + p[1] * up
@@ -374,9 +421,7 @@ def weighted_median(values: Array, weights: Array) -> float:
 
 def directions_around(middle: Array, degrees: float, step: float) -> list[Array]:
     """Unit directions on a triangular grid."""
-    across = np.cross(middle, np.eye(3)[np.argmin(abs(middle))])
-    across /= np.linalg.norm(across)
-    up = np.cross(middle, across)
+    across, up = _axes(middle)
     count = int(degrees / step) + 1
     found = []
     for i in range(-count, count + 1):

@@ -17,7 +17,7 @@ from .camera import Camera
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
-from .explain import explain
+from .explain import explain, explain_lights
 from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
@@ -95,7 +95,8 @@ class Renderer:
         It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
         """
         with self._in_use():
-            return explain(self._pipeline.things.findings(), names)
+            things = self._pipeline.things
+            return explain(things.findings(), names) + explain_lights(things.lights(), things.highlights())
 
     def render(
         self,
@@ -281,6 +282,8 @@ class Renderer:
         noise: float | ArrayLike | str | None = None,
         flying: str = "keep",
         temporal: bool = False,
+        unlight: bool = False,
+        remove_highlights: bool = False,
     ) -> PointCloud:
         """All points of a frame in the world, with the depth and the light that `render` draws them with.
 
@@ -292,13 +295,8 @@ class Renderer:
         frame = check_type(loaded(frame), Frame, "frame")
         check_choice("shading", shading, SHADINGS)
         material = UNLIT if shading == "none" else Material() if material is None else material
-        options = {
-            "max_depth_step": max_depth_step,
-            "noise": noise,
-            "upsample": "none",
-            "flying": flying,
-            "temporal": temporal,
-        }
+        options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying}
+        options |= {"temporal": temporal, "unlight": unlight, "remove_highlights": remove_highlights}
         scene = self._scenes.of_frames((frame,), Look(material, normals, "flat", **options))
         lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
         with self._in_use():

@@ -19,7 +19,9 @@ from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
 from .gpu.textures import FrameTextures
 from .gpu.tiles import TiledPoints, TileStore
+from .highlight_fit import FoundHighlights
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
+from .light_fit import FoundLight
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh
 from .noise import Choice
@@ -84,6 +86,22 @@ class Things:
             (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
             for p, thing in self.drawn.items()
             if not isinstance(thing, PlacedMesh)
+        ]
+
+    def lights(self) -> list[tuple[str, FoundLight]]:
+        """What light was found in each frame of the last picture whose light was to be taken out; by object."""
+        return [(name, textures.light) for name, textures in self._drawn_frames() if textures.light]
+
+    def highlights(self) -> list[tuple[str, FoundHighlights]]:
+        """The same of highlights."""
+        return [(name, textures.highlights) for name, textures in self._drawn_frames() if textures.highlights]
+
+    def _drawn_frames(self) -> list[tuple[str, FrameTextures]]:
+        return [
+            (p.node.name, view.textures)
+            for p, thing in self.drawn.items()
+            if not isinstance(thing, PlacedMesh)
+            for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
         ]
 
     def weights(self) -> dict[Frame, float]:

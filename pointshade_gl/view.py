@@ -65,7 +65,9 @@ class View:
 
     def shows_photograph(self, source: Frame | Scene | Sequence[Frame]) -> bool:
         """Whether frames are seen unlit as their cameras saw them: one sample gives their colours back exactly."""
-        is_plain = self.look.shading == "none" and self.look.splat == "footprint" and self.look.size in (None, 1)
+        look = self.look
+        is_plain = look.shading == "none" and look.splat == "footprint" and look.size in (None, 1)
+        is_plain = is_plain and not look.unlight and not look.remove_highlights
         is_moved = self.pose is not None or any((self.yaw, self.pitch, self.dolly)) or self.size is not None
         return is_plain and not is_moved and not isinstance(source, Scene)
 

@@ -25,26 +25,16 @@ from ..notes import Note
 from ..scene import PointObject
 from ..wording import shown
 from .checks import numbers, telling
-from .extras import options
+from .extras import options, switch
 from .parts import Parts, inside
 from .views import FLIP
 
 _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
 FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
-OBJECT_KEYS = (
-    "normals",
-    "shading",
-    "size",
-    "splat",
-    "max_depth_step",
-    "noise",
-    "upsample",
-    "normals_at",
-    "flying",
-    "temporal",
-)
-KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, "material")
+OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
+SWITCHES = ("temporal", "unlight", "remove_highlights")
+KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 # Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
 _sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
@@ -66,6 +56,7 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
         with _telling_frame(k, len(described)):
             found.append(_read_once(frame_said, parts, frames))
     object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
+    object_said |= {key: switch(said, key) for key in SWITCHES if key in said}
     return PointObject(found, read_material(said.get("material", {})), **object_said)
 
 
@@ -143,11 +134,7 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
 
 
 def _value(key: str, value: Any, parts: Parts) -> Any:
-    """An option of an object: a switch, a name, numbers, or the array of the .npy file that it names."""
-    if key == "temporal":
-        if not isinstance(value, bool):
-            raise ValueError(f"{key} must be true or false, got {shown(value)}")
-        return value
+    """An option of an object: a name, numbers, or the array of the .npy file that it names."""
     if isinstance(value, str):
         return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
     if isinstance(value, list):
@@ -187,6 +174,7 @@ def write_points(
             said[key] = f"{name}/{key}.npy"
         elif value != getattr(Look(), key):
             said[key] = value
+    said |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)
     return said | ({"material": material} if material else {})
 

@@ -11,9 +11,11 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
-from ..light_fit import FoundLight
+from ..highlight_fit import describe_highlights
+from ..light_fit import FoundLight, describe_light
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
+from ..notes import print_note
 from .albedo import AlbedoPass
 from .fill import FillPass
 from .matte import MattePass
@@ -127,10 +129,15 @@ class FrameStore:
             return colors
         self._albedo = self._albedo or AlbedoPass(self._context)
         light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
-        textures.light = light
+        textures.light = light if look.unlight else None
         if look.remove_highlights:
-            colors = self._find_matte(self._albedo, textures, surface, camera, light)
-        if not look.unlight or not light.tells:
+            colors = self._find_matte(self._albedo, textures, frame, light)
+        if not look.unlight:
+            return colors
+        if not light.tells:
+            told, textures.told = textures.told, (light.why, frame.camera)
+            if told != textures.told:  # a stream would say it thirty times a second
+                print_note(describe_light(light))
             return colors
         if textures.albedo is None:
             textures.albedo = AlbedoImage(self._context, textures.color.size)
@@ -138,15 +145,17 @@ class FrameStore:
         self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
         return Colors(textures.albedo.texture, textures.albedo)
 
-    def _find_matte(
-        self, albedo: AlbedoPass, textures: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
-    ) -> Colors:
+    def _find_matte(self, albedo: AlbedoPass, textures: FrameTextures, frame: Frame, light: FoundLight) -> Colors:
         """The picture without its highlights, as far as it tells them."""
         self._matte = self._matte or MattePass(self._context)
+        surface, camera = textures.surface, frame.camera
         inputs = albedo, textures, surface, camera, light
         found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
         textures.highlights = found
         if not found.tells:
+            told, textures.told_matte = textures.told_matte, (found.why, camera)
+            if told != textures.told_matte:
+                print_note(describe_highlights(found))
             return Colors(textures.color, textures)
         if textures.matte is None:
             textures.matte = AlbedoImage(self._context, textures.color.size)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
+from ..camera import Camera
 from ..frame import Frame
 from ..highlight_fit import FoundHighlights
 from ..light_fit import FoundLight
@@ -77,6 +78,8 @@ class FrameTextures(DepthTextures):
         self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
         self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
+        self.told: tuple[str, Camera] | None = None  # why the last picture did not tell its light, and who took it
+        self.told_matte: tuple[str, Camera] | None = None  # the same of its highlights
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:

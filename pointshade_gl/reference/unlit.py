@@ -12,7 +12,7 @@ from .resolve import Seen, mix_normal, seen_weights
 from .vectors import dot
 
 F = np.float32
-LEAST_GAIN, MOST_GAIN = F(0.5), F(3.0)
+LEAST_GAIN, MOST_GAIN = F(0.5), F(6.0)
 
 
 def shading_at(normal: np.ndarray, light: np.ndarray) -> np.ndarray:

@@ -123,6 +123,18 @@ def _resize_points(viewer: Viewer, name: str) -> None:
     _change(viewer, f"point size: {size:g} pixels of the frame", viewer.state.with_look(size=size))
 
 
+def _toggle_unlight(viewer: Viewer, _: str) -> None:
+    on = not viewer.state.look.unlight
+    text = "the light in the picture is divided out" if on else "the colours are those of the picture"
+    _change(viewer, text, viewer.state.with_look(unlight=on))
+
+
+def _toggle_highlights(viewer: Viewer, _: str) -> None:
+    on = not viewer.state.look.remove_highlights
+    text = "the highlights in the picture are taken out" if on else "the highlights in the picture stay"
+    _change(viewer, text, viewer.state.with_look(remove_highlights=on))
+
+
 def _leave(viewer: Viewer, name: str) -> None:
     if name == "ESCAPE" and viewer.state.help:
         viewer.state = replace(viewer.state, help=False)
@@ -161,6 +173,8 @@ KEYS = (
     Key(("N",), "N", "next normal estimator", _cycle_normals),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
+    Key(("U",), "U", "divide the light in the picture out", _toggle_unlight),
+    Key(("X",), "X", "take out the highlights in the picture (matte)", _toggle_highlights),
     Key(("TAB",), "Tab", "take the next light", lambda viewer, _: viewer.next_light()),
     Key(("R",), "R", "reset view and light", _reset),
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),

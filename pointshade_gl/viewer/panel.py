@@ -131,11 +131,14 @@ class Panel:
         before = "off" if look.max_depth_step is None else str(look.max_depth_step)
         step = self._choose("depth step", before, STEPS)
         splat = self._choose("splat", look.splat, SPLATS)
+        unlight = imgui.checkbox("take out its light (U)", look.unlight)[1]
+        matte = imgui.checkbox("take out its highlights (X)", look.remove_highlights)[1]
         size = self._slide("size", state.point_size, 0.25, 8.0, logarithmic=True)
         viewer.state = state.with_look(
             shading=shading, material=material, normals=normals, splat=splat,
             size=None if splat == "mesh" else look.size if size == state.point_size else size,
-            max_depth_step=look.max_depth_step if step == before else None if step == "off" else step,
+            max_depth_step=look.max_depth_step if step == before else None if step == "off" else step, unlight=unlight,
+            remove_highlights=matte,
         )  # fmt: skip
 
     def _views(self, viewer: Viewer, views: Views) -> None:

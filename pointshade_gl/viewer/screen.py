@@ -125,7 +125,7 @@ def render_arguments(viewer: Viewer, camera: Camera) -> dict[str, Any]:
     if isinstance(frame, Scene):
         shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
         return common | {"frame": shaded(frame, shading)}
-    shown = state if state.lit else state.with_look(shading="none")
+    shown = state if state.lit else state.with_look(shading="none", unlight=False, remove_highlights=False)
     return common | {"frame": frame.shown if isinstance(frame, Views) else frame, **shown.look.options}
 
 

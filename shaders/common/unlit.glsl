@@ -3,7 +3,7 @@
 // Divides the light of a picture out of its colours, so that another light does not shade them twice.
 
 const float LEAST_GAIN = 0.5;
-const float MOST_GAIN = 3.0;
+const float MOST_GAIN = 6.0;
 
 // How brightly a normal is lit. light: unit direction towards it, and ambient light over the strength of the direction's.
 float shading_at(vec3 normal, vec4 light) {

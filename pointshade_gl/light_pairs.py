@@ -1,0 +1,87 @@
+"""Pairs of pixels that tell how a picture is lit: of one surface and one colour, but facing different ways."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float32]
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
+PAIRS = 6000
+TRIES = 12  # candidates for each pair
+REACH = 0.025, 0.15  # of the picture's longer side: standard deviations of the way between the pixels of a pair
+ALIKE = 0.97  # cosine between normals that light hardly tells apart
+HUE = 0.03  # difference of chromaticity between two materials
+STEPS = 6  # places between two pixels that are looked at
+BEND, MOST_BEND = (
+    12.0,
+    32.0,
+)  # degrees by which a surface turns in a pixel, and from place to place; creases turn faster
+JUMP = 0.08  # share of the depth by which these places differ, of one surface
+TILES = 8  # across the longer side: pairs of one tile may share a mistake
+DARK = 0.004  # linear light that is mostly noise
+
+
+class Pairs(NamedTuple):
+    """n pairs of pixels: unit normals (n, 3), (n, 3); log of how much brighter the first is, weight and tile, (n,)."""
+
+    one: Array
+    two: Array
+    brighter: Array
+    weight: Array
+    tile: NDArray[np.int64]
+
+
+def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
+    """Pairs for `light_fit`, whose arrays these are.
+
+    The straight way between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
+    surface all around, but differently painted walls are as good as lit ones.
+    """
+    chance = np.random.default_rng(seed)
+    height, width = colors.shape[:2]
+    flat_surfaces, flat_colors = surfaces.reshape(-1, 4), colors.reshape(-1, 4)
+    brightness = flat_colors[:, :3] @ LUMINANCE
+    known = (flat_colors[:, 3] > 0) & (brightness > DARK)
+    places = np.flatnonzero(known)
+    if not len(places):
+        empty = np.zeros(0, np.float32)
+        return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty, np.zeros(0, int))
+    first = places[chance.integers(0, len(places), TRIES * PAIRS)]
+    reach = np.exp(chance.uniform(*np.log(REACH), len(first))) * max(width, height)
+    way = np.rint(chance.normal(size=(2, len(first))) * reach).astype(int)
+    v, u = first // width, first % width
+    inside = (v + way[0] >= 0) & (v + way[0] < height) & (u + way[1] >= 0) & (u + way[1] < width)
+    first, second = first[inside], (first + way[0] * width + way[1])[inside]
+    chosen = known[second]
+    chosen &= (flat_surfaces[first, :3] * flat_surfaces[second, :3]).sum(-1) < ALIKE
+    first, second = first[chosen], second[chosen]
+    hue = flat_colors[:, :3] / np.maximum(flat_colors[:, :3].sum(-1, keepdims=True), 1e-6)
+    weight = np.exp(-np.square(hue[first] - hue[second]).sum(-1) / HUE**2)
+    chosen = np.flatnonzero(weight > 0.1)
+    chosen = chosen[_is_one_surface(flat_surfaces, first[chosen], second[chosen], width)][:PAIRS]
+    first, second = first[chosen], second[chosen]
+    brighter = np.log(brightness[first] / brightness[second])
+    side = max(width, height) / TILES
+    tile = (first // width // side).astype(int) * TILES + (first % width // side).astype(int)
+    return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen], tile)
+
+
+def _is_one_surface(
+    surfaces: Array, first: NDArray[np.int64], second: NDArray[np.int64], width: int
+) -> NDArray[np.bool_]:
+    """Whether neither normal nor depth jumps on the straight way between two pixels."""
+    v, u = first // width, first % width
+    down, right = second // width - v, second % width - u
+    before, same = surfaces[first], np.ones(len(first), bool)
+    bend = np.cos(np.radians(np.minimum(BEND * np.maximum(np.hypot(down, right) / STEPS, 1), MOST_BEND)))
+    for k in range(1, STEPS + 1):
+        here = surfaces[
+            np.rint(v + down * (k / STEPS)).astype(int) * width + np.rint(u + right * (k / STEPS)).astype(int)
+        ]
+        same &= (before[:, :3] * here[:, :3]).sum(-1) > bend
+        same &= np.abs(here[:, 3] - before[:, 3]) < JUMP * before[:, 3]
+        before = here
+    return same

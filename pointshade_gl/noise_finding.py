@@ -7,7 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from . import noise_structure
 from .noise import Noise
+from .noise_structure import find_structure, median3, neighbours3
 
 Array = NDArray[np.float64]
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
@@ -17,7 +19,7 @@ STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / dept
 MARGIN = 1.1  # factor on the level: plane fits fail if the noise is underestimated; overestimating costs little
 WORTH = np.radians(0.1)  # less tilt than this is not worth the second estimator
 LATTICE_VOTES = 0.2  # share of the blocks that must find a lattice of depths, and how well their quartiles must agree
-LATTICE_SPREAD = 1.05
+LATTICE_SPREAD, LATTICE_REACH, LATTICE_FITS = 0.02, 10, 0.9
 JUMP_SHARE = 0.01  # a frame counts as rounded if this share of its patches has an isolated jump
 # Steps per pixel: up to the first, a neighbourhood shares its rounding error; from the second on, errors are random.
 FULL_WIDTH, NO_WIDTH = 0.1, 0.5
@@ -40,26 +42,18 @@ def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...
     return blocks, tuple((n - (b * block - PATCH_PITCH + 4)) // 2 for n, b in zip((width, height), blocks, strict=True))
 
 
-def neighbours3(values):
-    """Return (9, rows, cols): every cell of a grid with its 8 neighbours, the border repeated."""
-    padded = np.pad(values, 1, mode="edge")
-    rows, cols = values.shape
-    return np.stack([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
-
-
-def median3(values: Array, known: NDArray[np.bool_]) -> Array:
-    """Return the 3x3 median of a grid (rows, cols); cells that are not known count as the median of all."""
-    filled = np.where(known, values, np.median(values[known]) if known.any() else 0.0)
-    return np.partition(neighbours3(filled), 4, axis=0)[4]
-
-
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
     """Return the step between the depths of a 16-bit picture, 0.0 for any other picture."""
     votes = np.sort(lattice[lattice > 0])
     if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
         return 0.0
-    low, high = votes[votes.size // 4], votes[(3 * votes.size) // 4]
-    return float(votes[votes.size // 2]) if high < LATTICE_SPREAD * low else 0.0
+    times = votes / votes[votes.size // 10]
+    whole = np.maximum(np.round(times), 1)
+    near = whole <= LATTICE_REACH
+    fits = near & (np.abs(times - whole) < LATTICE_SPREAD * whole)
+    if np.count_nonzero(fits) < LATTICE_FITS * np.count_nonzero(near):
+        return 0.0
+    return float(np.median(votes[fits] / whole[fits]))
 
 
 def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
@@ -67,11 +61,17 @@ def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: floa
     jump_w = levels[..., 2][jumps]
     jump_z = jump_w * z[jumps] ** 2
     middle_w, middle_z = np.median(jump_w), np.median(jump_z)
-    if not step_z or middle_z > 2 * step_z:
+    if step_z:
+        # Depths on a lattice whose plateaus lie several of its steps apart were rounded before, as 1 / z.
+        twice = jump_z > 1.5 * step_z
+        global TW; TW=twice.mean()
+        is_twice = np.count_nonzero(twice) > 0.25 * twice.size
+        return (float(np.median(jump_w[twice])), "1/z") if is_twice else (step_z, "z")
+    if True:
         spread_w = np.median(np.abs(np.log(jump_w / middle_w)))
         spread_z = np.median(np.abs(np.log(jump_z / middle_z)))
         if min(spread_w, spread_z) < 0.25:
-            return (float(middle_w), "1/z") if spread_w <= spread_z else (float(middle_z), "z")
+            return (float(middle_z), "z") if spread_z < 0.7 * spread_w else (float(middle_w), "1/z")
     return step_z, "z" if step_z else ""
 
 
@@ -108,12 +108,25 @@ def noise_power(z: Array, sigma_z: Array) -> float:
     return float(np.clip((log_z @ (log_sigma - log_sigma.mean()) + prior) / (log_z @ log_z + prior), 0, 2))
 
 
-def find_noise(levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]]) -> Noise:
+DEBUG = None
+SPARSE_ROUNDED = 0.8 / np.sqrt(12)
+LAW = 0.05
+
+
+def find_noise(
+    levels: Array,
+    counts: Array,
+    focal: float,
+    measure_coarse: Callable[[], tuple[Array, Array]],
+    measure_structure: Callable[[], Array],
+) -> Noise:
     """Return the Noise of a frame.
 
     levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;
-    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames.
+    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames;
+    measure_structure: function that returns levels of STRUCTURE, called only for noisy frames.
     """
+    global DEBUG
     z = counts[..., 3].astype(np.float64)
     seen = z > 0
     blocks = max(np.count_nonzero(seen), 1)
@@ -129,30 +142,47 @@ def find_noise(levels: Array, counts: Array, focal: float, measure_coarse: Calla
         return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, 0.0, None, (0.0, 0.0))
 
     coarse_levels, coarse_counts = measure_coarse()
+    structure = measure_structure()
     misplaced = misplaced_pixels(coarse_counts[..., 0])
     # Where lines are repeated, isolated jumps are the slope of the surface, not rounding.
     plateaus = plateaus and not misplaced
     step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
+
+    density = median3(counts[..., 2], seen)
+    smooth = np.full(z.shape, misplaced > 0) | (plateaus and density < NO_WIDTH)
+    structured, uneven = find_structure(np.where(measured, levels[..., 0], 0.0), structure, coarse_levels[..., 0], step > 0, smooth)
+    credible = measured & ~structured
     in_w, in_z = np.log(np.maximum(raw, 1e-30)), np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
-    noisy = measured & (raw * z > 1e-6)
+    noisy = credible & (raw * z > 1e-6)
     power = noise_power(z[noisy], np.exp(in_z[noisy]))
     powers = (power - 1, -1.0 if domain == "z" else 1.0)
-    level = np.exp(median3((1 - power / 2) * in_z + power / 2 * in_w, measured)) if measured.any() else np.zeros_like(z)
+    own = (1 - power / 2) * in_z + power / 2 * in_w
+    if np.count_nonzero(credible) > LAW * np.count_nonzero(measured):
+        level = np.exp(median3(own, credible))
+    else:
+        level = np.zeros_like(z)
+    level = np.where(structured, np.minimum(level, np.exp(own)), level)
     # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
-    calm = level * z ** powers[0] < worth
+    calm = (level * z ** powers[0] < worth) & ~structured
     level = np.where(calm, neighbours3(level).max(0), level)
-    density = median3(counts[..., 2], seen)
     local = np.full_like(z, step)
     if plateaus:
-        own = jumps & (counts[..., 1] > 0.15) & (density < NO_WIDTH)
-        local = median3(np.where(own, np.maximum(step, levels[..., 2] * z ** (1 - powers[1])), step), seen)
+        stepped = jumps & (counts[..., 1] > 0.15) & (density < NO_WIDTH)
+        local = median3(np.where(stepped, np.maximum(step, levels[..., 2] * z ** (1 - powers[1])), step), seen)
+    local = np.maximum(local, step_z * z ** (-1 - powers[1]))
     t = np.clip((NO_WIDTH - density) / (NO_WIDTH - FULL_WIDTH), 0, 1)
-    plateau = (ROUNDED + (1 - ROUNDED) * t * t * (3 - 2 * t)) * local
+    random = np.where(uneven, SPARSE_ROUNDED, ROUNDED)
+    plateau = (random + (1 - random) * t * t * (3 - 2 * t)) * local
     relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])[seen]
     far = coarse_levels[..., 0] / QUARTILE
     near = np.maximum(level * z ** powers[0], plateau * z ** powers[1]) / z
-    both = measured & (far >= 0) & (near * z > worth)
-    shared = shared_noise(far, raw, near, both)
+    both = measured & (far >= 0) & (near * z > worth) & ~uneven
+    shared = np.where(uneven, 0.0, shared_noise(far, raw, near, both))
+    import os
+    if domain == "1/z" and step_z:
+        shared = np.where(uneven, 0.0, np.maximum(shared, float(os.environ.get("FLOOR", "0.5"))))
+    vv = coarse_counts[..., 0]
+    DEBUG = dict(tw=globals().get('TW',0),step_z=step_z, votes=vv[vv >= 0], level=level, raw=raw, z=z, powers=powers, bumpy=uneven, far=far, near=near, both=both, plateaus=plateaus, density=density, worth=worth,plateau=plateau,law=np.median(level[credible]) if credible.any() else 0)|noise_structure.DEBUG
     correlation = float(np.median(shared[both])) if both.any() else 0.0
     share = float((relative > worth).mean())
     grid = np.stack([MARGIN * level, plateau, shared], -1).astype(np.float32)

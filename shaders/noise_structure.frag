@@ -10,6 +10,6 @@ layout(location = 0) out vec4 patch_texel;
 layout(location = 1) out vec4 patch_steps;  // not used
 
 void main() {
-    patch_texel = structure_patch(depth_map, patch_corner(ivec2(gl_FragCoord.xy), first, APART));
+    patch_texel = structure_patch(depth_map, patch_corner(ivec2(gl_FragCoord.xy), first, 1) + 1);
     patch_steps = vec4(0.0);
 }

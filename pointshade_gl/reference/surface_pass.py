@@ -12,6 +12,7 @@ from .inverse_depth import pixel_grid
 from .line_copies import add_misplaced, count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
+from .noise_structure import structure_patch
 from .normals_adaptive import estimate_adaptive
 from .normals_star import estimate_star
 
@@ -31,8 +32,18 @@ def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.nda
     return levels, block_counts(patches, steps, block)
 
 
+def structure_blocks(depth_map: np.ndarray) -> np.ndarray:
+    """The levels of noise_structure.frag and noise_blocks.frag, (rows, columns, 4)."""
+    (columns, rows), first = noise_grid(*depth_map.shape[::-1])
+    u, v = patch_corner(indices(columns * BLOCK_PATCHES, rows * BLOCK_PATCHES), first, 1)
+    patches, block = structure_patch(depth_map, (u + 1, v + 1)), indices(columns, rows)
+    noise, *rings = (block_quantile(patches, block, which, share) for which, share in ((0, 0.25), (2, 0.5), (3, 0.5)))
+    return np.stack([noise, np.zeros_like(noise), *rings], -1)
+
+
 def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
-    return find_noise(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
+    coarse, structure = lambda: noise_blocks(depth_map, COARSE), lambda: structure_blocks(depth_map)
+    return find_noise(*noise_blocks(depth_map, 1), focal, coarse, structure)
 
 
 def surface_by_noise(

@@ -153,7 +153,8 @@ def find_noise(
     plateaus = plateaus and not misplaced
     step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
     density = median3(counts[..., 2], seen)
-    hidden = np.full(z.shape, misplaced > 0) | (plateaus & (density < NO_WIDTH))
+    # Steps of 1 / z come from matched windows: noise that neighbours share, which looks like structure.
+    hidden = np.full(z.shape, misplaced > 0 or domain == "1/z") | (plateaus & (density < NO_WIDTH))
     structure = find_structure(levels[..., 0], measure_structure(), coarse_levels[..., 0], step > 0, hidden)
     level, power = noise_level(levels, z, measured, structure, worth)
     powers = (power - 1, -1.0 if domain == "z" else 1.0)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .noise import Noise
 from .noise_structure import Mask, Structure, find_structure, median3, neighbours3
+from .noise_words import NoiseWords
 
 Array = NDArray[np.float64]
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
@@ -197,3 +198,13 @@ def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, w
     # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
     calm = (level * z ** (power - 1) < worth) & ~structure.found
     return np.where(calm, neighbours3(level).max(0), level), power
+
+
+def told_noise(words: NoiseWords, shape: tuple[int, int]) -> Noise:
+    """Return the Noise that words describe, the same in all blocks of a grid of that shape."""
+    powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
+    grid = np.empty((*shape, 3), np.float32)
+    grid[:] = MARGIN * words.level, ROUNDED * words.step, words.shared
+    share = 1.0 if words.level else 0.0
+    sigma, relative = (0.0, words.level) if words.is_share else (words.level, 0.0)
+    return Noise(sigma, relative, words.step, words.domain, words.shared, words.repeated, share, grid, powers)

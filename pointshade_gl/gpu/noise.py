@@ -8,7 +8,8 @@ import moderngl
 import numpy as np
 
 from ..noise import Noise
-from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
+from ..noise_words import NoiseWords
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
 from .textures import DepthTextures
@@ -22,7 +23,9 @@ class NoisePass(Owner):
         with self._all_or_nothing():
             self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
             self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
-        self._structure: tuple[FullscreenPass, FullscreenPass] | None = None  # made for the first frame that is not clean
+        self._structure: tuple[FullscreenPass, FullscreenPass] | None = (
+            None  # made for the first frame that is not clean
+        )
         self._average: dict[tuple[bool, bool], FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
@@ -37,6 +40,10 @@ class NoisePass(Owner):
             lambda: self._grid(frame, images, COARSE),
             lambda: self._structure_levels(frame, images),
         )
+
+    def read(self, frame: DepthTextures, words: NoiseWords) -> Noise:
+        """The caller's own, for this frame."""
+        return told_noise(words, self._fit(frame).shape)
 
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0

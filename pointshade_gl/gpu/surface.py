@@ -8,6 +8,8 @@ import numpy as np
 from ..camera import Camera
 from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice
+from ..noise_stream import Decisions
+from ..noise_words import NoiseWords
 from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
@@ -15,7 +17,8 @@ from .raw_gl import DEPTH_TEST
 from .state import enabled
 from .textures import DepthTextures, empty
 
-Estimator = tuple[str, Step, np.ndarray | None, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
+Told = np.ndarray | NoiseWords | None
+Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
 
 
 class SurfacePass:
@@ -29,6 +32,7 @@ class SurfacePass:
         self._passes: dict[str, FullscreenPass] = {}
         self._noise: NoisePass | None = None
         self._scratch: Scratch | None = None
+        self._decisions = Decisions()
 
     def run(
         self,
@@ -36,11 +40,11 @@ class SurfacePass:
         camera: Camera,
         method: str,
         max_step: Step,
-        noise: np.ndarray | None,
+        noise: Told,
         flying: str,
     ) -> Choice:
-        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying as in Look.
+        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w)
+        metres, or in words; flying as in Look.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
@@ -73,24 +77,28 @@ class SurfacePass:
         maps = {"normal_map": scratch.image, "depth_map": frame.depth}
         self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
-    def _run_by_noise(
-        self, frame: DepthTextures, camera: Camera, method: str, told: np.ndarray | None, snap: bool
-    ) -> Choice:
+    def _run_by_noise(self, frame: DepthTextures, camera: Camera, method: str, told: Told, snap: bool) -> Choice:
         if self._noise is None:
             self._noise = NoisePass(self._context)
         focal = (abs(camera.fx) + abs(camera.fy)) / 2
-        noise = self._noise.measure(frame, focal)
+        is_told = told is not None
+        if isinstance(told, NoiseWords):
+            noise, told = self._noise.read(frame, told), None
+        else:
+            noise = self._noise.measure(frame, focal)
+            if frame.source is not None:
+                noise = self._decisions.settle((frame.source, frame.size), noise)
         if method == "auto" and told is None and noise.is_clean:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
-            return Choice("star", noise)
+            return Choice("star", noise, is_told)
         textures = {"picture": self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)}
         empty(frame.surface.staged_target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for stage in range(4):
                 adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
-        return Choice("adaptive", noise, told is not None)
+        return Choice("adaptive", noise, is_told)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
         key = f"{fragment} {constants}"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from .inverse_depth import relative_step
-from .noise_patch import NONE, NOTHING, ONE, ZERO, fetch, third_difference
+from .noise_patch import NONE, NOTHING, ONE, fetch, third_difference
 
 f32 = np.float32
 APART, WIDE_RING, NO_RING = 3, 2, NONE

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..noise import Noise
-from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
+from ..noise_words import NoiseWords
 from .depth_average import average_pairs
 from .flying import flying_step
 from .inverse_depth import pixel_grid
@@ -47,15 +48,18 @@ def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
 
 
 def surface_by_noise(
-    depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None, flying: str = "keep"
+    depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | NoiseWords | None = None, flying: str = "keep"
 ) -> np.ndarray:
     """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing.
 
-    told    the caller's noise, (1, 1) or (h, w) metres
+    told    the caller's noise, (1, 1) or (h, w) metres, or in words
     flying  as in Look
     """
     focal = (abs(intrinsics[0]) + abs(intrinsics[1])) / 2
-    noise = measure_noise(depth_map, focal)
+    if isinstance(told, NoiseWords):
+        noise, told = told_noise(told, noise_grid(*depth_map.shape[::-1])[0][::-1]), None
+    else:
+        noise = measure_noise(depth_map, focal)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:
         return _with_depth(estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3], depth_map)

@@ -150,7 +150,7 @@ class NormalOptions:
         str | None,
         typer.Option(
             metavar="M|SENSOR",
-            help=f"Noise of the depth: metres, or {', '.join(SENSORS)}. Default: measured.",
+            help=f"Noise of the depth: metres, what --explain prints, or {', '.join(SENSORS)}. Default: measured.",
             autocompletion=one_of(SENSORS),
             rich_help_panel=FRAME,
         ),
@@ -173,7 +173,7 @@ class NormalOptions:
     ] = False
 
     def noise_value(self) -> float | str | None:
-        """Metres, the name of a sensor, or None."""
+        """Metres, the name of a sensor, noise in words, or None."""
         return noise_from(self.noise)
 
 

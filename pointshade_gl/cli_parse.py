@@ -45,7 +45,7 @@ def rates_from(text: str, count: int) -> list[float]:
 
 
 def noise_from(text: str | None) -> float | str | None:
-    """Metres if the text is a number, else the name of a sensor."""
+    """Metres if the text is a number, else the name of a sensor or noise in words."""
     try:
         return None if text is None else float(text)
     except ValueError:

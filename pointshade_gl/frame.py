@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -31,6 +32,8 @@ class Frame(Preview):
             and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
     camera  Camera of the depth picture
     pose    (4, 4) camera-to-world; None is the identity
+    source  names the stream that the frame is one of, for frames of a sequence: they share one decision about their
+            noise. None: the frame is judged alone.
 
     Arrays are copied, unless they own their memory, are read-only, and are of the kind that is kept.
 
@@ -41,8 +44,18 @@ class Frame(Preview):
     depth: NDArray[np.float32]
     camera: Camera
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
+    source: Hashable = None
 
-    def __init__(self, color: ArrayLike | None, depth: ArrayLike, camera: Camera, pose: ArrayLike | None = None):
+    def __init__(
+        self,
+        color: ArrayLike | None,
+        depth: ArrayLike,
+        camera: Camera,
+        pose: ArrayLike | None = None,
+        *,
+        source: Hashable = None,
+    ):
+        object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
         object.__setattr__(self, "color", None if color is None else _check_color(color))

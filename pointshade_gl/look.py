@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .checks import LARGEST, as_array, check_choice, check_flag, check_float, check_number, check_type, shown
 from .estimators import check_method, check_normals, parse_max_depth_step
-from .noise import check_noise, check_sensor, parse_noise
+from .noise import check_noise, check_noise_text, parse_noise
 from .wording import option
 
 SHADINGS = ("none", "flat", "gouraud", "phong")
@@ -124,7 +124,7 @@ class Look:
             others = option("splat", *SPLATS[:-1])
             raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
         if isinstance(self.noise, str):
-            check_sensor(self.noise)
+            check_noise_text(self.noise)
         elif self.noise is not None and _is_single(self.noise):
             object.__setattr__(self, "noise", check_noise(self.noise))
         parse_max_depth_step(self.max_depth_step)

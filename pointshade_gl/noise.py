@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .checks import ABOVE_0, as_array, check_float, shown
+from .noise_words import GRAMMAR, NoiseWords, noise_words
 from .suggestions import did_you_mean
 from .wording import option
 
@@ -54,6 +55,16 @@ class Noise:
         """Neighbours share some of it: fits over neighbours leave it in."""
         return self.grid is not None and bool(self.grid[..., 2].any())
 
+    @property
+    def words(self) -> NoiseWords:
+        """The same in a few words, for all of the frame."""
+        if self.is_clean:
+            return NoiseWords()
+        is_share = self.powers[0] > -0.5 and self.domain != "z"
+        level = self.relative if is_share else self.sigma
+        shared = self.correlation if self.correlation >= 0.05 else 0.0
+        return NoiseWords(level, is_share, shared, self.step, self.domain, self.misplaced)
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -90,7 +101,7 @@ def describe(choice: Choice) -> str:
         found += ", lines are repeated"
     if noise.correlation:
         found += ", neighbours share part of the noise"
-    return f"{choice.method}: {found}"
+    return f"{choice.method}: {found}" + ("" if choice.told else f" ({option('noise', str(noise.words))})")
 
 
 def _metres(length: float) -> str:
@@ -101,8 +112,15 @@ def check_sensor(name: str) -> str:
     """The sensor's name. Raises ValueError, listing the known ones, for any other."""
     if name not in SENSORS:
         known, near = ", ".join(SENSORS), did_you_mean(name, SENSORS)
-        raise ValueError(f"unknown sensor {shown(name)} for {option('noise')}{near}: known are {known}; or pass metres")
+        raise ValueError(
+            f"unknown sensor {shown(name)} for {option('noise')}{near}: known are {known}; or pass metres, or {GRAMMAR}"
+        )
     return name
+
+
+def check_noise_text(text: str) -> str:
+    """A sensor's name, or noise in words. Raises ValueError for anything else."""
+    return text if noise_words(text) else check_sensor(text)
 
 
 def check_noise(noise: Any) -> float:
@@ -110,14 +128,19 @@ def check_noise(noise: Any) -> float:
     return check_float(noise, f"{option('noise')} must be metres above 0", ABOVE_0)
 
 
-def parse_noise(noise: float | ArrayLike | str | None, depth: NDArray[np.float32]) -> NDArray[np.float32] | None:
-    """The caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; None if the caller gives none.
+def parse_noise(
+    noise: float | ArrayLike | str | None, depth: NDArray[np.float32]
+) -> NDArray[np.float32] | NoiseWords | None:
+    """The caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; or in words; None if there is none.
 
-    noise  a number or (h, w) in metres, or the name of a sensor. Raises ValueError for impossible noise.
+    noise  a number or (h, w) in metres, the name of a sensor, or words. Raises ValueError for impossible noise.
     """
     if noise is None:
         return None
     if isinstance(noise, str):
+        words = noise_words(noise)
+        if words is not None:
+            return words
         return SENSORS[check_sensor(noise)](depth).astype(np.float32)
     complaint = f"noise must be one number or have the depth's shape {depth.shape}"
     array = as_array(noise, complaint, np.float32)

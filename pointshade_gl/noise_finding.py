@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .noise import Noise
+from .noise_structure import Mask, Structure, find_structure, median3, neighbours3
+from .noise_words import NoiseWords
 
 Array = NDArray[np.float64]
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
@@ -17,12 +19,19 @@ STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / dept
 MARGIN = 1.1  # factor on the level: plane fits fail if the noise is underestimated; overestimating costs little
 WORTH = np.radians(0.1)  # less tilt than this is not worth the second estimator
 LATTICE_VOTES = 0.2  # share of the blocks that must find a lattice of depths, and how well their quartiles must agree
-LATTICE_SPREAD = 1.05
+LATTICE_SPREAD = 0.02
+LATTICE_ALIKE = 0.5  # share of the votes that must agree; or all but some are a multiple, up to LATTICE_REACH, of few
+LATTICE_FITS, LATTICE_REACH = 0.9, 10
 JUMP_SHARE = 0.01  # a frame counts as rounded if this share of its patches has an isolated jump
 # Steps per pixel: up to the first, a neighbourhood shares its rounding error; from the second on, errors are random.
 FULL_WIDTH, NO_WIDTH = 0.1, 0.5
 # Noise of random rounding errors in steps: 1 / sqrt(12), and a third more because they are not normally distributed.
 ROUNDED = 1.3 / np.sqrt(12)
+ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges are worth more than calm
+PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.25  # steps of a lattice between its plateaus, in so many blocks that have some
+ALIKE = 0.25  # median deviation of the logarithm up to which steps count as equal
+MATCHED = 0.5  # least shared noise of depth from disparity: windows are matched, and windows of neighbours overlap
+FEWEST_CREDIBLE = 0.15  # share of the blocks without structure that can tell the noise of the others
 COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours share shows only at such a distance
 # By these factors noise may grow from neighbours to COARSE pixels without proving that neighbours share noise. For the
 # lower quartile of a frame, noise is overestimated by as much anyway. For a single block, structure of the block's size
@@ -30,7 +39,7 @@ COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours
 FRAME_GROWTH, BLOCK_GROWTH = MARGIN, 2.0
 STRUCTURE = 2.0  # a block may have this many times the shared noise of the frame
 COPY_BLOCKS = 0.2  # share of the blocks that must show whether lines are repeated; some edges only look so
-COPY_SHARE = 0.05  # share of repeated lines, in most blocks: enlarged or moved pictures repeat lines everywhere
+COPY_SHARE = 0.1  # share of repeated lines, in most blocks: enlarged or moved pictures repeat lines everywhere
 
 
 def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -40,39 +49,41 @@ def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...
     return blocks, tuple((n - (b * block - PATCH_PITCH + 4)) // 2 for n, b in zip((width, height), blocks, strict=True))
 
 
-def neighbours3(values):
-    """Return (9, rows, cols): every cell of a grid with its 8 neighbours, the border repeated."""
-    padded = np.pad(values, 1, mode="edge")
-    rows, cols = values.shape
-    return np.stack([padded[i : i + rows, j : j + cols] for i in range(3) for j in range(3)])
-
-
-def median3(values: Array, known: NDArray[np.bool_]) -> Array:
-    """Return the 3x3 median of a grid (rows, cols); cells that are not known count as the median of all."""
-    filled = np.where(known, values, np.median(values[known]) if known.any() else 0.0)
-    return np.partition(neighbours3(filled), 4, axis=0)[4]
-
-
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
     """Return the step between the depths of a 16-bit picture, 0.0 for any other picture."""
     votes = np.sort(lattice[lattice > 0])
     if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
         return 0.0
-    low, high = votes[votes.size // 4], votes[(3 * votes.size) // 4]
-    return float(votes[votes.size // 2]) if high < LATTICE_SPREAD * low else 0.0
+    middle = votes[votes.size // 2]
+    if np.count_nonzero(np.abs(votes / middle - 1) < LATTICE_SPREAD) > LATTICE_ALIKE * votes.size:
+        return float(middle)
+    times = votes / votes[votes.size // 10]
+    whole = np.maximum(np.round(times), 1)
+    near = whole <= LATTICE_REACH
+    fits = near & (np.abs(times - whole) < LATTICE_SPREAD * whole)
+    if np.count_nonzero(fits) < LATTICE_FITS * np.count_nonzero(near):
+        return 0.0
+    return float(np.median(votes[fits] / whole[fits]))
 
 
 def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
     """Return (step, domain) of the plateaus: the lattice of z, or steps of equal size in 1 / z or in z."""
     jump_w = levels[..., 2][jumps]
     jump_z = jump_w * z[jumps] ** 2
-    middle_w, middle_z = np.median(jump_w), np.median(jump_z)
-    if not step_z or middle_z > 2 * step_z:
-        spread_w = np.median(np.abs(np.log(jump_w / middle_w)))
-        spread_z = np.median(np.abs(np.log(jump_z / middle_z)))
-        if min(spread_w, spread_z) < 0.25:
-            return (float(middle_w), "1/z") if spread_w <= spread_z else (float(middle_z), "z")
-    return step_z, "z" if step_z else ""
+    if step_z:
+        # Where plateaus of a lattice lie several of its steps apart, 1 / z was rounded before.
+        apart = jump_z > PLATEAU_STEPS * step_z
+        if np.count_nonzero(apart) > PLATEAU_VOTES * apart.size and _spread(jump_w[apart]) < ALIKE:
+            return float(np.median(jump_w[apart])), "1/z"
+        return step_z, "z"
+    spread_w, spread_z = _spread(jump_w), _spread(jump_z)
+    if min(spread_w, spread_z) > ALIKE:
+        return 0.0, ""
+    return (float(np.median(jump_w)), "1/z") if spread_w <= spread_z else (float(np.median(jump_z)), "z")
+
+
+def _spread(values: Array) -> float:
+    return float(np.median(np.abs(np.log(values / np.median(values)))))
 
 
 def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
@@ -93,6 +104,8 @@ def misplaced_pixels(copied: Array) -> float:
     votes = copied[copied >= 0]
     if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
         return 0.0
+    if np.quantile(votes, 0.25) < COPY_SHARE / 2:  # whole lines are repeated: so nearly all blocks must show it
+        return 0.0
     # A line of the original picture covers 1 / (1 - share) lines of this one. The nearest of them is off by up to half
     # of that, all distances being equally likely.
     return float(1 / (1 - min(np.median(votes), 0.75)) / np.sqrt(12))
@@ -108,11 +121,18 @@ def noise_power(z: Array, sigma_z: Array) -> float:
     return float(np.clip((log_z @ (log_sigma - log_sigma.mean()) + prior) / (log_z @ log_z + prior), 0, 2))
 
 
-def find_noise(levels: Array, counts: Array, focal: float, measure_coarse: Callable[[], tuple[Array, Array]]) -> Noise:
+def find_noise(
+    levels: Array,
+    counts: Array,
+    focal: float,
+    measure_coarse: Callable[[], tuple[Array, Array]],
+    measure_structure: Callable[[], Array],
+) -> Noise:
     """Return the Noise of a frame.
 
     levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;
-    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames.
+    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames;
+    measure_structure: function that returns levels of STRUCTURE, called only for noisy frames.
     """
     z = counts[..., 3].astype(np.float64)
     seen = z > 0
@@ -133,28 +153,58 @@ def find_noise(levels: Array, counts: Array, focal: float, measure_coarse: Calla
     # Where lines are repeated, isolated jumps are the slope of the surface, not rounding.
     plateaus = plateaus and not misplaced
     step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
-    in_w, in_z = np.log(np.maximum(raw, 1e-30)), np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
-    noisy = measured & (raw * z > 1e-6)
-    power = noise_power(z[noisy], np.exp(in_z[noisy]))
-    powers = (power - 1, -1.0 if domain == "z" else 1.0)
-    level = np.exp(median3((1 - power / 2) * in_z + power / 2 * in_w, measured)) if measured.any() else np.zeros_like(z)
-    # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
-    calm = level * z ** powers[0] < worth
-    level = np.where(calm, neighbours3(level).max(0), level)
     density = median3(counts[..., 2], seen)
+    # Steps of 1 / z come from matched windows: noise that neighbours share, which looks like structure.
+    hidden = np.full(z.shape, misplaced > 0 or domain == "1/z") | (plateaus & (density < NO_WIDTH))
+    structure = find_structure(levels[..., 0], measure_structure(), coarse_levels[..., 0], step > 0, hidden)
+    level, power = noise_level(levels, z, measured, structure, worth)
+    powers = (power - 1, -1.0 if domain == "z" else 1.0)
+
     local = np.full_like(z, step)
     if plateaus:
         own = jumps & (counts[..., 1] > 0.15) & (density < NO_WIDTH)
         local = median3(np.where(own, np.maximum(step, levels[..., 2] * z ** (1 - powers[1])), step), seen)
+    local = np.maximum(local, step_z * z ** (-1 - powers[1]))
     t = np.clip((NO_WIDTH - density) / (NO_WIDTH - FULL_WIDTH), 0, 1)
-    plateau = (ROUNDED + (1 - ROUNDED) * t * t * (3 - 2 * t)) * local
-    relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])[seen]
+    random = np.where(structure.uneven, ROUNDED_STRUCTURE, ROUNDED)
+    plateau = (random + (1 - random) * t * t * (3 - 2 * t)) * local
+    relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])
     far = coarse_levels[..., 0] / QUARTILE
-    near = np.maximum(level * z ** powers[0], plateau * z ** powers[1]) / z
-    both = measured & (far >= 0) & (near * z > worth)
-    shared = shared_noise(far, raw, near, both)
+    both = measured & (far >= 0) & (relative > worth) & ~structure.uneven
+    shared = shared_noise(far, raw, relative / z, both)
+    if step_z and domain == "1/z":
+        shared = np.maximum(shared, MATCHED)
+    shared = np.where(structure.uneven, 0.0, shared)
     correlation = float(np.median(shared[both])) if both.any() else 0.0
-    share = float((relative > worth).mean())
+    share = float((relative[seen] > worth).mean())
     grid = np.stack([MARGIN * level, plateau, shared], -1).astype(np.float32)
-    sigma = float(np.median(relative * z[seen]))
-    return Noise(sigma, float(np.median(relative)), step, domain, correlation, misplaced, share, grid, powers)
+    sigma, middle = float(np.median((relative * z)[seen])), float(np.median(relative[seen]))
+    return Noise(sigma, middle, step, domain, correlation, misplaced, share, grid, powers)
+
+
+def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, worth: float) -> tuple[Array, float]:
+    """Return (level of each block, power p): noise / z = level * z**(p - 1)."""
+    in_w = np.log(np.maximum(np.where(measured, levels[..., 0], 0) / QUARTILE, 1e-30))
+    in_z = np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
+    credible = measured & ~structure.found
+    noisy = credible & (np.exp(in_w) * z > 1e-6)
+    power = noise_power(z[noisy], np.exp(in_z[noisy]))
+    if np.count_nonzero(credible) < FEWEST_CREDIBLE * np.count_nonzero(measured) or not credible.any():
+        return np.zeros_like(z), power
+    own = (1 - power / 2) * in_z + power / 2 * in_w + np.log(np.maximum(structure.noise, 1e-30))
+    level = np.exp(median3(own, credible))
+    # Structure adds to a block's own level: such a block has the noise of the others, or less.
+    level = np.where(structure.found, np.minimum(level, np.exp(own)), level)
+    # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
+    calm = (level * z ** (power - 1) < worth) & ~structure.found
+    return np.where(calm, neighbours3(level).max(0), level), power
+
+
+def told_noise(words: NoiseWords, shape: tuple[int, int]) -> Noise:
+    """Return the Noise that words describe, the same in all blocks of a grid of that shape."""
+    powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
+    grid = np.empty((*shape, 3), np.float32)
+    grid[:] = MARGIN * words.level, ROUNDED * words.step, words.shared
+    share = 1.0 if words.level else 0.0
+    sigma, relative = (0.0, words.level) if words.is_share else (words.level, 0.0)
+    return Noise(sigma, relative, words.step, words.domain, words.shared, words.repeated, share, grid, powers)

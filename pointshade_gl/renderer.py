@@ -322,7 +322,8 @@ class Renderer:
         max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
                         pixel's depth; None is no limit. The others find edges by themselves.
         noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
-                        sensor's name ("kinect"); None measures it
+                        sensor's name ("kinect"); or what `describe` and --explain print, such as
+                        "1.5mm,shared=2,steps=1mm"; None measures it
         flying          for auto and adaptive: "snap" estimates pixels between two surfaces on one of them, see `Look`
         temporal        for auto and adaptive: True filters the frames of a stream over time, see `Look`
 

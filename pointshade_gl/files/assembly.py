@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,12 +33,18 @@ from .ray_lengths import is_ray_length
 
 
 def assemble(
-    parts: Parts, options: ReadOptions, note: Note, reading: Reading | None = None, like: Coding | None = None
+    parts: Parts,
+    options: ReadOptions,
+    note: Note,
+    reading: Reading | None = None,
+    like: Coding | None = None,
+    stream: Hashable = None,
 ) -> Assembled:
     """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence.
 
     reading  how poses and camera are to be understood; None is as they are written
     like     how the depth of another frame of the same sequence is coded: this one is, too
+    stream   what the frame is one of, its `Frame.source`
     """
     reading, parts = reading or Reading(), _unpacked(parts)
     source = choose_camera(parts, options, note)
@@ -61,7 +68,7 @@ def assemble(
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
-    frame = Frame(colors, metres, camera, pose)
+    frame = Frame(colors, metres, camera, pose, source=stream)
     if not frame.points_known:
         where = f"{parts.name}: " if parts.name else ""
         raise ValueError(

@@ -34,6 +34,7 @@ class RealSenseSource(Iterator[Frame]):
             profile = self._pipeline.start(config)
         except RuntimeError as error:
             raise OSError(f"no RealSense camera gives {size[0]}x{size[1]} at {fps} fps: {error}") from None
+        self._stream = object()  # what its frames have in common
         self._align = rs.align(rs.stream.color)
         self._metres = np.float32(profile.get_device().first_depth_sensor().get_depth_scale())
         seen = profile.get_stream(rs.stream.color).as_video_stream_profile().get_intrinsics()
@@ -45,7 +46,8 @@ class RealSenseSource(Iterator[Frame]):
         except RuntimeError as error:
             raise OSError(f"the RealSense camera gave no frame: {error}") from None
         depth = np.asanyarray(pictures.get_depth_frame().get_data()) * self._metres
-        return Frame(np.asanyarray(pictures.get_color_frame().get_data()), depth, self.camera)
+        color = np.asanyarray(pictures.get_color_frame().get_data())
+        return Frame(color, depth, self.camera, source=self._stream)
 
     def close(self) -> None:
         self._pipeline.stop()

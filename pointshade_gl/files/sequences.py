@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import overload
@@ -46,10 +46,12 @@ class FrameSequence(Sequence[Frame]):
         poses_from: str = "",
         reading: Reading | None = None,
         coding: Coding | None = None,
+        stream: Hashable = None,
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
         self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
         self._place, self._options = place, options
+        self._stream = stream or (object() if len(parts) > 1 else None)  # what its frames have in common
         if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
             weakref.finalize(self, _end_video)
         self._coding = coding  # of the depth of the first frame that was read: the others are read like it
@@ -65,7 +67,14 @@ class FrameSequence(Sequence[Frame]):
         if isinstance(index, slice):
             some = self.parts[index]
             return FrameSequence(
-                self._place, some, self._options, self.note, self.poses_from, self.reading, self._coding
+                self._place,
+                some,
+                self._options,
+                self.note,
+                self.poses_from,
+                self.reading,
+                self._coding,
+                self._stream,
             )
         return self.assembled(index).frame
 
@@ -77,7 +86,7 @@ class FrameSequence(Sequence[Frame]):
                 if isinstance(path, Path):
                     self._place.check(path)
             parts = parts if with_color else parts._replace(color=None)
-            read = assemble(parts, self._options, note or self.note, self.reading, self._coding)
+            read = assemble(parts, self._options, note or self.note, self.reading, self._coding, self._stream)
             if note is None:
                 self._coding = self._coding or read.coding
         except (ValueError, TypeError) as error:

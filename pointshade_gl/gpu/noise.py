@@ -9,7 +9,8 @@ import numpy as np
 
 from ..camera import Camera
 from ..noise import Noise
-from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
+from ..noise_words import NoiseWords
 from .memory import Owner
 from .passes import FullscreenPass, data_texture
 from .textures import DepthTextures, PointSurface
@@ -23,6 +24,9 @@ class NoisePass(Owner):
         with self._all_or_nothing():
             self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
             self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
+        self._structure: tuple[FullscreenPass, FullscreenPass] | None = (
+            None  # made for the first frame that is not clean
+        )
         self._average: dict[tuple[bool, bool], FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._certainty: FullscreenPass | None = None  # for the first one whose neighbours share noise
         self._images: Images | None = None
@@ -31,7 +35,17 @@ class NoisePass(Owner):
         """focal = mean focal length, pixels."""
         images = self._fit(frame)
         levels, counts = self._grid(frame, images, 1)
-        return find_noise(levels, counts, focal, lambda: self._grid(frame, images, COARSE))
+        return find_noise(
+            levels,
+            counts,
+            focal,
+            lambda: self._grid(frame, images, COARSE),
+            lambda: self._structure_levels(frame, images),
+        )
+
+    def read(self, frame: DepthTextures, words: NoiseWords) -> Noise:
+        """The caller's own, for this frame."""
+        return told_noise(words, self._fit(frame).shape)
 
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0
@@ -81,9 +95,23 @@ class NoisePass(Owner):
         self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
         patches, steps = images.patches
         self._blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
-        rows, columns = images.shape
-        levels, counts = (np.frombuffer(x.read(), np.float32).reshape(rows, columns, 4) for x in images.blocks)
+        return self._read(images)
+
+    @staticmethod
+    def _read(images: Images) -> tuple[np.ndarray, np.ndarray]:
+        levels, counts = (np.frombuffer(x.read(), np.float32).reshape(*images.shape, 4) for x in images.blocks)
         return levels, counts
+
+    def _structure_levels(self, frame: DepthTextures, images: Images) -> np.ndarray:
+        if self._structure is None:
+            self._structure = (
+                FullscreenPass(self._context, "noise_structure.frag"),
+                FullscreenPass(self._context, "noise_blocks.frag", STRUCTURE=1),
+            )
+        patches, blocks = self._structure
+        patches.draw(images.patch_target, {"depth_map": frame.depth}, first=images.first)
+        blocks.draw(images.block_target, {"patches": images.patches[0]})
+        return self._read(images)[0]
 
     def _fit(self, frame: DepthTextures) -> Images:
         if self._images is None or self._images.size != frame.size:
@@ -94,7 +122,7 @@ class NoisePass(Owner):
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, *self._average.values()):
+        for item in (self._images, *(self._structure or ()), *self._average.values()):
             if item is not None:
                 item.release()
         super().release()

@@ -8,6 +8,8 @@ import numpy as np
 from ..camera import Camera
 from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice, Noise
+from ..noise_stream import Decisions
+from ..noise_words import NoiseWords
 from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
@@ -17,7 +19,8 @@ from .state import enabled
 from .temporal import Stream
 from .textures import DepthTextures, empty
 
-Estimator = tuple[str, Step, np.ndarray | None, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
+Told = np.ndarray | NoiseWords | None
+Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
 
 
 class SurfacePass:
@@ -32,6 +35,7 @@ class SurfacePass:
         self._noise: NoisePass | None = None
         self._sparse: SparsePass | None = None
         self._scratch: Scratch | None = None
+        self._decisions = Decisions()
 
     def run(
         self,
@@ -39,12 +43,12 @@ class SurfacePass:
         camera: Camera,
         method: str,
         max_step: Step,
-        noise: np.ndarray | None,
+        noise: Told,
         flying: str,
         stream: Stream | None = None,
     ) -> Choice:
-        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w) metres;
-        flying as in Look; stream, if noisy depth is filtered over time.
+        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w)
+        metres, or in words; flying as in Look; stream, if noisy depth is filtered over time.
 
         Returns what ran, and for "auto" and "adaptive" why.
         """
@@ -87,23 +91,35 @@ class SurfacePass:
         self._noise = self._noise or NoisePass(self._context)
         return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
 
+    def _find_noise(self, frame: DepthTextures, camera: Camera, words: NoiseWords | None) -> Noise:
+        """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
+        self._noise = self._noise or NoisePass(self._context)
+        if words:
+            return self._noise.read(frame, words)
+        if frame.noise:
+            return frame.noise
+        noise = self.measure_noise(frame, camera)
+        return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
+
     def _run_by_noise(
         self,
         frame: DepthTextures,
         camera: Camera,
         method: str,
-        told: np.ndarray | None,
+        told: Told,
         snap: bool,
         stream: Stream | None,
     ) -> Choice:
         self._noise = self._noise or NoisePass(self._context)
-        focal = (abs(camera.fx) + abs(camera.fy)) / 2
-        noise = frame.noise or self.measure_noise(frame, camera)
-        if method == "auto" and told is None and noise.is_clean:
+        is_told = told is not None
+        words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
+        noise = self._find_noise(frame, camera, words)
+        if method == "auto" and levels is None and noise.is_clean:
             source = {"depth_map": frame.depth}
             self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
-            return Choice("star", noise)
-        calm = self._noise.calm_depth(frame, noise, told, focal if snap else 0.0)
+            return Choice("star", noise, is_told)
+        focal = (abs(camera.fx) + abs(camera.fy)) / 2
+        calm = self._noise.calm_depth(frame, noise, levels, focal if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
         textures = {"calm_depth": calm}
@@ -114,9 +130,9 @@ class SurfacePass:
                 adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
-        if told is None:
+        if levels is None:
             frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
-        return Choice("adaptive", noise, told is not None)
+        return Choice("adaptive", noise, is_told)
 
     def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
         key = f"{fragment} {constants}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -45,8 +46,11 @@ class Images(Versioned, Owner):
 class DepthTextures(Images):
     """Depth (R32F), and `surface`: the normals and the depth of its points.
 
-    noise  of a tile: what was measured on its whole frame; None has it measured here
+    noise   of a tile: what was measured on its whole frame; None has it measured here
+    source  the stream that the frame is one of, as `Frame.source`
     """
+
+    source: Hashable = None
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
@@ -87,7 +91,7 @@ class FrameTextures(DepthTextures):
         return self._shape == (frame.depth.shape, color.shape)
 
     def upload(self, frame: Frame) -> None:
-        self.frame = None
+        self.frame, self.source = None, frame.source
         left, top, right, bottom = frame.box
         self.surface.confine((left, top, right - left, bottom - top))
         self.depth.write(np.ascontiguousarray(frame.depth))

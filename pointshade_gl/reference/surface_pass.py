@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..noise import Noise
-from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
+from ..noise_words import NoiseWords
 from .depth_average import average_pairs
 from .flying import flying_step
 from .inverse_depth import pixel_grid
 from .line_copies import add_misplaced, count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
+from .noise_structure import structure_patch
 from .normals_adaptive import estimate_adaptive
 from .normals_star import estimate_star
 from .tilt import known_pixel, surface_beside, tilt_variance
@@ -34,20 +36,33 @@ def noise_blocks(depth_map: np.ndarray, stride: int) -> tuple[np.ndarray, np.nda
     return levels, block_counts(patches, steps, block)
 
 
+def structure_blocks(depth_map: np.ndarray) -> np.ndarray:
+    """The levels of noise_structure.frag and noise_blocks.frag, (rows, columns, 4)."""
+    (columns, rows), first = noise_grid(*depth_map.shape[::-1])
+    u, v = patch_corner(indices(columns * BLOCK_PATCHES, rows * BLOCK_PATCHES), first, 1)
+    patches, block = structure_patch(depth_map, (u + 1, v + 1)), indices(columns, rows)
+    noise, *rings = (block_quantile(patches, block, which, share) for which, share in ((0, 0.25), (2, 0.5), (3, 0.5)))
+    return np.stack([noise, np.zeros_like(noise), *rings], -1)
+
+
 def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
-    return find_noise(*noise_blocks(depth_map, 1), focal, lambda: noise_blocks(depth_map, COARSE))
+    coarse, structure = lambda: noise_blocks(depth_map, COARSE), lambda: structure_blocks(depth_map)
+    return find_noise(*noise_blocks(depth_map, 1), focal, coarse, structure)
 
 
 def surface_by_noise(
-    depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | None = None, flying: str = "keep"
+    depth_map: np.ndarray, intrinsics: np.ndarray, told: np.ndarray | NoiseWords | None = None, flying: str = "keep"
 ) -> np.ndarray:
     """Unit normal and depth by "auto", (h, w, 4) float32, 0 where depth is missing.
 
-    told    the caller's noise, (1, 1) or (h, w) metres
+    told    the caller's noise, (1, 1) or (h, w) metres, or in words
     flying  as in Look
     """
     focal = (abs(intrinsics[0]) + abs(intrinsics[1])) / 2
-    noise = measure_noise(depth_map, focal)
+    if isinstance(told, NoiseWords):
+        noise, told = told_noise(told, noise_grid(*depth_map.shape[::-1])[0][::-1]), None
+    else:
+        noise = measure_noise(depth_map, focal)
     pixel = pixel_grid(depth_map)
     if told is None and noise.is_clean:
         normals = estimate_star(depth_map, pixel, intrinsics, 0.0)[..., :3]

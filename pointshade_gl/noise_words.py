@@ -1,0 +1,80 @@
+"""What is known about the noise of a depth picture, in a few words that can be written down and given back."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+CLEAN = "clean"
+GRAMMAR = "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, by commas"
+_UNITS = {"mm": 1e-3, "m": 1.0, "%": 1e-2, "/m": 1.0, "": 1.0}
+_ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m"), "repeated": ("",)}
+
+
+@dataclass(frozen=True)
+class NoiseWords:
+    """The same for all of a frame. All zero: the depth is clean.
+
+    level, is_share  standard deviation of depth: in metres, or as a share of the depth
+    shared           noise that neighbours share, divided by noise that they do not share
+    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" without one
+    repeated         pixels (standard deviation) by which depths are displaced, as lines are repeated
+    """
+
+    level: float = 0.0
+    is_share: bool = False
+    shared: float = 0.0
+    step: float = 0.0
+    domain: str = ""
+    repeated: float = 0.0
+
+    def __str__(self) -> str:
+        if not self.level:
+            return CLEAN
+        words = [f"{_short(100 * self.level)}%" if self.is_share else _length(self.level)]
+        words += [f"shared={_short(self.shared)}"] if self.shared else []
+        words += (
+            [f"steps={_length(self.step) if self.domain == 'z' else _short(self.step) + '/m'}"] if self.step else []
+        )
+        words += [f"repeated={_short(self.repeated)}"] if self.repeated else []
+        return ",".join(words)
+
+
+def noise_words(text: str) -> NoiseWords | None:
+    """The words in a text; None if it is none. `noise_words(str(words))` is `words`, to three digits."""
+    if text.strip() == CLEAN:
+        return NoiseWords()
+    found: dict[str, tuple[float, str]] = {}
+    for k, word in enumerate(text.split(",")):
+        match = re.fullmatch(r"\s*(?:(\w+)=)?([0-9.]+(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
+        if match is None or (k == 0) != (match[1] is None):
+            return None
+        name, unit = match[1] or "noise", match[3]
+        if name in found or unit not in _ALLOWED.get(name, ()):
+            return None
+        number = _number(match[2])
+        if not 0 < number < math.inf:
+            return None
+        found[name] = number * _UNITS[unit], unit
+    level, unit = found["noise"]
+    step, step_unit = found.get("steps", (0.0, ""))
+    domain = "" if not step else "1/z" if step_unit == "/m" else "z"
+    return NoiseWords(
+        level, unit == "%", found.get("shared", (0.0,))[0], step, domain, found.get("repeated", (0.0,))[0]
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:  # 1.2.3
+        return math.nan
+
+
+def _short(number: float) -> str:
+    return f"{number:.3g}"
+
+
+def _length(length: float) -> str:
+    return f"{_short(length * 1e3)}mm" if length < 1 else f"{_short(length)}m"

@@ -74,9 +74,12 @@ _LATER = {
     "save_points": ".files.points",
     "save_scene": ".gltf",
 }
+_MODULES = ("files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
 
 
 def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return import_module(f".{name}", __name__)
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(_LATER[name], __name__), name)

@@ -23,7 +23,12 @@ FLYING = ("keep", "snap")
 
 @dataclass(frozen=True)
 class Material:
-    """How the surface answers light (Phong 1975): strengths of the three terms and the highlight's exponent."""
+    """How the surface answers light (Phong 1975): strengths of the three terms and the highlight's exponent.
+
+    Where "auto" or "adaptive" finds noise that neighbouring depths share, normals are uncertain: highlights are wider
+    and dimmer there (Toksvig 2005). Not so where the noise is given, of the triangles of a mesh with flat shading, and
+    of normals that are estimated in the view (normals_at).
+    """
 
     ambient: float = 0.1
     diffuse: float = 0.9

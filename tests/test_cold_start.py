@@ -32,6 +32,7 @@ def test_public_names_are_there_before_they_are_used():
     program = "import pointshade_gl as ps; print(*(n for n in ps.__all__ if n not in dir(ps) or not hasattr(ps, n)))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+    assert ps.gltf.__doc__
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = ps.nothing
 

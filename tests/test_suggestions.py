@@ -118,7 +118,7 @@ def test_without_a_command_all_of_them_are_listed(typed):
 def test_the_help_lists_what_can_be_chosen(typed, command):
     _, output, _ = typed(f"{command} --help")
     text = " ".join(output.replace("│", " ").split())
-    for known in ("star-borrow, triangles-1,", "z, ray, plane, inverse, disparity", "or kinect."):
+    for known in ("star-borrow, sparse,", "z, ray, plane, inverse, disparity", "or kinect."):
         assert known in text
     if command != "normals":
         for known in ("none, flat, gouraud, phong", "footprint, round", "attenuation, cone, shadow"):

@@ -80,8 +80,8 @@ class Look:
               they agree within the measured noise; poses tell how the camera has moved. What moves or has just
               appeared is drawn as without it, and so is the first frame: a single picture does not change. The stream
               begins anew where the size or the camera's intrinsics change, and where the same frame is estimated
-              again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 56 bytes a pixel on the
-              GPU, of several streams 32 for each more.
+              again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 64 bytes a pixel on the
+              GPU, of several streams 40 for each more.
     unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
               colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
 

@@ -10,7 +10,8 @@ uniform sampler2D change_map;  // from temporal_change.frag
 uniform vec4 intrinsics;
 uniform vec2 rounding;
 
-out vec4 history;
+layout(location = 0) out vec4 history;
+layout(location = 1) out vec2 calm;  // its first two values
 
 const int LEAST_STRIDE = 5;  // pixels: closer ones share noise, because each is averaged over 5x5
 
@@ -22,4 +23,5 @@ void main() {
     float power = change_power(change_map, pixel, max(widest_stride(here, intrinsics), LEAST_STRIDE));
     vec2 share = fresh_share(noise, change, power);
     history = vec4(mixed_depth(here.x, noise, change, share.x), here.y, share.y, share.x);
+    calm = history.rg;
 }

@@ -11,7 +11,7 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = history_at(surface_map, pixel, ivec2(0));
+    surface = texel_at(surface_map, pixel);
     vec3 old = history_at(old_normal_map, pixel, ivec2(0)).xyz;
     float share = history_at(history_map, pixel, ivec2(0)).a;
     if (surface.w != 0.0) surface.xyz = mixed_normal(surface.xyz, old, share, pixel_ray(vec2(pixel), intrinsics));

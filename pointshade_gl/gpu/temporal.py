@@ -64,7 +64,7 @@ class TemporalPass(Owner):
         maps = {"picture": picture, "change_map": change.change}
         mix = self._pass("temporal_depth.frag")
         mix.draw(history.depth_target, maps, intrinsics=camera.intrinsics, rounding=rounding)
-        return history.depth
+        return history.calm
 
     def _filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
         history, change = stream.history.fit(surface.size), self._fit(surface.size)
@@ -134,17 +134,20 @@ class History:
 
 
 class HistoryImage(Images):
-    """What is remembered (both RGBA32F).
+    """What is remembered (the first two RGBA32F).
 
     depth    depth, noise of the last frame, noise that is left, share of the last frame; noise over depth
     normals  unit normal and depth, as in PointSurface
+    calm     depth and noise of the last frame once more (RG32F), as estimators read them
     """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         with self._all_or_nothing():
             self.depth, self.normals = self._texture(4, "f4"), self._texture(4, "f4")
-            self.depth_target, self.normal_target = self._framebuffer(self.depth), self._framebuffer(self.normals)
+            self.calm = self._texture(2, "f4")
+            self.depth_target = self._framebuffer(self.depth, self.calm)
+            self.normal_target = self._framebuffer(self.normals)
 
 
 class ChangeImage(Images):

@@ -31,7 +31,8 @@ class AlbedoPass(Owner):
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
             self._sample.draw(copy.target, maps, stride=stride)
-            return fit_light(*copy.read())
+            colors, surfaces = copy.read()
+            return fit_light(colors, surfaces)
         finally:
             copy.release()
 

@@ -116,7 +116,7 @@ def test_highlights_are_taken_out(renderer, albedo):
     inside = np.abs(shown - matte).max(-1) > 8
     taken = picture(renderer, frame, remove_highlights=True)
     before, after = (np.abs(image - matte).mean(-1) for image in (shown, taken))
-    assert before[inside].mean() > 12 and after[inside].mean() < 5, (before[inside].mean(), after[inside].mean())
+    assert before[inside].mean() > 12 and after[inside].mean() < 6, (before[inside].mean(), after[inside].mean())
     assert after[~inside].mean() < before[~inside].mean() + 0.05
 
 
@@ -130,10 +130,11 @@ def test_no_bit_changes_without_highlights(renderer):
 def test_the_picture_agrees_with_the_mirror(renderer):
     frame = scene(coloured)[0]
     taken = picture(renderer, frame, remove_highlights=True)
-    textures = renderer._pipeline.things.frames._kept[0]
-    found = textures.highlights
+    with renderer._in_use():
+        (textures,) = renderer._pipeline.things.frames._kept
+        found, surface = textures.highlights, textures.surface.read()
     mirror = highlights.matte_of(
-        frame.color.astype(F) / 255, textures.surface.read(), found.strengths,
+        frame.color.astype(F) / 255, surface, found.strengths,
         np.array(CAMERA.intrinsics, F), np.array(found.light, F), found.exponent,
     )  # fmt: skip
     off = np.abs(np.round(255 * mirror) - taken).max(-1)

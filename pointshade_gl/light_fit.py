@@ -22,6 +22,8 @@ UNEXPLAINED = 0.9  # of the misfit without a direction: at most so much may be l
 EVIDENCE = 0.6  # share of that misfit that is explained, times the number of tiles that it is explained in
 SEEN = 0.13  # least difference of log brightness by which the direction shows in pairs of exactly one hue
 SURE = 5.0, 12.0  # standard errors that the change of the light over the picture is worth; and times the evidence
+MISSED = 0.3  # of that difference: what other functions of the normals may say beside the light
+COARSE = 0.3  # difference of log brightness that smooth texture makes
 FLAT = 1.1  # ratio of most to least light that is not worth a change
 
 
@@ -77,10 +79,13 @@ def _judged(fit: Fit, pairs: Pairs, normals: Array) -> FoundLight:
     x, y, z = (fit.light / strength).tolist()
     low, white, high = np.percentile(1 + np.maximum(normals @ fit.light, 0), (0.5, 95, 99.5))
     evidence = _evidence(fit, pairs)
-    if high < FLAT * low or _seen(fit, pairs) * pairs.weight.mean() < SEEN:
+    seen = _seen(fit, pairs)
+    if high < FLAT * low or seen * pairs.weight.mean() < SEEN:
         why = "nearly all of its light is ambient"
     elif evidence < EVIDENCE:
         why = "its brightness does not follow the normals"
+    elif _missed(fit, pairs) > MISSED * seen:
+        why = "its texture follows the normals, or there are several lights"
     elif _sureness(fit, normals) < max(SURE[0], SURE[1] / evidence):
         why = "its parts do not agree"
     else:
@@ -116,6 +121,24 @@ def _sureness(fit: Fit, normals: Array) -> float:
     slopes -= slopes.mean(0)
     error = np.einsum("ni,ij,nj->n", slopes, fit.covariance, slopes).mean()
     return float(np.sqrt(np.log(shading).var() / max(error, 1e-12)))
+
+
+def _missed(fit: Fit, pairs: Pairs) -> float:
+    """What normals still say of the brightness beside the light, as `_seen`: smooth texture, or other lights.
+
+    The least squares of the harmonics of first and second order (Ramamoorthi, Hanrahan 2001).
+    """
+    miss = _miss(fit.light, pairs)[0]
+    slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
+    pull = pairs.weight / (1 + (miss / COARSE) ** 2)
+    curve = (slopes * pull[:, None]).T @ slopes + 1e-3 * pull.sum() * np.eye(slopes.shape[1])
+    found = slopes @ np.linalg.solve(curve, slopes.T @ (pull * miss))
+    return float(np.sqrt(np.average(found**2, weights=pairs.weight)))
+
+
+def _harmonics(normals: Array) -> Array:
+    x, y, z = normals.T
+    return np.stack([x, y, z, x * y, y * z, z * x, x * x - y * y, 3 * z * z - 1], -1)
 
 
 def _miss(light: Array, pairs: Pairs) -> tuple[Array, Array, Array]:

@@ -1,5 +1,7 @@
 """Unlight: the light in a picture is found, and divided out of its colours where the picture tells it."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,7 @@ def texture(kind, seed):
     return albedo
 
 
+@cache
 def scene(kind="grey", seed=0):
     """Two balls before a wall, as a camera sees them."""
     parts = [
@@ -45,12 +48,33 @@ def scene(kind="grey", seed=0):
     return trace([*parts, plane((0.2, -0.15, -1), (0, 0, 2.1), texture(kind, seed + 2))], LARGE)
 
 
+@cache
 def planes(kind="plain"):
     """Three grey planes of a room, each of another tone: under ambient light they look lit."""
     tones = (0.3, 0.55, 0.8)
     walls = ((1, 0, -0.4), (-0.6, 0, 2)), ((-0.8, 0, -0.7), (0.5, 0, 2)), ((0, -1, -0.2), (0, 0.5, 1.5))
     make = [lambda p, k=k: texture(kind, k)(p) * tones[k] * 2 for k in range(3)]
     return trace([plane(*walls[k], make[k]) for k in range(3)], LARGE)
+
+
+@cache
+def alone(kind):
+    """A textured plane."""
+    return trace([plane((0.5, 0.3, -1), (0, 0, 1.6), texture(kind, 3))], LARGE)
+
+
+def balls_and_wall(seed):
+    """Painted with slow grey waves, which a rounded surface cannot tell from light."""
+    chance = np.random.default_rng(seed)
+    ways, phases = chance.normal(0, 6, (3, 3)), chance.uniform(0, 6.3, 3)
+
+    def albedo(points):
+        return np.repeat(0.5 + 0.12 * np.sin(points @ ways.T + phases).sum(-1)[..., None], 3, -1)
+
+    place = (*chance.uniform(-0.2, 0.2, 2), 1.5)
+    return trace(
+        [sphere(place, chance.uniform(0.25, 0.5), albedo), plane((0.15, -0.1, -1), (0, 0, 2.4), albedo)], LARGE
+    )
 
 
 def photographed(hits, linear, seed=5):
@@ -76,24 +100,27 @@ def arrays(hits: Hits, linear):
 class TestFit:
     @pytest.mark.parametrize("kind", TEXTURES)
     @pytest.mark.parametrize(
-        ("ambient", "towards"), [(0.1, (-0.7, -0.4, -0.6)), (0.3, (0.9, 0.2, 0.1)), (0.6, (0, -0.5, -1))]
+        ("ambient", "towards"), [(0.1, (-0.7, -0.4, -0.6)), (0.3, (0.9, 0.2, 0.1)), (0.4, (0.3, -0.5, -0.8))]
     )
     def test_direction_and_ambient_light_are_found(self, kind, ambient, towards):
         hits = scene(kind)
         found = fit_light(*arrays(hits, lit(hits, ambient, towards)))
-        angle = np.degrees(np.arccos(np.dot(found.direction, towards) / np.linalg.norm(towards)))
-        assert found.tells and angle < 8 and abs(found.ambient - ambient) < 0.3 * ambient, found
+        cosine = np.dot(found.direction, towards) / np.linalg.norm(towards)
+        assert found.tells and cosine > np.cos(np.radians(8)) and abs(found.ambient - ambient) < 0.3 * ambient, found
         shading = found.ambient + np.maximum(hits.normals[hits.surface >= 0] @ found.direction, 0)
-        assert abs((shading < found.white).mean() - 0.95) < 0.02
+        assert (shading < found.white - 0.01).mean() < 0.95 < 0.02 + (shading < found.white + 0.01).mean()
 
     @pytest.mark.parametrize("kind", TEXTURES)
-    @pytest.mark.parametrize(
-        "make", [scene, planes, lambda kind: trace([plane((0.5, 0.3, -1), (0, 0, 1.6), texture(kind, 3))], LARGE)]
-    )
+    @pytest.mark.parametrize("make", [scene, planes, alone])
     def test_ambient_light_does_not_tell(self, kind, make):
         hits = make(kind)
         found = fit_light(*arrays(hits, 0.8 * hits.albedo))
         assert not found.tells and found.why
+
+    @pytest.mark.parametrize("seed", range(8))
+    def test_slow_texture_is_not_light(self, seed):
+        hits = balls_and_wall(seed)
+        assert not fit_light(*arrays(hits, hits.albedo)).tells
 
     def test_planes_never_tell(self):
         """As well as lit they may be painted."""
@@ -126,12 +153,12 @@ class TestFunctions:
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         linear, light = chance.uniform(0, 1, (500, 3)).astype(F), np.array((0.6, -0.64, -0.48, 0.1), F)
         shading = unlit.shading_at(normal, light)
-        gain = unlit.shading_gain(shading, 0.9)
+        gain = unlit.shading_gain(shading, 0.6)
         values = {"n": normal, "l": light[None], "c": linear}
-        answer = gpu("unlit.glsl", "gained(c, shading_gain(shading_at(n, l), 0.9)), shading_at(n, l)", **values)
+        answer = gpu("unlit.glsl", "gained(c, shading_gain(shading_at(n, l), 0.6)), shading_at(n, l)", **values)
         np.testing.assert_allclose(answer[:, :3], unlit.gained(linear, gain), atol=1e-5)
         np.testing.assert_allclose(answer[:, 3], shading, atol=1e-6)
-        assert gain.min() < 0.7 and gain.max() == 6 and unlit.gained(linear, gain).max() <= 1.0001
+        assert gain.min() < 0.6 and gain.max() == 6 and unlit.gained(linear, gain).max() <= 1.0001
 
     def test_what_is_read_between_pixels_agrees_with_the_mirror(self, gpu):
         hits = trace([sphere((0.05, 0.02, 1.5), 0.4, texture("grey", 1))], CAMERA)

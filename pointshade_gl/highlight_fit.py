@@ -22,6 +22,7 @@ NEIGHBOURS = (1, 0), (0, 1), (3, 0), (0, 3), (6, 2), (2, -6), (10, 6), (6, -10) 
 SEARCHED = 20.0  # degrees that the light may be off
 EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 6.0, 160.0
 NEAR = 0.7  # depth of the scene over the distance of a near light
+DIRECT = 1.0  # ambient light up to which a direction is worth a try, though it may not do to divide its light out
 STRIDE = 6.0  # degrees between the directions of the search
 FEW_PAIRS, EVERY = 2_500, 1 << 40
 WEAKEST = 0.05  # strength, linear light, that is worth while
@@ -156,10 +157,11 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
     surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth
     rays      (h, w, 3) from the camera through the samples, z = 1
-    light     the direction from which they roughly come
+    light     the direction from which they roughly come; it may be wrong where it does not tell: then nothing stands
+              out
     """
     samples = Samples(colors, surfaces, rays)
-    if not light.tells or len(samples.at) < 300:
+    if not (light.tells or light.ambient < DIRECT) or len(samples.at) < 300:
         return _none(f"the picture does not tell its light, {light.why}" if light.why else "it shows too little")
     found = _search(samples, light)
     if found is None:

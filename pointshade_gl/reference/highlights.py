@@ -14,7 +14,7 @@ from .unlit import see_nearest
 from .vectors import dot, normalize
 
 F = np.float32
-MOST_HIGHLIGHT, FAINT, SAME_DEPTH = F(0.9), F(0.0005), F(0.03)
+MOST_HIGHLIGHT, FAINT, SAME_DEPTH = F(0.9), F(0.001), F(0.03)
 SMOOTH_NEAR, SMOOTH_STEP = F(0.9), 2
 
 
@@ -62,11 +62,11 @@ def highlight_at(
     known = (own[..., 3] != 0) & own[..., :3].any(-1)
     found = np.zeros(len(at), F)
     at, own = at[known], own[known]
-    strength = strength_at(strength_map, at, np.array(surface_map.shape[1::-1], F), own[..., 3])
     point = pixel_ray(at, source) * own[..., 3:]
-    lit = strength * highlight_of(own[..., :3], point, light, 0.5 * exponent) > FAINT
+    lit = highlight_of(own[..., :3], point, light, 0.7 * exponent) > FAINT
     normal = smooth_normal(surface_map, at[lit], own[lit, :3])
-    found[np.flatnonzero(known)[lit]] = strength[lit] * highlight_of(normal, point[lit], light, exponent)
+    strength = strength_at(strength_map, at[lit], np.array(surface_map.shape[1::-1], F), own[lit, 3])
+    found[np.flatnonzero(known)[lit]] = strength * highlight_of(normal, point[lit], light, exponent)
     return found
 
 

@@ -3,7 +3,7 @@
 // Takes the highlights of a picture out of its colours: S = max(r . l, 0)^n (Phong 1975) times their strength.
 
 const float MOST_HIGHLIGHT = 0.9;  // share of the light that may be a highlight
-const float FAINT = 0.0005;        // linear light that is worth no further look
+const float FAINT = 0.001;         // part of a highlight that is worth no further look
 const float SAME_DEPTH = 0.03;     // share of the depth between samples of one surface
 const float SMOOTH_NEAR = 0.9;     // cosine between normals that are averaged
 const int SMOOTH_STEP = 2;         // pixels between them
@@ -52,12 +52,12 @@ float highlight_at(
 ) {
     Seen seen = see_nearest(surface_map, at);
     if (seen.own.w == 0.0 || seen.own.xyz == vec3(0.0)) return 0.0;
-    float strength = strength_at(strength_map, at, vec2(textureSize(surface_map, 0)), seen.own.w);
     vec3 point = pixel_ray(at, source) * seen.own.w;
-    int lit = strength * highlight_of(seen.own.xyz, point, light, 0.5 * exponent) > FAINT ? 1 : 0;
+    int lit = highlight_of(seen.own.xyz, point, light, 0.7 * exponent) > FAINT ? 1 : 0;  // noisy normals may hide some
     float found = 0.0;
     for (int k = 0; k < lit; ++k) {  // a loop that no pixel takes costs software drivers nothing
         vec3 normal = smooth_normal(surface_map, at, seen.own.xyz);
+        float strength = strength_at(strength_map, at, vec2(textureSize(surface_map, 0)), seen.own.w);
         found = strength * highlight_of(normal, point, light, exponent);
     }
     return found;

@@ -200,7 +200,7 @@ def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, w
     return np.where(calm, neighbours3(level).max(0), level), power
 
 
-def told_noise(words: NoiseWords, shape: tuple[int, int]) -> Noise:
+def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
     """Return the Noise that words describe, the same in all blocks of a grid of that shape."""
     powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
     grid = np.empty((*shape, 3), np.float32)

@@ -54,7 +54,7 @@ def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hid
     """Return which blocks of a frame hold structure, from small arrays (rows, columns).
 
     near     quartile of the noise of w between neighbours, negative where it could not be measured
-    levels   (rows, columns, 4) from noise_blocks.frag with STRUCTURE
+    levels   (rows, columns, 4) from noise_blocks.frag, of structure
     coarse   as near, between pixels COARSE apart
     rounded  depth is rounded
     hidden   blocks where rounding, or lines that are repeated, hide what could be seen

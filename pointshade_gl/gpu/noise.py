@@ -24,24 +24,15 @@ class NoisePass(Owner):
         with self._all_or_nothing():
             self._patches = self._keep(FullscreenPass(context, "noise_patches.frag"))
             self._blocks = self._keep(FullscreenPass(context, "noise_blocks.frag"))
-        self._structure: tuple[FullscreenPass, FullscreenPass] | None = (
-            None  # made for the first frame that is not clean
-        )
-        self._average: dict[tuple[bool, bool], FullscreenPass] = {}  # made when a frame turns out to be noisy
-        self._certainty: FullscreenPass | None = None  # for the first one whose neighbours share noise
+        self._later: dict[str, FullscreenPass] = {}  # made when a frame turns out to be noisy
         self._images: Images | None = None
 
     def measure(self, frame: DepthTextures, focal: float) -> Noise:
         """focal = mean focal length, pixels."""
         images = self._fit(frame)
         levels, counts = self._grid(frame, images, 1)
-        return find_noise(
-            levels,
-            counts,
-            focal,
-            lambda: self._grid(frame, images, COARSE),
-            lambda: self._structure_levels(frame, images),
-        )
+        coarse, structure = lambda: self._grid(frame, images, COARSE), lambda: self._structure(frame, images)
+        return find_noise(levels, counts, focal, coarse, structure)
 
     def read(self, frame: DepthTextures, words: NoiseWords) -> Noise:
         """The caller's own, for this frame."""
@@ -60,13 +51,10 @@ class NoisePass(Owner):
         if told is not None:
             grid = grid * np.array([0, 1, 1], np.float32)
         images.grid.write(np.ascontiguousarray(grid))
-        variant = noise.misplaced > 0, snap_focal > 0
-        extra = {"misplaced": noise.misplaced} if variant[0] else {}
-        extra |= {"focal": snap_focal} if variant[1] else {}
-        if variant not in self._average:
-            constants = {"MISPLACED": int(variant[0]), "SNAP": int(variant[1])}
-            self._average[variant] = FullscreenPass(self._context, "depth_average.frag", **constants)
-        average, target = self._average[variant], images.calm_target
+        constants = {"MISPLACED": int(noise.misplaced > 0), "SNAP": int(snap_focal > 0)}
+        extra = {"misplaced": noise.misplaced} if noise.misplaced > 0 else {}
+        extra |= {"focal": snap_focal} if snap_focal > 0 else {}
+        average, target = self._pass("depth_average.frag", **constants), images.calm_target
         known = np.zeros((1, 1), np.float32) if told is None else told
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         try:
@@ -82,11 +70,10 @@ class NoisePass(Owner):
         share no noise: then the fits leave too little to matter."""
         if not noise.is_shared or self._images is None:
             return None
-        self._certainty = self._certainty or self._keep(FullscreenPass(self._context, "certainty.frag"))
         target, images = surface.certainty_target, self._images
         textures = {"surface_map": surface.texture, "grid": images.grid}
         inputs = {"first": images.first, "powers": noise.powers, "intrinsics": camera.intrinsics}
-        self._certainty.draw(target, textures, cells=target.size, **inputs)
+        self._pass("certainty.frag").draw(target, textures, cells=target.size, **inputs)
         (texture,) = target.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture
@@ -94,7 +81,8 @@ class NoisePass(Owner):
     def _grid(self, frame: DepthTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
         self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
         patches, steps = images.patches
-        self._blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
+        blocks = self._blocks if stride == 1 else self._pass("noise_blocks.frag", MEASURED=1)
+        blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
         return self._read(images)
 
     @staticmethod
@@ -102,16 +90,18 @@ class NoisePass(Owner):
         levels, counts = (np.frombuffer(x.read(), np.float32).reshape(*images.shape, 4) for x in images.blocks)
         return levels, counts
 
-    def _structure_levels(self, frame: DepthTextures, images: Images) -> np.ndarray:
-        if self._structure is None:
-            self._structure = (
-                FullscreenPass(self._context, "noise_structure.frag"),
-                FullscreenPass(self._context, "noise_blocks.frag", STRUCTURE=1),
-            )
-        patches, blocks = self._structure
+    def _structure(self, frame: DepthTextures, images: Images) -> np.ndarray:
+        """Levels only: (rows, columns, 4)."""
+        patches, blocks = self._pass("noise_structure.frag"), self._pass("noise_blocks.frag", MEASURED=2)
         patches.draw(images.patch_target, {"depth_map": frame.depth}, first=images.first)
         blocks.draw(images.block_target, {"patches": images.patches[0]})
         return self._read(images)[0]
+
+    def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
+        key = f"{fragment} {constants}"
+        if key not in self._later:
+            self._later[key] = FullscreenPass(self._context, fragment, **constants)
+        return self._later[key]
 
     def _fit(self, frame: DepthTextures) -> Images:
         if self._images is None or self._images.size != frame.size:
@@ -122,7 +112,7 @@ class NoisePass(Owner):
         return self._images
 
     def release(self) -> None:
-        for item in (self._images, *(self._structure or ()), *self._average.values()):
+        for item in (self._images, *self._later.values()):
             if item is not None:
                 item.release()
         super().release()

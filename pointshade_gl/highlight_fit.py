@@ -83,6 +83,9 @@ class Pairs(NamedTuple):
     ratio: Array
     weight: Array
 
+    def only(self, chosen: NDArray[np.bool_]) -> Pairs:
+        return Pairs(self.one[chosen], self.ratio[chosen], self.weight[chosen])
+
 
 class Evidence(NamedTuple):
     """What pairs say: the strength that explains most, how much it explains, and how surely."""
@@ -148,7 +151,7 @@ class Samples:
     def toward(self, guess: Guess) -> Array:
         """(4,) l and q, see FoundHighlights."""
         q = np.float32(guess.nearness / max(float(self.middle[2]), 1e-6))
-        return np.append(guess.direction + q * self.middle, q)
+        return np.append(guess.direction + q * self.middle, q).astype(np.float32)
 
 
 def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> FoundHighlights:
@@ -220,7 +223,7 @@ def _is_round(s: Samples, found: Guess, pairs: Pairs, strength: float) -> bool:
     off = s.r[pairs.one] - to / np.linalg.norm(to, axis=-1, keepdims=True)
     across, up = _axes(found.direction)
     quarter = 2 * (off @ across > 0) + (off @ up > 0)
-    of_each = [Pairs(*(values[quarter == k] for values in pairs)) for k in range(4)]
+    of_each = [pairs.only(quarter == k) for k in range(4)]
     enough = [one for one in of_each if one.weight.sum() > 0.05 * pairs.weight.sum()]
     return len(enough) > 2 and all(0.5 < weigh(one).strength / strength < 1.8 for one in enough)
 
@@ -342,7 +345,7 @@ def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient:
 
 def _is_shiny(pairs: Pairs, chosen: NDArray[np.bool_], strength: float) -> bool:
     """Whether these pairs alone say about the same."""
-    own = weigh(Pairs(*(values[chosen] for values in pairs)))
+    own = weigh(pairs.only(chosen))
     return own.sureness > 3 and 0.4 * strength < own.strength < 2.5 * strength
 
 
@@ -402,7 +405,8 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     says = np.flatnonzero(weight > LEAST)
     a, b = a[says], b[says]
     albedo = s.color[a] / one[says, None] - s.color[b] / other[says, None]
-    return Pairs(a, albedo / change[says, None], weight[says] * s.calm[a]), len(near) / max(len(few), 1)
+    ratio, weight = (albedo / change[says, None]).astype(np.float32), (weight[says] * s.calm[a]).astype(np.float32)
+    return Pairs(a, ratio, weight), len(near) / max(len(few), 1)
 
 
 def weigh(pairs: Pairs, factor: float = 1.0) -> Evidence:

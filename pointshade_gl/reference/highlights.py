@@ -6,11 +6,10 @@ import numpy as np
 
 from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
-from .corners import corners_at, texel_at
+from .corners import corners_at, surface_at, texel_at
 from .inverse_depth import pixel_grid
 from .picture import rescale_position
 from .resolve import FEW
-from .unlit import see_nearest
 from .vectors import dot, normalize
 
 F = np.float32
@@ -58,7 +57,8 @@ def highlight_at(
     light: np.ndarray,
     exponent: float,
 ) -> np.ndarray:
-    own = see_nearest(surface_map, at).own
+    last = np.array(surface_map.shape[1::-1]) - 1
+    own = surface_at(surface_map, np.clip(np.floor(at + F(0.5)).astype(int), 0, last))
     known = (own[..., 3] != 0) & own[..., :3].any(-1)
     found = np.zeros(len(at), F)
     at, own = at[known], own[known]

@@ -1,4 +1,4 @@
-#include "common/unlit.glsl"
+#include "common/resolve.glsl"
 
 // Takes the highlights of a picture out of its colours: S = max(r . l, 0)^n (Phong 1975) times their strength.
 
@@ -50,14 +50,14 @@ vec3 smooth_normal(sampler2D surface_map, vec2 at, vec3 own) {
 float highlight_at(
     sampler2D surface_map, sampler2D strength_map, vec2 at, vec4 source, vec4 light, float exponent
 ) {
-    Seen seen = see_nearest(surface_map, at);
-    if (seen.own.w == 0.0 || seen.own.xyz == vec3(0.0)) return 0.0;
-    vec3 point = pixel_ray(at, source) * seen.own.w;
-    int lit = highlight_of(seen.own.xyz, point, light, 0.7 * exponent) > FAINT ? 1 : 0;  // noisy normals may hide some
+    vec4 own = surface_at(surface_map, clamp(ivec2(floor(at + 0.5)), ivec2(0), textureSize(surface_map, 0) - 1));
+    if (own.w == 0.0 || own.xyz == vec3(0.0)) return 0.0;
+    vec3 point = pixel_ray(at, source) * own.w;
+    int lit = highlight_of(own.xyz, point, light, 0.7 * exponent) > FAINT ? 1 : 0;  // noisy normals may hide some
     float found = 0.0;
     for (int k = 0; k < lit; ++k) {  // a loop that no pixel takes costs software drivers nothing
-        vec3 normal = smooth_normal(surface_map, at, seen.own.xyz);
-        float strength = strength_at(strength_map, at, vec2(textureSize(surface_map, 0)), seen.own.w);
+        vec3 normal = smooth_normal(surface_map, at, own.xyz);
+        float strength = strength_at(strength_map, at, vec2(textureSize(surface_map, 0)), own.w);
         found = strength * highlight_of(normal, point, light, exponent);
     }
     return found;

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float32]
+Array = NDArray[np.floating]
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 PAIRS = 6000
 TRIES = 12  # candidates for each pair
@@ -50,7 +50,7 @@ def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
         empty = np.zeros(0, np.float32)
         return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty, np.zeros(0, int))
     first = places[chance.integers(0, len(places), TRIES * PAIRS)]
-    reach = np.exp(chance.uniform(*np.log(REACH), len(first))) * max(width, height)
+    reach = np.exp(chance.uniform(np.log(REACH[0]), np.log(REACH[1]), len(first))) * max(width, height)
     way = np.rint(chance.normal(size=(2, len(first))) * reach).astype(int)
     v, u = first // width, first % width
     inside = (v + way[0] >= 0) & (v + way[0] < height) & (u + way[1] >= 0) & (u + way[1] < width)

@@ -100,7 +100,7 @@ def arrays(hits: Hits, linear):
 class TestFit:
     @pytest.mark.parametrize("kind", TEXTURES)
     @pytest.mark.parametrize(
-        ("ambient", "towards"), [(0.1, (-0.7, -0.4, -0.6)), (0.3, (0.9, 0.2, 0.1)), (0.4, (0.3, -0.5, -0.8))]
+        ("ambient", "towards"), [(0.1, (-0.7, -0.4, -0.6)), (0.3, (0.9, 0.2, 0.1)), (0.15, (0.4, -0.5, -0.8))]
     )
     def test_direction_and_ambient_light_are_found(self, kind, ambient, towards):
         hits = scene(kind)

@@ -33,11 +33,11 @@ def white(depth, seed=1):
 
 
 def stereo(depth, seed=1, width=9):
-    """Noise that neighbours share, as matching windows of this width leave it."""
+    """Disparity in steps of 1/16 pixel, with the noise that matching windows of this width leave."""
     noise = np.random.default_rng(seed).normal(0, 1, depth.shape)
     for axis in (0, 1, 0, 1):
         noise = np.mean([np.roll(noise, k - width // 2, axis) for k in range(width)], 0)
-    return np.round(depth + 0.003 * depth**2 * noise / noise.std(), 4)
+    return 40 / (np.round((40 / depth + 0.12 * noise / noise.std()) * 16) / 16)
 
 
 def frame_of(depth):

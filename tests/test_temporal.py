@@ -26,10 +26,11 @@ def kinect(z, rng):
 
 
 def shared(z, rng):
-    noise = rng.normal(0, 0.002, z.shape)
-    for axis in (0, 1, 0, 1):
-        noise = (np.roll(noise, 1, axis) + 2 * noise + np.roll(noise, -1, axis)) / 6**0.5
-    return z + noise
+    """Disparity of matched windows, in steps of 1/16 pixel: neighbours share its noise."""
+    noise = rng.normal(0, 0.25, z.shape)
+    for axis in (0, 1):
+        noise = np.mean([np.roll(noise, k, axis) for k in range(-2, 3)], 0)
+    return 40 / (np.round((40 / z + noise) * 16) / 16)
 
 
 NOISES = {

@@ -191,8 +191,8 @@ def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, w
     power = noise_power(z[noisy], np.exp(in_z[noisy]))
     if np.count_nonzero(credible) < FEWEST_CREDIBLE * np.count_nonzero(measured) or not credible.any():
         return np.zeros_like(z), power
-    own = (1 - power / 2) * in_z + power / 2 * in_w + np.log(np.maximum(structure.noise, 1e-30))
-    level = np.exp(median3(own, credible))
+    own = (1 - power / 2) * in_z + power / 2 * in_w
+    level = np.exp(median3(own + np.log(np.maximum(structure.noise, 1e-30)), credible))
     # Structure adds to a block's own level: such a block has the noise of the others, or less.
     level = np.where(structure.found, np.minimum(level, np.exp(own)), level)
     # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.

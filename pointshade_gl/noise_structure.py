@@ -15,7 +15,7 @@ Mask = NDArray[np.bool_]
 # to wider ring. White noise has 1 for both, noise that neighbours share up to 3 and 1.8.
 GROWN, PARTLY_GROWN, RING_GROWN = 2.5, 1.75, 1.75  # the first alone, or the others together
 WEAK_GROWN, WEAK_RING = 1.7, 1.45  # both together, beside blocks that are certain
-SHARED_RING = 1.4  # from here on, what grows with distance is not noise that neighbours share
+SHARED_RING = 1.25  # from here on, what grows with distance is not noise that neighbours share
 # Rounded depth comes from sensors, whose neighbours do share noise: only rings count, and more of them are needed.
 ROUNDED_RING, ROUNDED_WEAK_RING = 2.2, 1.8
 FRAME_RING, FRAME_GROWN, FRAME_COARSE = 2.05, 3.6, 4.5  # medians of a rounded frame that is busy everywhere: the first

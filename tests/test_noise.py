@@ -106,7 +106,7 @@ def test_noise_that_neighbours_share_opens_few_holes_in_a_turned_view(renderer):
     both = (ps.Frame(None, z.astype(np.float32), near) for z in (matched, depth))
     pose = ps.orbit_pose(None, (0, 0, 2.2), 15)
     seen, there = (renderer.render(frame, pose=pose)[..., 3] > 0 for frame in both)
-    assert (there & ~seen).mean() < 0.03  # .063 with averaged depth
+    assert (there & ~seen).mean() < 0.045  # .063 with averaged depth
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from .robust_plane import GATE, best_corner, fit_bowl, refine_plane
 f32 = np.float32
 TILT, FIT_GAIN, WIDEST = f32(0.006), f32(7.07), f32(12)
 BOWL_FIT, PLANE_FIT, FOOTING, AMID = f32(2.0), f32(1.3), f32(4.0), f32(11.0)
+BOWL_MOVE, PLANE_MOVE = f32(1.0), f32(0.5)
 ZERO, HALF = f32(0), f32(0.5)
 
 
@@ -40,6 +41,7 @@ def calm_surface(picture, pixel, here, stride):
     value, slope_u, slope_v, rest = fit_bowl(d, here[1] * here[1])
     holds = (stride > 0) & (sum(m) > f32(24.5)) & (rest < BOWL_FIT * f32(19) * here[1] * here[1])
     over = np.maximum(stride, 1).astype(f32)
+    value = np.clip(value, -BOWL_MOVE * here[1], BOWL_MOVE * here[1])
     return value, slope_u / over, slope_v / over, holds
 
 
@@ -51,7 +53,8 @@ def robust_surface(picture, pixel, here, stride):
     plane, fit = refine_plane(d, m, plane, variance)
     holds = (stride > 0) & (fit[0] < PLANE_FIT) & (fit[1] > FOOTING) & (np.abs(plane[0]) < GATE * here[1])
     over = np.maximum(stride, 1).astype(f32)
-    return np.where(fit[1] > AMID, plane[0], ZERO), plane[1] / over, plane[2] / over, holds
+    value = np.where(fit[1] > AMID, np.clip(plane[0], -PLANE_MOVE * here[1], PLANE_MOVE * here[1]), ZERO)
+    return value, plane[1] / over, plane[2] / over, holds
 
 
 def nearer_surface(picture, pixel, here, stride):

@@ -13,6 +13,8 @@ const float BOWL_FIT = 2.0;    // chi square per sample for a quadratic surface 
 const float PLANE_FIT = 1.3;   // chi square per sample for a plane through some
 const float FOOTING = 4.0;     // least spread of the weighted samples across their narrowest direction
 const float AMID = 11.0;       // the same of samples on both sides of the pixel: it is 10 if they end there
+const float BOWL_MOVE = 1.0;   // by so many times the noise a surface moves a point, at most: farther moves of
+const float PLANE_MOVE = 0.5;  // neighbours that different fits answer would open pinholes
 
 // Pixels between the samples: the tilt of a plane through 25 of them has an error of noise * focal length / (FIT_GAIN *
 // stride). 0 if hardly any noise is left.
@@ -33,7 +35,8 @@ vec4 calm_surface(sampler2D calm_depth, ivec2 pixel, vec2 here, int stride) {
     }
     vec4 bowl = fit_bowl(d, here.y * here.y);
     bool holds = stride > 0 && known > 24.5 && bowl.w < BOWL_FIT * 19.0 * here.y * here.y;
-    return vec4(bowl.x, bowl.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
+    float value = clamp(bowl.x, -BOWL_MOVE * here.y, BOWL_MOVE * here.y);
+    return vec4(value, bowl.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
 // The same for a robust plane through the known samples that lie on the pixel's own surface. Where this ends, x is 0: the
@@ -51,7 +54,8 @@ vec4 robust_surface(sampler2D calm_depth, ivec2 pixel, vec2 here, int stride) {
     vec3 plane = refine_plane(d, m, best_corner(d, m, variance), variance, fit);
     plane = refine_plane(d, m, plane, variance, fit);
     bool holds = stride > 0 && fit.x < PLANE_FIT && fit.y > FOOTING && abs(plane.x) < GATE * here.y;
-    return vec4(fit.y > AMID ? plane.x : 0.0, plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
+    float value = fit.y > AMID ? clamp(plane.x, -PLANE_MOVE * here.y, PLANE_MOVE * here.y) : 0.0;
+    return vec4(value, plane.yz / float(max(stride, 1)), holds ? 1.0 : 0.0);
 }
 
 // The same for pixels where neither fits at this stride: tries both with samples closer and closer. w is 0 if none fits

@@ -15,11 +15,12 @@ from ..consensus import Comparison, band_of, compared, gains_of, nearest_others
 from ..contradictions import contradictions
 from ..frame import Frame
 from .adding import Adding
+from .images import Images, empty
 from .memory import Owner
 from .passes import FullscreenPass
 from .set_notes import Told
 from .steps import Steps
-from .textures import Colors, FrameTextures, Images, PointSurface, TrustImage, empty
+from .textures import Colors, FrameTextures, PointSurface, TrustImage
 
 STRIDE = 8  # pixels, as in compare.frag
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import moderngl
 
 from ..camera import Camera
+from .images import Images
 from .memory import Owner
 from .passes import FullscreenPass
-from .textures import Images, PointSurface
+from .textures import PointSurface
 
 SMALL, WIDE = 8, 32  # pixels to the known ones that enclose a gap: where depth is dense, and where it is sparse
 

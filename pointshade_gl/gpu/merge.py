@@ -10,11 +10,12 @@ import moderngl
 
 from ..look import SHADINGS
 from .adding import Adding
+from .images import Box, confine, empty
 from .passes import FullscreenPass
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking
 from .state import enabled
-from .textures import Box, SplatImage, SumImage, SurfaceImage, confine, empty
+from .target import SplatImage, SumImage, SurfaceImage
 
 
 class Part(NamedTuple):

@@ -13,6 +13,7 @@ from ..explain import SetReport
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
+from .images import Box, confine
 from .lit_splats import LitSplatPass
 from .merge import MergePass, Part, key_inputs
 from .passes import FullscreenPass
@@ -25,19 +26,9 @@ from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
 from .surface import Estimator
+from .target import SplatImage, SurfaceImage, Target
 from .target_normals import TargetNormals
-from .textures import (
-    Box,
-    Colors,
-    FrameTextures,
-    PointLight,
-    PointSurface,
-    SplatImage,
-    SurfaceImage,
-    Target,
-    TrustImage,
-    confine,
-)
+from .textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
 
 
 class Points(NamedTuple):

@@ -10,11 +10,12 @@ import numpy as np
 from ..camera import Camera
 from ..look import SHADINGS
 from .canvas import Canvas
+from .images import confine, empty
 from .passes import FullscreenPass
 from .programs import source_and_target
 from .raw_gl import DEPTH_TEST
 from .state import enabled
-from .textures import SplatImage, confine, empty
+from .target import SplatImage
 
 
 class Looking(NamedTuple):

@@ -6,10 +6,11 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .images import Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .surface import Estimator, SurfacePass
-from .textures import DepthTextures, FrameTextures, Images, PointSurface
+from .textures import DepthTextures, FrameTextures, PointSurface
 
 COUNTED = 16  # as in mixing.glsl
 # Share of mixed samples among those at steps, above which a sensor mixes. Measured: .99 to 1 by lidar, .65 by a Kinect,

@@ -6,11 +6,12 @@ import moderngl
 
 from ..camera import Camera
 from ..estimators import SPARSE_LEVELS, SPARSE_TILTS
+from .images import Images, empty
 from .memory import Owner
 from .passes import FullscreenPass
 from .raw_gl import DEPTH_TEST
 from .state import enabled
-from .textures import DepthTextures, Images, empty
+from .textures import DepthTextures
 
 
 class SparsePass(Owner):

@@ -10,6 +10,7 @@ from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice, Noise
 from ..noise_stream import Decisions
 from ..noise_words import NoiseWords
+from .images import empty
 from .memory import Owner
 from .noise import NoisePass
 from .passes import FullscreenPass, data_texture
@@ -17,7 +18,7 @@ from .raw_gl import DEPTH_TEST
 from .sparse import SparsePass
 from .state import enabled
 from .temporal import Stream
-from .textures import DepthTextures, empty
+from .textures import DepthTextures
 
 Told = np.ndarray | NoiseWords | None
 Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them

@@ -7,10 +7,12 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..look import Look
+from .images import empty
 from .merge import key_inputs
 from .passes import FullscreenPass
 from .surface import Estimator, SurfacePass
-from .textures import DepthTextures, SplatImage, SumImage, empty
+from .target import SplatImage, SumImage
+from .textures import DepthTextures
 
 
 def target_estimator(look: Look) -> Estimator | None:

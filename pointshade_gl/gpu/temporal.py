@@ -11,10 +11,11 @@ import numpy as np
 from ..camera import Camera
 from ..frame import Frame
 from ..noise import Noise
+from .images import Images, empty
 from .memory import Owner
 from .passes import FullscreenPass
 from .steps import Steps
-from .textures import Images, PointSurface, empty
+from .textures import PointSurface
 
 
 class Stream(NamedTuple):

@@ -7,11 +7,12 @@ import math
 import moderngl
 
 from ..camera import Camera
+from .images import Box, Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .snap import SnapPass
 from .surface import Estimator, SurfacePass
-from .textures import Box, FrameTextures, Images, PointSurface
+from .textures import FrameTextures, PointSurface
 
 
 class UpsamplePass(Owner):

@@ -100,7 +100,7 @@ class Things:
         return [
             (p.node.name, view.textures)
             for p, thing in self.drawn.items()
-            if not isinstance(thing, PlacedMesh)
+            if isinstance(thing, ShownPoints | ShownGrid | ShownSet)
             for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
         ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import moderngl
 
 from ..camera import Camera
-from .images import Images
+from .images import Fitted, Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .textures import PointSurface
@@ -18,7 +18,7 @@ class FillPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._images: GapImages | None = None
+        self._images = self._keep(Fitted(context, GapImages))
         with self._all_or_nothing():
             self._rows = self._keep(FullscreenPass(context, "gap_rows.frag"))
             self._fill = self._keep(FullscreenPass(context, "fill.frag"))
@@ -28,7 +28,7 @@ class FillPass(Owner):
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
     ) -> None:
         """camera: who took the frame, at the surface's size."""
-        images, reach = self._fit(surface.size), WIDE if is_sparse else SMALL
+        images, reach = self._images.fit(surface.size), WIDE if is_sparse else SMALL
         self._rows.draw(images.row_target, {"surface_map": surface.texture}, reach=reach)
         maps = {"surface_map": surface.texture, "row_map": images.rows, "color_map": colors}
         self._fill.draw(images.target, maps, reach=reach, source=camera.intrinsics)
@@ -36,19 +36,6 @@ class FillPass(Owner):
         maps = {"normal_map": images.normals, "depth_map": images.depth}
         self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
         filled.raise_version()
-
-    def _fit(self, size: tuple[int, int]) -> GapImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = GapImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class GapImages(Images):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
 
 import moderngl
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from .memory import Owner, check_memory
 from .steps import Versioned
 
+_Images = TypeVar("_Images", bound="Images")
 Box = tuple[int, int, int, int]  # left, top, width, height
 
 
@@ -32,6 +34,25 @@ class Images(Versioned, Owner):
 
     def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
         return self._allocate(self._context.framebuffer, textures, depth)
+
+
+class Fitted(Generic[_Images]):
+    """Images of the size that was asked for last. Those of another size are freed before: both might not fit."""
+
+    def __init__(self, context: moderngl.Context, make: Callable[[moderngl.Context, tuple[int, int]], _Images]):
+        self._context, self._make = context, make
+        self._images: _Images | None = None
+
+    def fit(self, size: tuple[int, int]) -> _Images:
+        if self._images is None or self._images.size != size:
+            self.release()
+            self._images = self._make(self._context, size)
+        return self._images
+
+    def release(self) -> None:
+        before, self._images = self._images, None
+        if before is not None:
+            before.release()
 
 
 def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:

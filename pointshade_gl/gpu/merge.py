@@ -11,7 +11,7 @@ import moderngl
 from ..look import SHADINGS
 from .adding import Adding
 from .images import Box, confine, empty
-from .passes import FullscreenPass
+from .passes import FullscreenPass, FullscreenPasses
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking
 from .state import enabled
@@ -33,7 +33,7 @@ class MergePass:
 
     def __init__(self, context: moderngl.Context):
         self._context, self._adding = context, Adding(context)
-        self._passes: dict[str, FullscreenPass] = {}
+        self._passes = FullscreenPasses(context)
 
     def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
@@ -80,15 +80,10 @@ class MergePass:
         confine(surfaces.shared_target, None)
 
     def _pass(self, fragment: str, look_up: bool, **constants: int) -> FullscreenPass:
-        key = f"{fragment} {look_up} {constants}"
-        if key not in self._passes:
-            version = 430 if look_up else 330
-            self._passes[key] = FullscreenPass(self._context, fragment, version, LOOK_UP=int(look_up), **constants)
-        return self._passes[key]
+        return self._passes.get(fragment, 430 if look_up else 330, LOOK_UP=int(look_up), **constants)
 
     def release(self) -> None:
-        for item in self._passes.values():
-            item.release()
+        self._passes.release()
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

@@ -31,6 +31,20 @@ class FullscreenPass(Owner):
         self._array.render(moderngl.TRIANGLES, 3)
 
 
+class FullscreenPasses(Owner):
+    """Full-screen passes, each made when it is first asked for."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._passes: dict[Any, FullscreenPass] = {}
+
+    def get(self, fragment: str, version: int = 330, **constants: int) -> FullscreenPass:
+        key = fragment, version, *constants.items()
+        if key not in self._passes:
+            self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
+        return self._passes[key]
+
+
 def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
     """Binds every texture among the inputs and puts the number of its unit in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]

@@ -19,6 +19,7 @@ SPLATS = ("footprint", "round", "mesh")
 UPSAMPLINGS = ("vote", "none")
 NORMALS_AT = ("source", "target")
 FLYING = ("keep", "snap")
+SWITCHES = ("temporal", "unlight", "remove_highlights")  # the options that are True or False
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,6 @@ class Look:
               GPU, of several streams 40 for each more.
     unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
               colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
-
     remove_highlights  True takes the highlights that the light in the picture makes out of its colours. Where the
               picture does not tell them from white paint, they stay.
 
@@ -113,7 +113,7 @@ class Look:
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
-        for name in ("temporal", "unlight", "remove_highlights"):
+        for name in SWITCHES:
             object.__setattr__(self, name, check_flag(getattr(self, name), option(name)))
         if isinstance(self.normals, str):
             check_method(self.normals)

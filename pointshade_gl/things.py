@@ -131,7 +131,7 @@ class Things:
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
         places = _places(shot) if any(p.content.look.temporal for p in singles) else {}
         if places:
-            self.frames.keep_streams(places.values())
+            self.frames.streams.keep_only(places.values())
         steps = [_coarser_step(p, shot) if p in alone else 1 for p in singles]
         frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}

@@ -59,8 +59,7 @@ class FrameTextures(DepthTextures):
         self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
         self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
-        self.told: tuple[str, Camera] | None = None  # why the last picture did not tell its light, and who took it
-        self.told_matte: tuple[str, Camera] | None = None  # the same of its highlights
+        self.told: dict[str, tuple[str, Camera]] = {}  # why it did not tell the light or highlights, and whose it was
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:

@@ -32,7 +32,7 @@ class Decisions:
 
 def _kind(noise: Noise) -> tuple[Any, ...]:
     """What neighbouring frames of a stream must agree on."""
-    return noise.is_clean, noise.domain, noise.misplaced > 0
+    return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared
 
 
 def _is_clear(measured: Noise, kept: Noise) -> bool:

@@ -253,8 +253,8 @@ class Renderer:
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
         """
         frame = loaded(frame)
-        options = Material(), normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying, temporal
-        scene = self._scenes.of(frame, options)
+        geometry = normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying
+        scene = self._scenes.of(frame, (Material(), *geometry, temporal, False, False))
         seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()

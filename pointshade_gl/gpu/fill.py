@@ -35,6 +35,7 @@ class FillPass(Owner):
         filled.confine(surface.window)
         maps = {"normal_map": images.normals, "depth_map": images.depth}
         self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
+        filled.certainty = surface.certainty
         filled.raise_version()
 
 

@@ -91,7 +91,9 @@ class SurfacePass:
         self._noise = self._noise or NoisePass(self._context)
         return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
 
-    def _find_noise(self, frame: DepthTextures, camera: Camera, words: NoiseWords | None) -> Noise:
+    def _find_noise(
+        self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
+    ) -> Noise:
         """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
         self._noise = self._noise or NoisePass(self._context)
         if words:
@@ -99,6 +101,8 @@ class SurfacePass:
         if frame.noise:
             return frame.noise
         noise = self.measure_noise(frame, camera)
+        if stream:
+            return stream.history.decisions.settle(frame.size, noise)
         return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
 
     def _run_by_noise(
@@ -113,7 +117,7 @@ class SurfacePass:
         self._noise = self._noise or NoisePass(self._context)
         is_told = told is not None
         words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
-        noise = self._find_noise(frame, camera, words)
+        noise = self._find_noise(frame, camera, words, stream)
         if method == "auto" and levels is None and noise.is_clean:
             source = {"depth_map": frame.depth}
             self._passes.get("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)

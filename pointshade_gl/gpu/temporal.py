@@ -11,6 +11,7 @@ import numpy as np
 from ..camera import Camera
 from ..frame import Frame
 from ..noise import Noise
+from ..noise_stream import Decisions
 from .images import Fitted, Images, empty
 from .memory import Owner
 from .passes import FullscreenPasses
@@ -78,10 +79,14 @@ class TemporalPass(Owner):
 
 
 class History:
-    """What the frames of one stream have left on the GPU, and the camera and pose it was seen with."""
+    """What the frames of one stream have left on the GPU, and the camera and pose it was seen with.
+
+    decisions  about its noise
+    """
 
     def __init__(self, context: moderngl.Context):
         self._context = context
+        self.decisions = Decisions()
         self._image: HistoryImage | None = None
         self._last: tuple[weakref.ref[Frame], Camera, np.ndarray] | None = None
 
@@ -109,6 +114,7 @@ class History:
     def forget(self) -> None:
         """The stream begins anew."""
         self._last = None
+        self.decisions = Decisions()
 
     def release(self) -> None:
         self.forget()

@@ -11,7 +11,7 @@ import moderngl
 from ..look import SHADINGS
 from .adding import Adding
 from .images import Box, confine, empty
-from .passes import FullscreenPass, FullscreenPasses
+from .passes import FullscreenPasses
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking
 from .state import enabled
@@ -44,7 +44,7 @@ class MergePass:
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            part_pass = self._passes.get("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
@@ -73,14 +73,11 @@ class MergePass:
         inputs |= {"material_number": number / 65535} | ({} if others is None else {"others": others})
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
-            merged = self._pass(
+            merged = self._passes.get(
                 "merged.frag", look_up, AT_TARGET=int(normals is not None), CERTAINTY=int(others is not None)
             )
             merged.draw(surfaces.shared_target, maps, **inputs)
         confine(surfaces.shared_target, None)
-
-    def _pass(self, fragment: str, look_up: bool, **constants: int) -> FullscreenPass:
-        return self._passes.get(fragment, 430 if look_up else 330, LOOK_UP=int(look_up), **constants)
 
     def release(self) -> None:
         self._passes.release()

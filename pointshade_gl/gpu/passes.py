@@ -38,9 +38,12 @@ class FullscreenPasses(Owner):
         super().__init__(context)
         self._passes: dict[Any, FullscreenPass] = {}
 
-    def get(self, fragment: str, version: int = 330, **constants: int) -> FullscreenPass:
-        key = fragment, version, *constants.items()
+    def get(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
+        """look_up: of a shader that finds splats, whether the compute rasteriser left them (OpenGL 4.3)."""
+        constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
+        key = fragment, *constants.items()
         if key not in self._passes:
+            version = 430 if look_up else 330
             self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
         return self._passes[key]
 

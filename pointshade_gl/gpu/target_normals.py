@@ -42,7 +42,7 @@ class TargetNormals:
         view.surface.confine(splats.window)
         empty(view.target, splats.window)
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
-        find_depth = self._passes.get("merged_depth.frag", 430 if look_up else 330, LOOK_UP=int(look_up))
+        find_depth = self._passes.get("merged_depth.frag", look_up)
         find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
         self._surface.run(view, camera, *estimator)
         return view.surface.texture

@@ -17,7 +17,7 @@ from .raw_gl import DEPTH_TEST
 from .sparse import SparsePass
 from .state import enabled
 from .temporal import Stream
-from .textures import DepthTextures
+from .textures import DepthTextures, PointSurface
 
 Told = np.ndarray | NoiseWords | None
 Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
@@ -88,16 +88,14 @@ class SurfacePass:
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """As "auto" and "adaptive" do; camera: who took the depth."""
-        self._noise = self._noise or NoisePass(self._context)
-        return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
+        return self._noise_pass().measure(frame, _mean_focal(camera))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
     ) -> Noise:
         """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
-        self._noise = self._noise or NoisePass(self._context)
         if words:
-            return self._noise.read(frame, words)
+            return self._noise_pass().read(frame, words)
         if frame.noise:
             return frame.noise
         noise = self.measure_noise(frame, camera)
@@ -114,7 +112,6 @@ class SurfacePass:
         snap: bool,
         stream: Stream | None,
     ) -> Choice:
-        self._noise = self._noise or NoisePass(self._context)
         is_told = told is not None
         words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
         noise = self._find_noise(frame, camera, words, stream)
@@ -122,26 +119,37 @@ class SurfacePass:
             source = {"depth_map": frame.depth}
             self._passes.get("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise, is_told)
-        focal = (abs(camera.fx) + abs(camera.fy)) / 2
-        calm = self._noise.calm_depth(frame, noise, levels, focal if snap else 0.0)
+        calm = self._noise_pass().calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
-        textures = {"calm_depth": calm}
-        empty(frame.surface.staged_target, frame.surface.window)
-        with enabled(self._context, DEPTH_TEST):
-            for stage in range(4):
-                adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)
-                adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
+        self._fit_planes(frame.surface, calm, camera)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if levels is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
+            frame.surface.certainty = self._noise_pass().find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
+
+    def _fit_planes(self, surface: PointSurface, calm: moderngl.Texture, camera: Camera) -> None:
+        """Planes as wide as the noise requires. calm: depth and noise, see `NoisePass.calm_depth`."""
+        empty(surface.staged_target, surface.window)
+        with enabled(self._context, DEPTH_TEST):
+            for stage in range(4):
+                adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)
+                adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
+
+    def _noise_pass(self) -> NoisePass:
+        self._noise = self._noise or NoisePass(self._context)
+        return self._noise
 
     def release(self) -> None:
         for item in (self._scratch, self._noise, self._sparse, self._passes):
             if item is not None:
                 item.release()
+
+
+def _mean_focal(camera: Camera) -> float:
+    """Pixels."""
+    return (abs(camera.fx) + abs(camera.fy)) / 2
 
 
 class Scratch(Images):

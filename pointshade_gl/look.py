@@ -119,15 +119,7 @@ class Look:
             check_method(self.normals)
         elif _is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
-        if isinstance(self.size, str):
-            if self.size != "fill":
-                raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(self.size)}")
-        elif self.size is not None and _is_single(self.size):
-            size = check_float(self.size, "size must be a number of source pixels, 0 or above", 0)
-            object.__setattr__(self, "size", size)
-        if self.splat == "mesh" and not (self.size is None or (np.ndim(self.size) == 0 and self.size in (1, "fill"))):
-            others = option("splat", *SPLATS[:-1])
-            raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
+        object.__setattr__(self, "size", _checked_size(self.size, self.splat))
         if isinstance(self.noise, str):
             check_noise_text(self.noise)
         elif self.noise is not None and _is_single(self.noise):
@@ -185,6 +177,19 @@ def check_sizes(size: float | ArrayLike | str | None, shape: tuple[int, ...]) ->
     if not ((sizes >= 0) & (sizes <= LARGEST)).all():
         raise ValueError("size must be finite and not negative everywhere")
     return sizes.ravel()
+
+
+def _checked_size(size: Any, splat: str) -> Any:
+    """The size, a single number as a float. Raises ValueError for one that cannot be drawn."""
+    if isinstance(size, str):
+        if size != "fill":
+            raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(size)}")
+    elif size is not None and _is_single(size):
+        size = check_float(size, "size must be a number of source pixels, 0 or above", 0)
+    if splat == "mesh" and not (size is None or (np.ndim(size) == 0 and size in (1, "fill"))):
+        others = option("splat", *SPLATS[:-1])
+        raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
+    return size
 
 
 def _is_single(value: Any) -> bool:

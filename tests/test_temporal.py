@@ -82,8 +82,9 @@ class TestQuality:
             assert left.mean() <= 0.5 * flicker.mean()
             flicker, left = (np.sqrt(made[kind][skipped:].var(0).sum(-1)) for made in (before, after))
             assert np.median(left) <= 0.5 * np.median(flicker)
-        for plain, calm in zip(errors(before, scene_at(), -1), errors(after, scene_at(), -1), strict=True):
-            assert calm.mean() < 0.9 * plain.mean()
+        plain, calm = (errors(made, scene_at(), -1) for made in (before, after))
+        for kind, bound in ((0, 0.9), (1, 0.9), (2, 0.95)):  # half of the picture's error is that of 8 bits
+            assert calm[kind].mean() < bound * plain[kind].mean()
 
     @pytest.mark.parametrize("noise", NOISES)
     def test_what_moves_is_not_smeared(self, noise):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from .cli_look import LookOptions, NormalOptions
 from .cli_mistakes import Commands, UsageError, check_folders, sentence_of
 from .cli_options import (
     Axes,
@@ -22,9 +23,7 @@ from .cli_options import (
     Explain,
     FilmOptions,
     FrameOptions,
-    LookOptions,
     MoreInputs,
-    NormalOptions,
     Output,
     Quiet,
     Small,

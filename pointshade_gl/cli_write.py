@@ -16,6 +16,7 @@ from .files.maps import save_depth, save_normals
 from .files.numbering import is_numbered
 from .files.points import save_points
 from .frame import Frame
+from .look import SWITCHES
 from .noise import describe
 from .notes import once, print_note
 from .renderer import Renderer
@@ -86,8 +87,7 @@ def write_points(
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
     def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying"
-        names += "temporal", "unlight", "remove_highlights"
+        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying", *SWITCHES
         cloud = renderer.render_points(frame, **_chosen(arguments, *names))
         tell(renderer)
         return cloud

@@ -9,13 +9,14 @@ import numpy as np
 from .camera import Eye, view_matrix
 from .gpu.canvas import Canvas
 from .gpu.grid_objects import ShownGrid
+from .gpu.images import empty
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
 from .gpu.mesh_objects import PlacedMesh
 from .gpu.objects import Objects, Thing
 from .gpu.point_objects import ShownPoints
 from .gpu.steps import Steps
-from .gpu.textures import SurfaceImage, Target, empty
+from .gpu.target import SurfaceImage, Target
 from .look import LIT_EARLY
 from .scene import Placed
 from .shot import Shot, material_of

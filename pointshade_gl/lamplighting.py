@@ -9,6 +9,7 @@ import numpy as np
 
 from .camera import Eye, view_matrix
 from .gpu.grid_objects import ShownGrid
+from .gpu.images import empty
 from .gpu.lamps import Lamps
 from .gpu.light import LightPass
 from .gpu.mesh_objects import PlacedMesh
@@ -16,7 +17,6 @@ from .gpu.objects import Objects, Shape, Thing
 from .gpu.point_objects import ShownPoints, ShownSet
 from .gpu.shadows import ShadowMap
 from .gpu.steps import Steps
-from .gpu.textures import empty
 from .gpu.tiles import TiledPoints
 from .look import LIT_EARLY, Material
 from .mesh import Mesh

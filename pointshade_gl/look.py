@@ -19,6 +19,7 @@ SPLATS = ("footprint", "round", "mesh")
 UPSAMPLINGS = ("vote", "none")
 NORMALS_AT = ("source", "target")
 FLYING = ("keep", "snap")
+SWITCHES = ("temporal", "unlight", "remove_highlights")  # the options that are True or False
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,6 @@ class Look:
               GPU, of several streams 40 for each more.
     unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
               colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
-
     remove_highlights  True takes the highlights that the light in the picture makes out of its colours. Where the
               picture does not tell them from white paint, they stay.
 
@@ -113,21 +113,13 @@ class Look:
         check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
         check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
         check_choice(option("flying"), self.flying, FLYING)
-        for name in ("temporal", "unlight", "remove_highlights"):
+        for name in SWITCHES:
             object.__setattr__(self, name, check_flag(getattr(self, name), option(name)))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
-        if isinstance(self.size, str):
-            if self.size != "fill":
-                raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(self.size)}")
-        elif self.size is not None and _is_single(self.size):
-            size = check_float(self.size, "size must be a number of source pixels, 0 or above", 0)
-            object.__setattr__(self, "size", size)
-        if self.splat == "mesh" and not (self.size is None or (np.ndim(self.size) == 0 and self.size in (1, "fill"))):
-            others = option("splat", *SPLATS[:-1])
-            raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
+        object.__setattr__(self, "size", _checked_size(self.size, self.splat))
         if isinstance(self.noise, str):
             check_noise_text(self.noise)
         elif self.noise is not None and _is_single(self.noise):
@@ -185,6 +177,19 @@ def check_sizes(size: float | ArrayLike | str | None, shape: tuple[int, ...]) ->
     if not ((sizes >= 0) & (sizes <= LARGEST)).all():
         raise ValueError("size must be finite and not negative everywhere")
     return sizes.ravel()
+
+
+def _checked_size(size: Any, splat: str) -> Any:
+    """The size, a single number as a float. Raises ValueError for one that cannot be drawn."""
+    if isinstance(size, str):
+        if size != "fill":
+            raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(size)}")
+    elif size is not None and _is_single(size):
+        size = check_float(size, "size must be a number of source pixels, 0 or above", 0)
+    if splat == "mesh" and not (size is None or (np.ndim(size) == 0 and size in (1, "fill"))):
+        others = option("splat", *SPLATS[:-1])
+        raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
+    return size
 
 
 def _is_single(value: Any) -> bool:

@@ -17,7 +17,7 @@ from .gpu.objects import Objects
 from .gpu.point_objects import ShownPoints
 from .gpu.rasterizers import Rasterizers
 from .gpu.steps import Steps
-from .gpu.textures import Target
+from .gpu.target import Target
 from .gpu.tiles import TiledPoints
 from .lamplighting import Lamplighting
 from .light import Light

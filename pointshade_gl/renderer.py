@@ -18,6 +18,7 @@ from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
 from .explain import explain, explain_lights
+from .findings import findings, highlights, lights, weights
 from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
@@ -85,7 +86,7 @@ class Renderer:
     @property
     def weights(self) -> dict[Frame, float]:
         """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
-        return self._pipeline.things.weights()
+        return weights(self._pipeline.things.drawn)
 
     def explain(self, names: Sequence[str] = ()) -> list[str]:
         """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
@@ -95,8 +96,8 @@ class Renderer:
         It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
         """
         with self._in_use():
-            things = self._pipeline.things
-            return explain(things.findings(), names) + explain_lights(things.lights(), things.highlights())
+            drawn = self._pipeline.things.drawn
+            return explain(findings(drawn), names) + explain_lights(lights(drawn), highlights(drawn))
 
     def render(
         self,

@@ -8,12 +8,13 @@ from .drawing import Drawing
 from .finish import Finish
 from .gpu.canvas import Canvas
 from .gpu.develop import DevelopPass
+from .gpu.images import empty
 from .gpu.lamps import Lamps
 from .gpu.light import LightPass
 from .gpu.objects import Thing
 from .gpu.passes import FullscreenPass
 from .gpu.steps import Steps
-from .gpu.textures import Target, empty
+from .gpu.target import Target
 from .ground import ground_under, seen_ground
 from .lamplighting import Lamplighting
 from .samples import at_sample

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .consensus import importances
-from .explain import SetReport
 from .frame import Frame
 from .gpu.consensus import ConsensusPass
 from .gpu.frame_store import DrawnPoints, FrameStore
@@ -19,12 +18,9 @@ from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
 from .gpu.textures import FrameTextures
 from .gpu.tiles import TiledPoints, TileStore
-from .highlight_fit import FoundHighlights
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
-from .light_fit import FoundLight
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh
-from .noise import Choice
 from .scene import Placed, PointObject
 from .shot import Shot, is_alone
 from .tiling import needs_tiles
@@ -80,42 +76,6 @@ class Things:
         self.frames.find_normals(textures, frame, look)
         return textures.surface.read()
 
-    def findings(self) -> list[tuple[str, Choice | SetReport]]:
-        """What estimated the normals of each point object in the last picture, or what its frames agree on; by name."""
-        return [
-            (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
-            for p, thing in self.drawn.items()
-            if not isinstance(thing, PlacedMesh)
-        ]
-
-    def lights(self) -> list[tuple[str, FoundLight]]:
-        """What light was found in each frame of the last picture whose light was to be taken out; by object."""
-        return [(name, textures.light) for name, textures in self._drawn_frames() if textures.light]
-
-    def highlights(self) -> list[tuple[str, FoundHighlights]]:
-        """The same of highlights."""
-        return [(name, textures.highlights) for name, textures in self._drawn_frames() if textures.highlights]
-
-    def _drawn_frames(self) -> list[tuple[str, FrameTextures]]:
-        return [
-            (p.node.name, view.textures)
-            for p, thing in self.drawn.items()
-            if not isinstance(thing, PlacedMesh)
-            for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
-        ]
-
-    def weights(self) -> dict[Frame, float]:
-        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
-        found: dict[Frame | None, float] = {}
-        for thing in self.drawn.values():
-            if isinstance(thing, ShownSet):
-                found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
-            elif isinstance(thing, ShownPoints):
-                found[thing.textures.frame] = 1.0
-            elif isinstance(thing, TiledPoints):
-                found[thing.frame] = 1.0
-        return {frame: weight for frame, weight in found.items() if frame}
-
     def _needs_tiles(self, p: Placed, shot: Shot) -> bool:
         content = p.content
         is_single = content.is_single and _coarser_step(p, shot) == 1
@@ -131,7 +91,7 @@ class Things:
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
         places = _places(shot) if any(p.content.look.temporal for p in singles) else {}
         if places:
-            self.frames.keep_streams(places.values())
+            self.frames.streams.keep_only(places.values())
         steps = [_coarser_step(p, shot) if p in alone else 1 for p in singles]
         frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
         self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
@@ -177,10 +137,6 @@ class Things:
             self._consensus.release()
         self.tiles.release()
         self.frames.release()
-
-
-def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
-    return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
 
 
 def _places(shot: Shot) -> dict[Placed, int]:

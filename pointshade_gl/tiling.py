@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frame import Frame
-from .look import Look
+from .look import SWITCHES, Look
 from .noise import Noise
 from .noise_finding import BLOCK_PATCHES, PATCH_PITCH, noise_grid
 from .wording import option
@@ -50,7 +50,7 @@ def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
         obstacle, remedy = "a mesh", f"use {option('splat', 'footprint')}"
     elif frame.color is not None and frame.color.shape[:2] != (height, width):
         obstacle, remedy = "colours of another size", "bring them to the depth's size"
-    elif whole := [name for name in ("temporal", "unlight", "remove_highlights") if getattr(look, name)]:
+    elif whole := [name for name in SWITCHES if getattr(look, name)]:
         obstacle, remedy = option(whole[0]), "leave it out"
     elif look.fills:
         obstacle, remedy = option("size", "fill"), "use a number"

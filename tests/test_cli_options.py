@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 
 import pointshade_gl as ps
 from pointshade_gl import cli
-from pointshade_gl.cli_options import FrameOptions, LookOptions, ViewOptions, spread
+from pointshade_gl.cli_look import LookOptions
+from pointshade_gl.cli_options import FrameOptions, ViewOptions, spread
 from pointshade_gl.view import View
 
 

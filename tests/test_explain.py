@@ -5,6 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.explain import SetReport, explain_set
+from pointshade_gl.findings import findings
 from pointshade_gl.noise import Choice
 
 from .view_sets import noisy, pose_at, replaced, seen_from, three_views, write_views
@@ -74,7 +75,7 @@ class TestWords:
 def found_in(renderer):
     """The report of the only object in the last picture."""
     with renderer._in_use():
-        ((_, found),) = renderer._pipeline.things.findings()
+        ((_, found),) = findings(renderer._pipeline.things.drawn)
     return found
 
 

@@ -230,7 +230,7 @@ class TestStreams:
             own.render(scene(*arguments))
             return own.steps.counts["temporal"] - before
 
-        histories = own._pipeline.things.frames._histories
+        histories = own._pipeline.things.frames.streams._histories
         assert filtered((0, 1), 0) == 2 and len(histories) == 2
         first, second = histories.values()
         assert first is not second

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..camera import Camera, orbit_pose
 from ..files.names import Folder
 from ..gltf import save_scene
-from ..gltf.points import read_frame
+from ..gltf.frames import read_frame
 from ..gltf.views import FLIP, light_place
 from ..light import Light
 from ..look import Material

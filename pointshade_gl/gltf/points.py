@@ -1,4 +1,4 @@
-"""Point objects in the extras of a node, and their frames in folders beside the file."""
+"""Point objects in the extras of a node."""
 
 from __future__ import annotations
 
@@ -7,37 +7,24 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..consensus import MOST_FRAMES
 from ..files.arrays import read_npy
-from ..files.builtin import FRAMES
-from ..files.content import split_numbers
-from ..files.frames import load_frame
-from ..files.limits import MAX_PIXELS, SCENE_FRAMES, check_limit
-from ..files.names import Folder
+from ..files.limits import SCENE_FRAMES, check_limit
 from ..files.pictures import save_image
 from ..frame import Frame
-from ..look import Look, Material
-from ..notes import Note
+from ..look import SWITCHES, Look, Material
 from ..scene import PointObject
 from ..wording import shown
 from .checks import numbers, telling
 from .extras import options, switch
+from .frames import FRAME_KEYS, read_frame, write_frame
 from .parts import Parts, inside
-from .views import FLIP
 
-_NUMBERS = ("fov", "depth_scale", "baseline")
-_FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file
-FRAME_KEYS = ("frame", *_FILES, *_NUMBERS, "depth_kind")
 OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
-SWITCHES = ("temporal", "unlight", "remove_highlights")
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
-
-# Where the frames of read scenes came from, with absolute paths: saving names these files instead of writing them anew.
-_sources: WeakKeyDictionary[Frame, dict[str, Any]] = WeakKeyDictionary()
 
 
 def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> PointObject | None:
@@ -108,31 +95,6 @@ def read_material(said: Any) -> Material:
     return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
 
 
-def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> Frame:
-    """The frame that extras describe. `save_scene` describes it in the same way. Raises ValueError or OSError."""
-    given = dict(said)
-    for key in _FILES:
-        value = given.get(key)
-        # a text of four numbers is intrinsics; everywhere else "1.5" is the name of a file
-        if isinstance(value, str) and not (key == "intrinsics" and split_numbers(value)):
-            given[key] = inside(folder, value)
-    for key in _NUMBERS:
-        if key in given:
-            given[key] = numbers(given[key], (), key).item()
-    place = given.pop("frame", None)
-    if place not in (*FRAMES, None):
-        place = inside(folder, place)
-        if not place.is_dir():
-            given.setdefault("depth", place)
-            place = None
-    pose = given.pop("pose", None)
-    placed = pose if isinstance(pose, Path) else numbers(FLIP if pose is None else pose, (4, 4), "pose")
-    fenced = Folder(place, folder.allow_outside, folder.path) if isinstance(place, Path) else place
-    frame = load_frame(fenced, **given, pose=placed, max_pixels=max_pixels, notes=note)
-    _sources[frame] = given | {key: value for key, value in (("frame", place), ("pose", pose)) if value is not None}
-    return frame
-
-
 def _value(key: str, value: Any, parts: Parts) -> Any:
     """An option of an object: a name, numbers, or the array of the .npy file that it names."""
     if isinstance(value, str):
@@ -163,7 +125,7 @@ def write_points(
     for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
         if frame not in written:
             with _telling_frame(k, len(points.frames)):
-                written[frame] = _refer(frame, folder) or _write_frame(frame, name, stage)
+                written[frame] = write_frame(frame, folder, name, stage)
     several = [written[frame] for frame in points.frames]
     said: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
     name = names[0]
@@ -182,28 +144,3 @@ def write_points(
 def write_material(material: Material) -> dict[str, float]:
     """Those values that differ from the default."""
     return {key: value for key, value in vars(material).items() if value != getattr(Material(), key)}
-
-
-def _write_frame(frame: Frame, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
-    """The frame as a folder, and the extras that name it."""
-    if not frame.points_known:
-        raise ValueError("its frame has no known depth, nothing to write")
-    if frame.color is not None:
-        save_image(stage(f"{name}/color.png"), frame.color)
-    save_image(stage(f"{name}/depth.npy"), frame.depth)
-    camera = {key: getattr(frame.camera, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
-    stage(f"{name}/intrinsics.json").write_text(json.dumps(camera | {"depth_scale": 1.0}, indent=2) + "\n")
-    return {"frame": name} | ({} if np.array_equal(frame.pose, FLIP) else {"pose": frame.pose.tolist()})
-
-
-def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
-    """The extras that a frame was read by, if a file in this folder can say them; else None."""
-    said = _sources.get(frame)
-    if said is None:
-        return None
-    root = folder.resolve()
-    if any(isinstance(value, Path) and not value.is_relative_to(root) for value in said.values()):
-        return None
-    return {
-        key: value.relative_to(root).as_posix() if isinstance(value, Path) else value for key, value in said.items()
-    }

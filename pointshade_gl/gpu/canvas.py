@@ -9,7 +9,7 @@ from typing import NamedTuple
 import moderngl
 
 from .adding import Adding
-from .textures import Box, confine, empty
+from .images import Box, confine, empty
 
 
 class Canvas(NamedTuple):

@@ -9,11 +9,13 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .images import Box
 from .memory import Owner
 from .passes import bind_textures
 from .programs import build_compute, set_uniforms, source_and_target
 from .set_splats import SetSplats, union
-from .textures import Box, PointSurface, SplatImage
+from .target import SplatImage
+from .textures import PointSurface
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
 MOST_GROUPS = 65535  # of threads, which every driver takes

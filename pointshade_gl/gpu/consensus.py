@@ -15,11 +15,12 @@ from ..consensus import Comparison, band_of, compared, gains_of, nearest_others
 from ..contradictions import contradictions
 from ..frame import Frame
 from .adding import Adding
+from .images import Fitted, Images, empty
 from .memory import Owner
 from .passes import FullscreenPass
 from .set_notes import Told
 from .steps import Steps
-from .textures import Colors, FrameTextures, Images, PointSurface, TrustImage, empty
+from .textures import Colors, FrameTextures, PointSurface, TrustImage
 
 STRIDE = 8  # pixels, as in compare.frag
 
@@ -38,7 +39,7 @@ class ConsensusPass(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, Adding(context)
-        self._images: JudgeImages | None = None
+        self._images = self._keep(Fitted(context, JudgeImages))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
         self._told = Told()
         with self._all_or_nothing():
@@ -117,7 +118,7 @@ class ConsensusPass(Owner):
         band: float,
     ) -> None:
         """The trust in a frame's points, from the votes of others."""
-        images, frame = self._fit(member.size), _frame_of(member)
+        images, frame = self._images.fit(member.size), _frame_of(member)
         maps = {"surface_map": surface.texture}
         empty(images.votes_target)
         with self._adding.on():
@@ -138,19 +139,6 @@ class ConsensusPass(Owner):
         assert member.trust is not None
         empty(member.trust.target)
         member.trust.raise_version()
-
-    def _fit(self, size: tuple[int, int]) -> JudgeImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = JudgeImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class Samples(Images):

@@ -6,8 +6,9 @@ import moderngl
 
 from .adding import Adding
 from .canvas import Canvas
+from .images import empty
 from .passes import FullscreenPass
-from .textures import SampleSums, Target, empty
+from .target import SampleSums, Target
 
 
 class DevelopPass(FullscreenPass):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import moderngl
 
 from ..camera import Camera
+from .images import Fitted, Images
 from .memory import Owner
 from .passes import FullscreenPass
-from .textures import Images, PointSurface
+from .textures import PointSurface
 
 SMALL, WIDE = 8, 32  # pixels to the known ones that enclose a gap: where depth is dense, and where it is sparse
 
@@ -17,7 +18,7 @@ class FillPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._images: GapImages | None = None
+        self._images = self._keep(Fitted(context, GapImages))
         with self._all_or_nothing():
             self._rows = self._keep(FullscreenPass(context, "gap_rows.frag"))
             self._fill = self._keep(FullscreenPass(context, "fill.frag"))
@@ -27,7 +28,7 @@ class FillPass(Owner):
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
     ) -> None:
         """camera: who took the frame, at the surface's size."""
-        images, reach = self._fit(surface.size), WIDE if is_sparse else SMALL
+        images, reach = self._images.fit(surface.size), WIDE if is_sparse else SMALL
         self._rows.draw(images.row_target, {"surface_map": surface.texture}, reach=reach)
         maps = {"surface_map": surface.texture, "row_map": images.rows, "color_map": colors}
         self._fill.draw(images.target, maps, reach=reach, source=camera.intrinsics)
@@ -36,19 +37,6 @@ class FillPass(Owner):
         self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
         filled.certainty = surface.certainty
         filled.raise_version()
-
-    def _fit(self, size: tuple[int, int]) -> GapImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = GapImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class GapImages(Images):

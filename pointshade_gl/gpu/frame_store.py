@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -11,18 +10,14 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
-from ..highlight_fit import describe_highlights
-from ..light_fit import FoundLight, describe_light
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
-from ..notes import print_note
-from .albedo import AlbedoPass
 from .fill import FillPass
-from .matte import MattePass
+from .own_colors import OwnColors
 from .steps import Steps
+from .streams import Streams
 from .surface import Estimator, SurfacePass
-from .temporal import History, Stream, TemporalPass
-from .textures import AlbedoImage, Colors, DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
+from .textures import Colors, DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
 from .upsample import UpsamplePass
 
 
@@ -38,7 +33,8 @@ class DrawnPoints(NamedTuple):
 class FrameStore:
     """Keeps the textures of the frames in use.
 
-    choice  what estimated the last normals, and why
+    choice   what estimated the last normals, and why
+    streams  those that are filtered over time
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps):
@@ -46,10 +42,8 @@ class FrameStore:
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._fill: FillPass | None = None  # and for the first whose gaps are filled
-        self._albedo: AlbedoPass | None = None  # and for the first whose light is to be taken out
-        self._matte: MattePass | None = None  # and for the first whose highlights are
-        self._temporal: TemporalPass | None = None  # and for the first stream that is filtered over time
-        self._histories: dict[int, History] = {}
+        self._colors = OwnColors(context, steps)
+        self.streams = Streams(context, steps)
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
@@ -87,7 +81,7 @@ class FrameStore:
         place  which of the streams the frame belongs to, if it is filtered over time
         """
         if estimator := _estimator(frame, look):
-            stream = self._stream(frame, place) if look.temporal else None
+            stream = self.streams.stream_of(frame, place) if look.temporal else None
             textures.choice = self._steps.run(
                 "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
             )
@@ -109,58 +103,19 @@ class FrameStore:
     ) -> DrawnPoints:
         """The points with their normals, at the size of `camera`: the frame's own, resized."""
         self.find_normals(textures, frame, look, place)
-        if camera == frame.camera:
-            colors = self._find_colors(textures, textures.surface, frame, look, camera)
-            return DrawnPoints(textures.surface, textures.lit, camera, colors)
+        points = textures.surface, textures.lit
+        if camera != frame.camera:
+            points = self._enlarge(textures, frame, look, camera)
+        return DrawnPoints(*points, camera, self._colors.find(textures, frame, look, points[0], camera))
+
+    def _enlarge(
+        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera
+    ) -> tuple[PointSurface, PointLight]:
         large = self._fit(textures, "large", (camera.width, camera.height))
         self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
-        colors = self._find_colors(textures, large.surface, frame, look, camera)
-        return DrawnPoints(large.surface, large.lit, camera, colors)
-
-    def _find_colors(
-        self, textures: FrameTextures, surface: PointSurface, frame: Frame, look: Look, camera: Camera
-    ) -> Colors:
-        """The picture, or what is left of it without its light. surface: as large as it is drawn, with its camera."""
-        textures.light = textures.highlights = None
-        colors = Colors(textures.color, textures)
-        if not (look.unlight or look.remove_highlights) or frame.color is None:
-            return colors
-        self._albedo = self._albedo or AlbedoPass(self._context)
-        light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
-        textures.light = light if look.unlight else None
-        if look.remove_highlights:
-            colors = self._find_matte(self._albedo, textures, frame, light)
-        if not look.unlight:
-            return colors
-        if not light.tells:
-            told, textures.told = textures.told, (light.why, frame.camera)
-            if told != textures.told:  # a stream would say it thirty times a second
-                print_note(describe_light(light))
-            return colors
-        if textures.albedo is None:
-            textures.albedo = AlbedoImage(self._context, textures.color.size)
-        inputs = colors, surface, camera, light
-        self._steps.run("albedo", self._albedo.run, *inputs, textures.albedo, of=textures)
-        return Colors(textures.albedo.texture, textures.albedo)
-
-    def _find_matte(self, albedo: AlbedoPass, textures: FrameTextures, frame: Frame, light: FoundLight) -> Colors:
-        """The picture without its highlights, as far as it tells them."""
-        self._matte = self._matte or MattePass(self._context)
-        surface, camera = textures.surface, frame.camera
-        inputs = albedo, textures, surface, camera, light
-        found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
-        textures.highlights = found
-        if not found.tells:
-            told, textures.told_matte = textures.told_matte, (found.why, camera)
-            if told != textures.told_matte:
-                print_note(describe_highlights(found))
-            return Colors(textures.color, textures)
-        if textures.matte is None:
-            textures.matte = AlbedoImage(self._context, textures.color.size)
-        self._steps.run("matte", self._matte.run, textures, surface, camera, found, textures.matte, of=textures)
-        return Colors(textures.matte.texture, textures.matte)
+        return large.surface, large.lit
 
     def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
         """The points of `find_points`, and more in their gaps."""
@@ -181,20 +136,8 @@ class FrameStore:
             setattr(textures, name, points)
         return points
 
-    def keep_streams(self, places: Iterable[int]) -> None:
-        """Frees what is remembered of all other streams."""
-        for place in self._histories.keys() - set(places):
-            self._histories.pop(place).release()
-
-    def _stream(self, frame: Frame, place: int) -> Stream:
-        self._temporal = self._temporal or TemporalPass(self._context, self._steps)
-        if place not in self._histories:
-            self._histories[place] = History(self._context)
-        return Stream(self._temporal, self._histories[place], frame)
-
     def release(self) -> None:
-        rare = self._matte, self._albedo, self._temporal, self._fill, self._upsample
-        for item in (*self._kept, *self._histories.values(), *rare, self._surface):
+        for item in (*self._kept, self.streams, self._colors, self._fill, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

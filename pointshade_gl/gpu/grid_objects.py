@@ -10,6 +10,7 @@ import numpy as np
 from ..camera import Camera, Eye
 from ..estimators import Step, parse_max_depth_step
 from ..look import Look
+from .images import confine
 from .memory import Owner
 from .passes import FullscreenPass, bind_textures
 from .point_objects import carried
@@ -17,7 +18,8 @@ from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST
 from .shadows import Tile
 from .state import enabled
-from .textures import Colors, FrameTextures, PointLight, PointSurface, SurfaceImage, confine
+from .target import SurfaceImage
+from .textures import Colors, FrameTextures, PointLight, PointSurface
 
 TOGETHER = 1 << 16  # squares that one call draws
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl

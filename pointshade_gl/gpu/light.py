@@ -9,7 +9,7 @@ import numpy as np
 
 from ..camera import Camera
 from .lamps import Lighting
-from .passes import FullscreenPass, data_texture
+from .passes import FullscreenPasses, data_texture
 
 KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
@@ -20,7 +20,7 @@ class LightPass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[bool, ...], FullscreenPass] = {}
+        self._passes = FullscreenPasses(context)
         self._tables: dict[str, moderngl.Texture] = {}
 
     def draw(
@@ -59,7 +59,8 @@ class LightPass:
         doubtful = has_doubts or certainty is not None
         alone = "only_light" in inputs
         kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
-        self._pass(*kind).draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
+        light = self._passes.get("light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
+        light.draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
         """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms.
@@ -88,13 +89,6 @@ class LightPass:
             table.write(np.ascontiguousarray(rows, np.float32))
         return table
 
-    def _pass(self, *key: bool) -> FullscreenPass:
-        """key: of points, shadows, several materials, linear, a single light, uncertain normals"""
-        if key not in self._passes:
-            constants = dict(zip(KINDS, map(int, key), strict=True))
-            self._passes[key] = FullscreenPass(self._context, "light.frag", **constants)
-        return self._passes[key]
-
     def release(self) -> None:
-        for item in (*self._tables.values(), *self._passes.values()):
+        for item in (*self._tables.values(), self._passes):
             item.release()

@@ -15,7 +15,8 @@ from .programs import build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from .rims import has_rims
 from .state import enabled
-from .textures import PointSurface, Target
+from .target import Target
+from .textures import PointSurface
 
 
 class LitSplatPass(Owner):

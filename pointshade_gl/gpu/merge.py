@@ -10,11 +10,12 @@ import moderngl
 
 from ..look import SHADINGS
 from .adding import Adding
-from .passes import FullscreenPass
+from .images import Box, confine, empty
+from .passes import FullscreenPasses
 from .raw_gl import DEPTH_TEST
 from .resolve import Looking
 from .state import enabled
-from .textures import Box, SplatImage, SumImage, SurfaceImage, confine, empty
+from .target import SplatImage, SumImage, SurfaceImage
 
 
 class Part(NamedTuple):
@@ -32,7 +33,7 @@ class MergePass:
 
     def __init__(self, context: moderngl.Context):
         self._context, self._adding = context, Adding(context)
-        self._passes: dict[str, FullscreenPass] = {}
+        self._passes = FullscreenPasses(context)
 
     def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
@@ -43,7 +44,7 @@ class MergePass:
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self._pass("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            part_pass = self._passes.get("part.frag", looking.look_up, SHADING=SHADINGS.index(shading))
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
@@ -72,22 +73,14 @@ class MergePass:
         inputs |= {"material_number": number / 65535} | ({} if others is None else {"others": others})
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
-            merged = self._pass(
+            merged = self._passes.get(
                 "merged.frag", look_up, AT_TARGET=int(normals is not None), CERTAINTY=int(others is not None)
             )
             merged.draw(surfaces.shared_target, maps, **inputs)
         confine(surfaces.shared_target, None)
 
-    def _pass(self, fragment: str, look_up: bool, **constants: int) -> FullscreenPass:
-        key = f"{fragment} {look_up} {constants}"
-        if key not in self._passes:
-            version = 430 if look_up else 330
-            self._passes[key] = FullscreenPass(self._context, fragment, version, LOOK_UP=int(look_up), **constants)
-        return self._passes[key]
-
     def release(self) -> None:
-        for item in self._passes.values():
-            item.release()
+        self._passes.release()
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

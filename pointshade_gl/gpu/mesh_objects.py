@@ -10,13 +10,14 @@ import numpy as np
 
 from ..camera import Eye
 from ..mesh import Mesh
+from .images import check_size
 from .memory import Owner
 from .passes import bind_textures
 from .programs import build_program, set_uniforms
 from .raw_gl import DEPTH_TEST
 from .shadows import Tile
 from .state import enabled
-from .textures import SurfaceImage, check_size
+from .target import SurfaceImage
 
 
 class PlacedMesh(NamedTuple):

@@ -15,7 +15,7 @@ from .point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .rasterizers import Rasterizers
 from .shadows import Tile
 from .steps import Steps
-from .textures import Target
+from .target import Target
 from .tiles import TiledPoints
 
 # A new kind of object is described beside mesh.py, may be placed by scene.py, has its passes beside mesh_objects.py and

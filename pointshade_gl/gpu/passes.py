@@ -31,6 +31,23 @@ class FullscreenPass(Owner):
         self._array.render(moderngl.TRIANGLES, 3)
 
 
+class FullscreenPasses(Owner):
+    """Full-screen passes, each made when it is first asked for."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._passes: dict[Any, FullscreenPass] = {}
+
+    def get(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
+        """look_up: of a shader that finds splats, whether the compute rasteriser left them (OpenGL 4.3)."""
+        constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
+        key = fragment, *constants.items()
+        if key not in self._passes:
+            version = 430 if look_up else 330
+            self._passes[key] = self._keep(FullscreenPass(self._context, fragment, version, **constants))
+        return self._passes[key]
+
+
 def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
     """Binds every texture among the inputs and puts the number of its unit in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]

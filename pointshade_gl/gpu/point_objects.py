@@ -13,9 +13,10 @@ from ..explain import SetReport
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
+from .images import Box, Fitted, confine
 from .lit_splats import LitSplatPass
 from .merge import MergePass, Part, key_inputs
-from .passes import FullscreenPass
+from .passes import FullscreenPasses
 from .point_splats import PointSplatPass
 from .programs import source_and_target
 from .rasterizers import Rasterizers
@@ -25,19 +26,9 @@ from .set_splats import SetSplats
 from .shadows import Tile
 from .state import enabled
 from .surface import Estimator
+from .target import SplatImage, SurfaceImage, Target
 from .target_normals import TargetNormals
-from .textures import (
-    Box,
-    Colors,
-    FrameTextures,
-    PointLight,
-    PointSurface,
-    SplatImage,
-    SurfaceImage,
-    Target,
-    TrustImage,
-    confine,
-)
+from .textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
 
 
 class Points(NamedTuple):
@@ -111,11 +102,11 @@ class PointObjects:
     def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
         self._context, self._rasterizers = context, rasterizers
         self._resolve = ResolvePass(context)
-        self._shadow_passes: dict[tuple[str, bool], FullscreenPass] = {}
+        self._shadow_passes = FullscreenPasses(context)
         self._lit: LitSplatPass | None = None  # these three are made when they are first needed
         self._merge: MergePass | None = None
         self._target_normals: TargetNormals | None = None
-        self._scratch: SplatImage | None = None  # of the size of a shadow view
+        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
         """How far the nearest splat is at each pixel of a view."""
@@ -194,18 +185,15 @@ class PointObjects:
 
     def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
         """The object's depth in a light's view. The eye is the light's."""
-        if self._scratch is None or self._scratch.size != (tile.side, tile.side):
-            if self._scratch is not None:
-                self._scratch.release()
-            self._scratch = SplatImage(self._context, (tile.side, tile.side))
+        scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
-            fragment, (look_up, inputs) = "set_shadow.frag", self._set_depths(points, self._scratch, eye)
+            fragment, (look_up, inputs) = "set_shadow.frag", self._set_depths(points, scratch, eye)
         else:
-            fragment, (look_up, inputs) = "shadow.frag", self._depths(points, self._scratch, eye)
-        left, top, width, height = self._scratch.window
+            fragment, (look_up, inputs) = "shadow.frag", self._depths(points, scratch, eye)
+        left, top, width, height = scratch.window
         confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
         with enabled(self._context, DEPTH_TEST):
-            self._shadow_pass(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
+            self._shadow_passes.get(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
         confine(tile.target, None)
 
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
@@ -236,17 +224,9 @@ class PointObjects:
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
 
-    def _shadow_pass(self, fragment: str, look_up: bool) -> FullscreenPass:
-        if (fragment, look_up) not in self._shadow_passes:
-            version = 430 if look_up else 330
-            made = FullscreenPass(self._context, fragment, version, LOOK_UP=int(look_up))
-            self._shadow_passes[fragment, look_up] = made
-        return self._shadow_passes[fragment, look_up]
-
     def release(self) -> None:
         rare = self._lit, self._target_normals, self._merge
-        items = self._scratch, *self._shadow_passes.values(), *rare, self._resolve, self._rasterizers
-        for item in items:
+        for item in (self._scratch, self._shadow_passes, *rare, self._resolve, self._rasterizers):
             if item is not None:
                 item.release()
 

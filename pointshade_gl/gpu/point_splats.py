@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .images import Box
 from .memory import Owner
 from .passes import bind_textures
 from .programs import build_program, set_uniforms, source_and_target
@@ -16,7 +17,8 @@ from .raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from .rims import has_rims
 from .set_splats import SetSplats
 from .state import enabled
-from .textures import Box, PointSurface, SplatImage
+from .target import SplatImage
+from .textures import PointSurface
 
 
 class PointSplatPass(Owner):

@@ -10,11 +10,12 @@ import numpy as np
 from ..camera import Camera
 from ..look import SHADINGS
 from .canvas import Canvas
-from .passes import FullscreenPass
+from .images import confine, empty
+from .passes import FullscreenPasses
 from .programs import source_and_target
 from .raw_gl import DEPTH_TEST
 from .state import enabled
-from .textures import SplatImage, confine, empty
+from .target import SplatImage
 
 
 class Looking(NamedTuple):
@@ -40,7 +41,7 @@ class ResolvePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[tuple[str | int, ...], FullscreenPass] = {}
+        self._passes = FullscreenPasses(context)
 
     def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
         """The picture, for none, flat and gouraud."""
@@ -90,11 +91,7 @@ class ResolvePass:
         **constants: int,
     ) -> None:
         doubtful = shading == "phong" and looking.certainty is not None
-        key = fragment, shading, looking.look_up, doubtful, *constants.values()
-        if key not in self._passes:
-            constants |= {"SHADING": SHADINGS.index(shading), "LOOK_UP": int(looking.look_up)}
-            constants |= {"CERTAINTY": 1} if doubtful else {}
-            self._passes[key] = FullscreenPass(self._context, fragment, 430 if looking.look_up else 330, **constants)
+        constants |= {"SHADING": SHADINGS.index(shading)} | ({"CERTAINTY": 1} if doubtful else {})
         textures = {"surface_map": looking.surface, "color_map": looking.colors}
         if doubtful and looking.certainty:
             textures["certainty_map"] = looking.certainty
@@ -106,8 +103,7 @@ class ResolvePass:
             uniforms["first_id"] = 1
             if "view" in uniforms:  # without it, the source id says it all
                 textures["window_depths"], uniforms["depth_scale"] = looking.splats.depth, looking.near
-        self._passes[key].draw(image, textures, **uniforms)
+        self._passes.get(fragment, looking.look_up, **constants).draw(image, textures, **uniforms)
 
     def release(self) -> None:
-        for item in self._passes.values():
-            item.release()
+        self._passes.release()

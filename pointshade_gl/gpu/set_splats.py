@@ -9,7 +9,8 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from .textures import Box, PointSurface
+from .images import Box
+from .textures import PointSurface
 
 
 class SetSplats(NamedTuple):

@@ -10,9 +10,9 @@ import moderngl
 import numpy as np
 
 from ..shadow_views import ShadowView
+from .images import check_size, confine
 from .memory import Owner
 from .steps import Versioned
-from .textures import check_size, confine
 
 
 class Tile(NamedTuple):

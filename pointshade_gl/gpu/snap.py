@@ -6,10 +6,11 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
+from .images import Fitted, Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .surface import Estimator, SurfacePass
-from .textures import DepthTextures, FrameTextures, Images, PointSurface
+from .textures import DepthTextures, FrameTextures, PointSurface
 
 COUNTED = 16  # as in mixing.glsl
 # Share of mixed samples among those at steps, above which a sensor mixes. Measured: .99 to 1 by lidar, .65 by a Kinect,
@@ -24,7 +25,7 @@ class SnapPass(Owner):
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
         self._surface = surface
-        self._images: SnapImages | None = None
+        self._images = self._keep(Fitted(context, SnapImages))
         self._snap: FullscreenPass | None = None  # made for the first sensor that mixes
         with self._all_or_nothing():
             self._find = self._keep(FullscreenPass(context, "mixing.frag"))
@@ -37,7 +38,7 @@ class SnapPass(Owner):
 
         guide  mean colour of each sample
         """
-        images = self._fit(frame.size)
+        images = self._images.fit(frame.size)
         if estimator is None or not self._mixes(frame, images):
             return frame.surface
         images.unmixed.surface.confine(frame.surface.window)
@@ -55,19 +56,6 @@ class SnapPass(Owner):
         self._count.draw(images.count_target, {"mixing_map": images.mixing})
         mixed, sharp = np.frombuffer(images.counts.read(), np.float32).reshape(-1, 2).sum(0)
         return mixed + sharp >= FEWEST and mixed > MIXES * (mixed + sharp)
-
-    def _fit(self, size: tuple[int, int]) -> SnapImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = SnapImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class SnapImages(Images):

@@ -6,11 +6,12 @@ import moderngl
 
 from ..camera import Camera
 from ..estimators import SPARSE_LEVELS, SPARSE_TILTS
+from .images import Fitted, Images, empty
 from .memory import Owner
 from .passes import FullscreenPass
 from .raw_gl import DEPTH_TEST
 from .state import enabled
-from .textures import DepthTextures, Images, empty
+from .textures import DepthTextures
 
 
 class SparsePass(Owner):
@@ -18,7 +19,7 @@ class SparsePass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._images: CellImages | None = None
+        self._images = self._keep(Fitted(context, CellImages))
         with self._all_or_nothing():
             self._first = self._keep(FullscreenPass(context, "sparse_cells.frag", FROM_DEPTH=1))
             self._join = self._keep(FullscreenPass(context, "sparse_cells.frag"))
@@ -26,7 +27,7 @@ class SparsePass(Owner):
             self._rest = self._keep(FullscreenPass(context, "surface_sparse.frag", REST=1))
 
     def run(self, frame: DepthTextures, camera: Camera) -> None:
-        images = self._fit(frame.size)
+        images = self._images.fit(frame.size)
         self._first.draw(images.levels[0].target, {"finer": frame.depth})
         for finer, coarser in zip(images.levels, images.levels[1:], strict=False):
             self._join.draw(coarser.target, {"finer": finer.texture})
@@ -37,19 +38,6 @@ class SparsePass(Owner):
                 for level, cells in enumerate(images.levels, 1):
                     self._answer.draw(target, {"cells": cells.texture}, level=level, tilt=tilt, **common)
             self._rest.draw(target, {}, **common)
-
-    def _fit(self, size: tuple[int, int]) -> CellImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = CellImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class CellImages(Images):

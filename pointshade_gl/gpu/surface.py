@@ -10,14 +10,14 @@ from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice, Noise
 from ..noise_stream import Decisions
 from ..noise_words import NoiseWords
-from .memory import Owner
+from .images import Fitted, Images, empty
 from .noise import NoisePass
-from .passes import FullscreenPass, data_texture
+from .passes import FullscreenPasses
 from .raw_gl import DEPTH_TEST
 from .sparse import SparsePass
 from .state import enabled
 from .temporal import Stream
-from .textures import DepthTextures, empty
+from .textures import DepthTextures, PointSurface
 
 Told = np.ndarray | NoiseWords | None
 Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
@@ -31,10 +31,10 @@ class SurfacePass:
 
     def __init__(self, context: moderngl.Context):
         self._context = context
-        self._passes: dict[str, FullscreenPass] = {}
+        self._passes = FullscreenPasses(context)
         self._noise: NoisePass | None = None
         self._sparse: SparsePass | None = None
-        self._scratch: Scratch | None = None
+        self._scratch = Fitted(context, Scratch)
         self._decisions = Decisions()
 
     def run(
@@ -59,45 +59,43 @@ class SurfacePass:
         source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
         if method in TRIANGLES:
             count = TRIANGLES[method]
-            triangles = self._pass("surface_triangles.frag")
+            triangles = self._passes.get("surface_triangles.frag")
             triangles.draw(frame.surface.target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
         elif method in PLANE_FITS:
-            fit = self._pass("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
+            fit = self._passes.get("surface_plane_fit.frag", WINDOW=PLANE_FITS[method])
             fit.draw(frame.surface.target, source, intrinsics=intrinsics)
         elif method == "sparse":
             self._sparse = self._sparse or SparsePass(self._context)
             self._sparse.run(frame, camera)
         elif method == "star-borrow":
-            scratch = self._fit(frame)
-            self._pass("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
+            scratch = self._scratch.fit(frame.size)
+            self._passes.get("surface_star.frag", RESIDUAL=1).draw(scratch.target, source, intrinsics=intrinsics)
             textures = source | {"normal_map": scratch.image}
-            self._pass("surface_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
+            self._passes.get("surface_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
         else:
             name = f"surface_{method.replace('-', '_')}.frag"
-            self._pass(name).draw(frame.surface.target, source, intrinsics=intrinsics)
+            self._passes.get(name).draw(frame.surface.target, source, intrinsics=intrinsics)
         return Choice(method)
 
     def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
         """The caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
         frame.surface.raise_version()
         frame.surface.certainty = None
-        scratch = self._fit(frame)
+        scratch = self._scratch.fit(frame.size)
         scratch.image.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
         maps = {"normal_map": scratch.image, "depth_map": frame.depth}
-        self._pass("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
+        self._passes.get("surface_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """As "auto" and "adaptive" do; camera: who took the depth."""
-        self._noise = self._noise or NoisePass(self._context)
-        return self._noise.measure(frame, (abs(camera.fx) + abs(camera.fy)) / 2)
+        return self._noise_pass().measure(frame, _mean_focal(camera))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
     ) -> Noise:
         """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
-        self._noise = self._noise or NoisePass(self._context)
         if words:
-            return self._noise.read(frame, words)
+            return self._noise_pass().read(frame, words)
         if frame.noise:
             return frame.noise
         noise = self.measure_noise(frame, camera)
@@ -114,56 +112,51 @@ class SurfacePass:
         snap: bool,
         stream: Stream | None,
     ) -> Choice:
-        self._noise = self._noise or NoisePass(self._context)
         is_told = told is not None
         words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
         noise = self._find_noise(frame, camera, words, stream)
         if method == "auto" and levels is None and noise.is_clean:
             source = {"depth_map": frame.depth}
-            self._pass("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
+            self._passes.get("surface_star.frag").draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise, is_told)
-        focal = (abs(camera.fx) + abs(camera.fy)) / 2
-        calm = self._noise.calm_depth(frame, noise, levels, focal if snap else 0.0)
+        calm = self._noise_pass().calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
-        textures = {"calm_depth": calm}
-        empty(frame.surface.staged_target, frame.surface.window)
-        with enabled(self._context, DEPTH_TEST):
-            for stage in range(4):
-                adaptive = self._pass("surface_adaptive.frag", STAGE=stage)
-                adaptive.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics)
+        self._fit_planes(frame.surface, calm, camera)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if levels is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
+            frame.surface.certainty = self._noise_pass().find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
-    def _pass(self, fragment: str, **constants: int) -> FullscreenPass:
-        key = f"{fragment} {constants}"
-        if key not in self._passes:
-            self._passes[key] = FullscreenPass(self._context, fragment, **constants)
-        return self._passes[key]
+    def _fit_planes(self, surface: PointSurface, calm: moderngl.Texture, camera: Camera) -> None:
+        """Planes as wide as the noise requires. calm: depth and noise, see `NoisePass.calm_depth`."""
+        empty(surface.staged_target, surface.window)
+        with enabled(self._context, DEPTH_TEST):
+            for stage in range(4):
+                adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)
+                adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
 
-    def _fit(self, frame: DepthTextures) -> Scratch:
-        if self._scratch is None or self._scratch.size != frame.size:
-            if self._scratch is not None:
-                self._scratch.release()
-            self._scratch = None
-            self._scratch = Scratch(self._context, *frame.size)
-        return self._scratch
+    def _noise_pass(self) -> NoisePass:
+        self._noise = self._noise or NoisePass(self._context)
+        return self._noise
 
     def release(self) -> None:
-        for item in (self._scratch, self._noise, self._sparse, *self._passes.values()):
+        for item in (self._scratch, self._noise, self._sparse, self._passes):
             if item is not None:
                 item.release()
 
 
-class Scratch(Owner):
+def _mean_focal(camera: Camera) -> float:
+    """Pixels."""
+    return (abs(camera.fx) + abs(camera.fy)) / 2
+
+
+class Scratch(Images):
     """What surface_star.frag writes for surface_borrow.frag: normal and residual; or the caller's normals."""
 
-    def __init__(self, context: moderngl.Context, width: int, height: int):
-        super().__init__(context)
-        self.size = width, height
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
         with self._all_or_nothing():
-            self.image = self._keep(data_texture(context, width, height, 4))
-            self.target = self._allocate(context.framebuffer, [self.image])
+            self.image = self._texture(4, "f4")
+            self.target = self._framebuffer(self.image)

@@ -7,10 +7,12 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..look import Look
+from .images import Fitted, empty
 from .merge import key_inputs
-from .passes import FullscreenPass
+from .passes import FullscreenPasses
 from .surface import Estimator, SurfacePass
-from .textures import DepthTextures, SplatImage, SumImage, empty
+from .target import SplatImage, SumImage
+from .textures import DepthTextures
 
 
 def target_estimator(look: Look) -> Estimator | None:
@@ -29,39 +31,25 @@ class TargetNormals:
 
     def __init__(self, context: moderngl.Context):
         self._context, self._surface = context, SurfacePass(context)
-        self._depth: dict[bool, FullscreenPass] = {}
-        self._view: ViewDepth | None = None
+        self._passes = FullscreenPasses(context)
+        self._view = Fitted(context, ViewDepth)
 
     def find(
         self, sums: SumImage, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
     ) -> moderngl.Texture:
         """The sums of part.frag -> unit normal and depth at each pixel of the view; depth 0 where nothing is known."""
-        view = self._fit(sums.size)
+        view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
         empty(view.target, splats.window)
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
-        self._pass(look_up).draw(view.target, maps, **key_inputs(splats, look_up))
+        find_depth = self._passes.get("merged_depth.frag", look_up)
+        find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
         self._surface.run(view, camera, *estimator)
         return view.surface.texture
 
-    def _pass(self, look_up: bool) -> FullscreenPass:
-        if look_up not in self._depth:
-            version = 430 if look_up else 330
-            self._depth[look_up] = FullscreenPass(self._context, "merged_depth.frag", version, LOOK_UP=int(look_up))
-        return self._depth[look_up]
-
-    def _fit(self, size: tuple[int, int]) -> ViewDepth:
-        if self._view is None or self._view.size != size:
-            if self._view is not None:
-                self._view.release()
-            self._view = None
-            self._view = ViewDepth(self._context, size)
-        return self._view
-
     def release(self) -> None:
-        for item in (self._view, *self._depth.values(), self._surface):
-            if item is not None:
-                item.release()
+        for item in (self._view, self._passes, self._surface):
+            item.release()
 
 
 class ViewDepth(DepthTextures):

@@ -12,10 +12,11 @@ from ..camera import Camera
 from ..frame import Frame
 from ..noise import Noise
 from ..noise_stream import Decisions
+from .images import Fitted, Images, empty
 from .memory import Owner
-from .passes import FullscreenPass
+from .passes import FullscreenPasses
 from .steps import Steps
-from .textures import Images, PointSurface, empty
+from .textures import PointSurface
 
 
 class Stream(NamedTuple):
@@ -35,8 +36,8 @@ class TemporalPass(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._passes: dict[tuple[str, int], FullscreenPass] = {}
-        self._change: ChangeImage | None = None
+        self._passes = self._keep(FullscreenPasses(context))
+        self._change = self._keep(Fitted(context, ChangeImage))
 
     def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
         """Depth and its noise from depth_average.frag -> depth that rests on the frames before, and the same noise.
@@ -52,7 +53,7 @@ class TemporalPass(Owner):
     def _filter_depth(
         self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera
     ) -> moderngl.Texture:
-        history, change = stream.history.fit(picture.size), self._fit(picture.size)
+        history, change = stream.history.fit(picture.size), self._change.fit(picture.size)
         view = stream.history.view_from(stream.frame, camera)
         rounding = noise.step, noise.powers[1]
         if view is None:
@@ -61,37 +62,20 @@ class TemporalPass(Owner):
             maps = {"picture": picture, "history_map": history.depth, "normal_map": history.normals}
             moved = not np.array_equal(view, np.eye(4))
             way = {"intrinsics": camera.intrinsics, "view": view.T.astype("f4").tobytes()} if moved else {}
-            self._pass("temporal_change.frag", int(moved)).draw(change.target, maps, rounding=rounding, **way)
+            self._passes.get("temporal_change.frag", MOVED=int(moved)).draw(
+                change.target, maps, rounding=rounding, **way
+            )
         maps = {"picture": picture, "change_map": change.change}
-        mix = self._pass("temporal_depth.frag")
+        mix = self._passes.get("temporal_depth.frag")
         mix.draw(history.depth_target, maps, intrinsics=camera.intrinsics, rounding=rounding)
         return history.calm
 
     def _filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
-        history, change = stream.history.fit(surface.size), self._fit(surface.size)
+        history, change = stream.history.fit(surface.size), self._change.fit(surface.size)
         maps = {"surface_map": surface.texture, "old_normal_map": change.normals, "history_map": history.depth}
-        self._pass("temporal_normals.frag").draw(history.normal_target, maps, intrinsics=camera.intrinsics)
+        self._passes.get("temporal_normals.frag").draw(history.normal_target, maps, intrinsics=camera.intrinsics)
         self._context.copy_framebuffer(surface.target, history.normal_target)
         stream.history.remember(stream.frame, camera)
-
-    def _pass(self, fragment: str, moved: int = 0) -> FullscreenPass:
-        if (fragment, moved) not in self._passes:
-            constants = {"MOVED": moved} if fragment == "temporal_change.frag" else {}
-            self._passes[fragment, moved] = self._keep(FullscreenPass(self._context, fragment, **constants))
-        return self._passes[fragment, moved]
-
-    def _fit(self, size: tuple[int, int]) -> ChangeImage:
-        if self._change is None or self._change.size != size:
-            if self._change is not None:
-                self._change.release()
-            self._change = None
-            self._change = ChangeImage(self._context, size)
-        return self._change
-
-    def release(self) -> None:
-        if self._change is not None:
-            self._change.release()
-        super().release()
 
 
 class History:

@@ -1,10 +1,10 @@
-"""Where the data lives on the GPU: the textures of a frame, and the images that are drawn into."""
+"""The textures of a frame: what was uploaded, and what is made from it."""
 
 from __future__ import annotations
 
 from collections.abc import Hashable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -14,33 +14,10 @@ from ..frame import Frame
 from ..highlight_fit import FoundHighlights
 from ..light_fit import FoundLight
 from ..noise import Choice, Noise
-from .memory import Owner, check_memory
-from .steps import Versioned
+from .images import Box, Images, check_size, empty, read_texture
 
-Box = tuple[int, int, int, int]  # left, top, width, height
 CELL = 16  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
-
-
-class Images(Versioned, Owner):
-    """Textures and framebuffers of one size, each made when it is first used, all released together.
-
-    Raises ValueError when the driver cannot hold a picture of that size.
-    """
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        check_size(context, *size)
-        super().__init__(context)
-        self.size = size
-        self.window: Box = 0, 0, *size  # the part in which something can be seen: no other is looked at
-
-    def _texture(self, components: int, dtype: str = "f1", size: tuple[int, int] | None = None) -> moderngl.Texture:
-        texture = self._allocate(self._context.texture, size or self.size, components, dtype=dtype, alignment=1)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return texture
-
-    def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
-        return self._allocate(self._context.framebuffer, textures, depth)
 
 
 class DepthTextures(Images):
@@ -82,8 +59,7 @@ class FrameTextures(DepthTextures):
         self.light: FoundLight | None = None  # in the picture, if it was looked for
         self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
         self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
-        self.told: tuple[str, Camera] | None = None  # why the last picture did not tell its light, and who took it
-        self.told_matte: tuple[str, Camera] | None = None  # the same of its highlights
+        self.told: dict[str, tuple[str, Camera]] = {}  # why it did not tell the light or highlights, and whose it was
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -140,7 +116,7 @@ class AlbedoImage(Images):
 
     def read(self) -> np.ndarray:
         """(h, w, 4) uint16, read-only"""
-        return _read(self._context, self.texture, np.uint16)
+        return read_texture(self._context, self.texture, np.uint16)
 
 
 class Colors(NamedTuple):
@@ -211,7 +187,7 @@ class PointSurface(Images):
 
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, rims not marked"""
-        surface = _read(self._context, self.texture, np.float32).copy()
+        surface = read_texture(self._context, self.texture, np.float32).copy()
         np.abs(surface[..., 3], out=surface[..., 3])
         return surface
 
@@ -241,168 +217,7 @@ class PointLight(Images):
 
     def read(self) -> np.ndarray:
         """(h, w, 4) uint16, read-only"""
-        return _read(self._context, self.texture, np.uint16)
-
-
-class SplatImage(Images):
-    """What the splats leave of a view: how far the nearest is at each pixel, or which source pixel it shows."""
-
-    @cached_property
-    def nearest(self) -> moderngl.Buffer:
-        """By the compute rasteriser: one uint a pixel, rows from the top, the bits of the nearest 1/z; 0 is none."""
-        return self._allocate(self._context.buffer, reserve=4 * self.size[0] * self.size[1])
-
-    @cached_property
-    def source_ids(self) -> moderngl.Texture:
-        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none.
-
-        Where the depth is that of the pixel itself, at rims, the number is negative. Of several frames, keys.
-        """
-        return self._texture(1, "i4")
-
-    @cached_property
-    def depth(self) -> moderngl.Texture:
-        """By the points rasteriser: 1 - near/z."""
-        texture = self._allocate(self._context.depth_texture, self.size)
-        texture.compare_func = ""  # read as numbers
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return texture
-
-    @cached_property
-    def visible(self) -> moderngl.Framebuffer:
-        """Source ids and depth."""
-        return self._framebuffer(self.source_ids, depth=self.depth)
-
-
-class SurfaceImage(Images):
-    """The surfaces that a view shows, for the light pass."""
-
-    has_doubts = False
-
-    @cached_property
-    def surface(self) -> moderngl.Texture:
-        """RGBA32F: normal and depth, target axes; depth 0 is nothing, a normal of 0 is lit already.
-
-        Normals are as long as they are certain if `has_doubts`, else of length 1.
-        """
-        return self._texture(4, "f4")
-
-    @cached_property
-    def albedo(self) -> moderngl.Texture:
-        """RGBA16: linear albedo, and in alpha the number of the material over 65535, counted from 1."""
-        return self._texture(4, "nu2")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.surface, self.albedo)
-
-    @cached_property
-    def shared_target(self) -> moderngl.Framebuffer:
-        """The same with a depth buffer, for several objects."""
-        depth = self._allocate(self._context.depth_renderbuffer, self.size)
-        return self._framebuffer(self.surface, self.albedo, depth=depth)
-
-    def read(self) -> np.ndarray:
-        """(h, w, 4) float32, read-only: `surface`"""
-        return _read(self._context, self.surface, np.float32)
-
-
-class SumImage(Images):
-    """What several frames add up to in a view (both RGBA32F: 16 bits lose the smallest weights), see part.frag."""
-
-    @cached_property
-    def geometry(self) -> moderngl.Texture:
-        """Normal, and by how much 1/z differs from the nearest splat's, times the weights."""
-        return self._texture(4, "f4")
-
-    @cached_property
-    def albedo(self) -> moderngl.Texture:
-        """Linear albedo times the weights, and their sum."""
-        return self._texture(4, "f4")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.geometry, self.albedo)
-
-
-class SampleSums(Images):
-    """What the samples of a picture add up to (RGBA32F: 16 bits lose some of 64 samples): linear light, coverage.
-
-    content, count  what the samples show, and how many there are
-    """
-
-    content: Any = None
-    count = 0
-
-    @cached_property
-    def texture(self) -> moderngl.Texture:
-        return self._texture(4, "f4")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
-
-
-class Target(Images):
-    """The images of one view: the picture, and what it is made from."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.splats = self._keep(SplatImage(context, size))
-        self.surfaces = self._keep(SurfaceImage(context, size))
-        self.sums = self._keep(SumImage(context, size))
-        self.samples = self._keep(SampleSums(context, size))
-
-    @cached_property
-    def color(self) -> moderngl.Texture:
-        """RGBA8, the picture."""
-        return self._allocate(self._context.texture, self.size, 4)
-
-    @cached_property
-    def picture(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.color)
-
-    @cached_property
-    def shared_picture(self) -> moderngl.Framebuffer:
-        """The picture with a depth buffer, for splats that are drawn with their light."""
-        return self._framebuffer(self.color, depth=self._allocate(self._context.depth_renderbuffer, self.size))
-
-    def read(self) -> np.ndarray:
-        """The picture as (h, w, 4) uint8, top row first."""
-        width, height = self.size
-        picture = np.empty((height, width, 4), np.uint8)
-        self.color.read_into(picture)
-        check_memory(self._context)  # some drivers take it only when they draw
-        return picture
-
-
-def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
-    """Nothing anywhere, all depths far; from now on only a window of the target is drawn to, or all of it."""
-    confine(target, None)
-    target.use()  # its scissor counts from here on; clear() alone would heed that of the target used before
-    target.clear(depth=1.0)
-    confine(target, window)
-
-
-def confine(target: moderngl.Framebuffer, window: Box | None) -> None:
-    """From now on only a window of the target is drawn to, or all of it."""
-    target.scissor = window  # type: ignore[assignment]  # None is allowed, its annotation forgets it
-
-
-def check_size(context: moderngl.Context, width: int, height: int) -> None:
-    """Raises ValueError for a picture larger than the driver's textures."""
-    limit = context.info["GL_MAX_TEXTURE_SIZE"]
-    if max(width, height) > limit:
-        raise ValueError(
-            f"a picture of {width}x{height} pixels is larger than this GPU's textures ({limit}): scale it down"
-        )
-
-
-def _read(context: moderngl.Context, texture: moderngl.Texture, dtype: type) -> np.ndarray:
-    """A texture of four components as (h, w, 4), top row first."""
-    values = np.frombuffer(texture.read(), dtype).reshape(texture.height, texture.width, 4)
-    check_memory(context)  # some drivers take it only when they draw
-    return values
+        return read_texture(self._context, self.texture, np.uint16)
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

@@ -12,9 +12,10 @@ from ..look import LIT_EARLY, Look, check_sizes
 from ..noise import Choice, Noise
 from ..tiling import Tile, cut_frame, cut_look, noise_in, sample_depth, tiles_of
 from .frame_store import DrawnPoints, FrameStore
+from .images import Box, confine
 from .point_objects import PointObjects, Points, ShownPoints
 from .steps import Steps, Versioned
-from .textures import Box, DepthTextures, FrameTextures, PointSurface, confine
+from .textures import DepthTextures, FrameTextures, PointSurface
 
 
 class TiledPoints(Versioned):

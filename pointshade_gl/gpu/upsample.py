@@ -7,11 +7,12 @@ import math
 import moderngl
 
 from ..camera import Camera
+from .images import Box, Fitted, Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .snap import SnapPass
 from .surface import Estimator, SurfacePass
-from .textures import Box, FrameTextures, Images, PointSurface
+from .textures import FrameTextures, PointSurface
 
 
 class UpsamplePass(Owner):
@@ -24,7 +25,7 @@ class UpsamplePass(Owner):
 
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
-        self._images: SampleImages | None = None
+        self._images = self._keep(Fitted(context, SampleImages))
         with self._all_or_nothing():
             self._find_guide = self._keep(FullscreenPass(context, "guide.frag"))
             self._find_calm = self._keep(FullscreenPass(context, "calm.frag"))
@@ -43,7 +44,7 @@ class UpsamplePass(Owner):
 
         camera  who took the frame, at the depth's size
         """
-        images = self._fit(small.size)
+        images = self._images.fit(small.size)
         colors = {"color_map": frame.color}
         self._find_guide.draw(images.guide_target, colors, small_size=small.size)
         snapped = self._snap.run(frame, images.guide, camera, estimator)
@@ -54,19 +55,6 @@ class UpsamplePass(Owner):
         self._vote.draw(large.target, source | colors | maps, large_size=large.size)
         large.certainty = small.certainty
         large.raise_version()
-
-    def _fit(self, size: tuple[int, int]) -> SampleImages:
-        if self._images is None or self._images.size != size:
-            if self._images is not None:
-                self._images.release()
-            self._images = None
-            self._images = SampleImages(self._context, size)
-        return self._images
-
-    def release(self) -> None:
-        if self._images is not None:
-            self._images.release()
-        super().release()
 
 
 class SampleImages(Images):

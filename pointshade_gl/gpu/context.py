@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import moderngl
@@ -188,8 +189,7 @@ def _is_there(library: str) -> bool:
 
 def _open_egl(device: int, libgl: str) -> Any:
     """A context of EGL for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first picture."""
-    from glcontext import egl
-
+    egl: Any = import_module("glcontext.egl")
     return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
 
 

@@ -174,7 +174,7 @@ class Frame(Preview):
     @cached_property
     def scale(self) -> float:
         """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
-        return float(np.median(self._probe.astype(np.float64))) if self._probe.size else 1.0  # that of the pivot
+        return median(self._probe) if self._probe.size else 1.0  # that of the pivot
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:

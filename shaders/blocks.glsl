@@ -31,11 +31,6 @@ void note_splat(Footprint splat, float reach, ivec2 low, ivec2 high, ivec2 strid
     }
 }
 
-vec4 own_surface(ivec2 pixel) {
-    if (any(greaterThanEqual(pixel, textureSize(surface_map, 0)))) return vec4(0.0);
-    return texelFetch(surface_map, pixel, 0);
-}
-
 vec2 slope_at(ivec2 pixel, vec4 surface) {
     return inverse_depth_slope(surface.xyz, pixel_ray(vec2(pixel), source), surface.w, source);
 }
@@ -44,7 +39,7 @@ bool block_on_plane(ivec2 block, vec4 first, vec2 slope, int side) {
     bool on_plane = true;
     for (int y = 0; y < side; ++y) {
         for (int x = 0; x < side; ++x) {
-            vec4 there = own_surface(block + ivec2(x, y));
+            vec4 there = texel_or_zero(surface_map, block + ivec2(x, y));
             on_plane = on_plane && lies_on_plane(there.w, vec2(x, y), first.w, slope, tolerance);
         }
     }
@@ -53,7 +48,7 @@ bool block_on_plane(ivec2 block, vec4 first, vec2 slope, int side) {
 
 // Takes a block as one splat if its pixels lie on a plane that hardly bends in the view; else false.
 bool take_block(ivec2 block, int side) {
-    vec4 first = own_surface(block);
+    vec4 first = texel_or_zero(surface_map, block);
     vec2 slope = slope_at(block, first);
     bool whole = block_on_plane(block, first, slope, side);
     if (whole) {
@@ -76,7 +71,7 @@ void take_splats(ivec2 block) {
         int singles = take_block(quarter, 2) ? 0 : 4;
         for (int j = 0; j < singles; ++j) {
             ivec2 pixel = quarter + ivec2(j & 1, j >> 1);
-            vec4 surface = own_surface(pixel);
+            vec4 surface = texel_or_zero(surface_map, pixel);
             if (surface.w == 0.0) continue;
             float z = abs(surface.w);
             Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);

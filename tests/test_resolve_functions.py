@@ -69,6 +69,10 @@ def test_surface_at_texel_at_and_corners_at(gpu):
     assert (answer == corners.surface_at(surface_map, pixel.astype(int))).all()
     answer = gpu("corners.glsl", "texel_at(surface_map, ivec2(p))", surface_map=-surface_map, p=pixel)
     assert (answer == texels.texel_at(-surface_map, pixel.astype(int))).all()
+    pixel = pixel[:, ::-1] - 5  # some are outside
+    answer = gpu("corners.glsl", "texel_or_zero(surface_map, ivec2(p))", surface_map=surface_map, p=pixel)
+    assert (answer == texels.texel_or_zero(surface_map, pixel.astype(int))).all()
+    assert 0.1 < (answer != 0).any(-1).mean() < 0.9
 
 
 def test_seen_corner_and_its_pixel_and_surface(gpu):

@@ -148,9 +148,18 @@ def test_bent_rim(gpu, surface_map):
     direction = rims.OUTWARD[np.random.default_rng(4).integers(0, 4, len(pixel))]
     straight = rims.Rim(np.tile(F([0.6, 0.8]), (len(pixel), 1)), np.full(len(pixel), F(0.3)), np.zeros(len(pixel), F))
     around = rims.look_around(surface_map, pixel, K)
-    expected = rims.bent_rim(surface_map, around, direction, straight)
-    call = f"bent_rim(surface_map, {AROUND}, ivec2(o), Rim(vec2(0.6, 0.8), 0.3, 0.0))"
-    inputs = {"surface_map": surface_map, "p": pixel.astype(F), "k": K[None], "o": direction}
+    rise = rims.rise_at(surface_map, pixel, -direction, around.here, around.facing, around.focal)
+    line = rims.border_line(around.own, direction)
+    expected = rims.bent_rim(surface_map, around, direction, rise, line, straight)
+    call = f"bent_rim(surface_map, {AROUND}, ivec2(o), a.x, l, Rim(vec2(0.6, 0.8), 0.3, 0.0))"
+    inputs = {
+        "surface_map": surface_map,
+        "p": pixel.astype(F),
+        "k": K[None],
+        "o": direction,
+        "a": rise[:, None],
+        "l": line,
+    }
     answer = gpu("rims.glsl", f"{call}.outward, {call}.width, {call}.drop", **inputs)
     close(answer, np.column_stack(expected), missed=0.005, atol=1e-2, rtol=1e-2)
     assert (expected.drop > 0).mean() > 0.05

@@ -27,6 +27,7 @@ CONSTANTS = {  # the values that the project builds each with
     "merged.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
     "merged_depth.frag": {"LOOK_UP": FLAG},
     "noise_blocks.frag": {"MEASURED": (0, 1, 2)},
+    "noise_patches.frag": {"COARSE": FLAG},
     "part.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
     "resolve_lit.frag": {"LOOK_UP": FLAG, "LINEAR": FLAG, "ALONE": FLAG, "CERTAINTY": FLAG},
     "resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2), "LINEAR": FLAG},

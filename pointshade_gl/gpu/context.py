@@ -8,6 +8,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import moderngl
@@ -186,21 +187,21 @@ def _is_there(library: str) -> bool:
     return True
 
 
+def _open_egl(device: int, libgl: str) -> Any:
+    """A context of EGL for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first picture."""
+    egl: Any = import_module("glcontext.egl")
+    return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
+
+
 def _create(device: int) -> moderngl.Context:
     store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
     default = getattr(store, "default_context", None)
     try:
         if sys.platform.startswith("linux"):
             # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
-            libgl = next((name for name in ("libGL.so.1", "libEGL.so.1") if _is_there(name)), None)
-            settings: dict[str, Any] = {
-                "backend": "egl",
-                "device_index": device,
-                "libgl": libgl,
-                "libegl": "libEGL.so.1",
-            }
+            libgl = "libGL.so.1" if _is_there("libGL.so.1") else "libEGL.so.1"
             with kept("egl"):
-                return moderngl.create_context(standalone=True, require=330, **settings)
+                return moderngl.create_context(standalone=True, require=330, context=_open_egl(device, libgl))
         return moderngl.create_context(standalone=True, require=330)
     except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
         hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"

@@ -79,9 +79,11 @@ class NoisePass(Owner):
         return texture
 
     def _grid(self, frame: DepthTextures, images: Images, stride: int) -> tuple[np.ndarray, np.ndarray]:
-        self._patches.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
+        measure, blocks = self._patches, self._blocks
+        if stride > 1:
+            measure, blocks = self._pass("noise_patches.frag", COARSE=1), self._pass("noise_blocks.frag", MEASURED=1)
+        measure.draw(images.patch_target, {"depth_map": frame.depth}, stride=stride, first=images.first)
         patches, steps = images.patches
-        blocks = self._blocks if stride == 1 else self._pass("noise_blocks.frag", MEASURED=1)
         blocks.draw(images.block_target, {"patches": patches, "patch_steps": steps})
         return self._read(images)
 

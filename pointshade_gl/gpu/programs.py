@@ -44,7 +44,7 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
         if not path.is_file():
             raise ShaderError(f'{wanted_by}: cannot include "{part}": no such file')
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-            if found := _INCLUDE.match(line):
+            if "#include" in line and (found := _INCLUDE.match(line)):
                 take(found[1], f"{part}:{number}")
             else:
                 lines.append(line)

@@ -15,10 +15,13 @@ import moderngl
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
 IMAGES = {  # pictures that are read texel by texel, and their formats
     "depth_map": "r32f",
+    "patches": "rgba32f",
+    "patch_steps": "rgba32f",
     "surface_map": "rgba32f",
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
     "mixed_map": "rgba32f",
     "calm_depth": "rg32f",
+    "strength_map": "rg32f",
     "lights": "rgba32f",
     "views": "rgba32f",
     "materials": "rgba32f",
@@ -28,11 +31,16 @@ READS = (  # of an image; outside of it, imageLoad gives 0
     "#define IMAGE_SIZE(map, lod) imageSize(map)",
     "#define IMAGE_TEXEL(map, pixel, lod) imageLoad(map, pixel)",
     "vec4 texel_at(readonly image2D map, ivec2 pixel) { return imageLoad(map, pixel); }",
+    "vec4 texel_or_zero(readonly image2D map, ivec2 pixel) { return imageLoad(map, pixel); }",
     "float depth_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).r; }",
     "vec2 depth_and_noise_at(readonly image2D map, ivec2 p, ivec2 offset) { return imageLoad(map, p + offset).rg; }",
 )
-_UNIFORM = re.compile(r"^uniform (float|u?int|[iu]?vec[234]|mat[34]) (\w+);", re.MULTILINE)
+# Patterns that begin with letters are searched ten times as fast.
+_UNIFORM = re.compile(r"\nuniform (float|u?int|[iu]?vec[234]|mat[34]) (\w+);")
 _NAMES = "|".join(IMAGES)
+_ARGUMENT = re.compile(rf"sampler2D ({_NAMES})\b")
+_SIZE = re.compile(rf"textureSize\(({_NAMES}),")
+_TEXEL = re.compile(rf"texelFetch\(({_NAMES}),")
 
 
 def is_software(renderer: str) -> bool:
@@ -59,16 +67,21 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
     handed = [f"uniform {kind} {name}; flat out {kind} flat_{name};" for name, kind in found.items()]
     copies = " ".join(f"flat_{name} = {name};" for name in found)
     vertex = vertex.replace("void main() {", f"{' '.join(handed)} void main() {{ {copies}")
-    fragment = _UNIFORM.sub(r"flat in \1 \2;", fragment)
+    fragment = _UNIFORM.sub(r"\nflat in \1 \2;", fragment)
     return vertex, fragment, [f"#define {name} flat_{name}" for name in found]
 
 
 def by_images(text: str) -> tuple[str, list[str]]:
     """A shader that reads the pictures IMAGES as images, and the lines that go before it: none if it reads no such."""
-    if not re.search(rf"^uniform sampler2D (?:{_NAMES});", text, re.MULTILINE):
+    images = {
+        f"uniform sampler2D {name};": f"layout({kind}) uniform readonly image2D {name};"
+        for name, kind in IMAGES.items()
+    }
+    found = [uniform for uniform in images if uniform in text]
+    if not found:
         return text, []
-    for name, layout in IMAGES.items():
-        text = text.replace(f"uniform sampler2D {name};", f"layout({layout}) uniform readonly image2D {name};")
-    text = re.sub(rf"\bsampler2D ({_NAMES})\b", r"readonly image2D \1", text)
-    text = re.sub(rf"\btextureSize\(({_NAMES}),", r"IMAGE_SIZE(\1,", text)
-    return re.sub(rf"\btexelFetch\(({_NAMES}),", r"IMAGE_TEXEL(\1,", text), list(READS)
+    for uniform in found:
+        text = text.replace(uniform, images[uniform])
+    text = _ARGUMENT.sub(r"readonly image2D \1", text)
+    text = _SIZE.sub(r"IMAGE_SIZE(\1,", text)
+    return _TEXEL.sub(r"IMAGE_TEXEL(\1,", text), list(READS)

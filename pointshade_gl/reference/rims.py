@@ -11,6 +11,7 @@ from .corners import surface_at
 from .inverse_depth import facing_slope, relative_step
 from .rim_marks import BOTTOMLESS, DROP, ends_before, mean_focal_length, rise_of
 from .splat import inverse_depth_slope
+from .texels import texel_or_zero
 from .vectors import dot, length
 
 F = np.float32
@@ -41,10 +42,8 @@ class Around(NamedTuple):
 def rise_at(
     surface_map: np.ndarray, pixel: np.ndarray, off: np.ndarray, here: np.ndarray, facing: np.ndarray, focal: np.ndarray
 ) -> np.ndarray:
-    place, last = pixel + off, np.array(surface_map.shape[1::-1]) - 1
-    near = np.clip(place, 0, last)
-    there = np.where((place == near).all(-1), surface_at(surface_map, near)[..., 3], F(0))
-    along = dot(facing, np.broadcast_to(off, place.shape).astype(F))[..., 0]
+    there = np.abs(texel_or_zero(surface_map, pixel + off)[..., 3])
+    along = dot(facing, np.broadcast_to(off, pixel.shape).astype(F))[..., 0]
     return rise_of(relative_step(here, there), along, focal)
 
 
@@ -100,11 +99,12 @@ def held_distance(distance: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def bent_rim(surface_map: np.ndarray, around: Around, outward: np.ndarray, straight: Rim) -> Rim:
+def bent_rim(
+    surface_map: np.ndarray, around: Around, outward: np.ndarray, a: np.ndarray, line: np.ndarray, straight: Rim
+) -> Rim:
     def rise(off: np.ndarray) -> np.ndarray:
         return rise_at(surface_map, around.pixel, off, around.here, around.facing, around.focal)
 
-    a = rise(-outward)
     b = rise(-2 * outward) - a
     bends = (a > SHALLOWEST) & (a < DEEPEST) & (np.abs(b) < F(2) * a + F(4)) & (a > STRAIGHT * b)
     side = np.stack([-outward[..., 1], outward[..., 0]], -1)
@@ -122,7 +122,7 @@ def bent_rim(surface_map: np.ndarray, around: Around, outward: np.ndarray, strai
     width = F(0.5) * (np.sqrt(slope * slope + F(4) * drop * drop) - slope)
     distance = width / cosine
     bends &= (drop > 0) & (along > 0) & (distance <= FARTHEST)
-    held = held_distance(distance, border_line(around.own, outward))
+    held = held_distance(distance, line)
     moved = held != distance
     width = np.where(moved, held * cosine, width)
     full = np.sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width)
@@ -136,7 +136,7 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
     around = look_around(surface_map, pixel, source)
     count, last = len(pixel), np.array(surface_map.shape[1::-1]) - 1
     corner = Rim(np.zeros((count, 2), F), np.ones(count, F), np.zeros(count, F))
-    straight, steepest = corner, np.zeros((count, 2), int)
+    straight, steepest, border = corner, np.zeros((count, 2), int), np.zeros((count, 3), F)
     largest, least, is_corner = np.full(count, BOTTOMLESS), np.full(count, F(1e30)), np.zeros(count, bool)
     for direction in OUTWARD:
         outward, following = np.broadcast_to(direction, pixel.shape), pixel + direction
@@ -152,7 +152,9 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
         steeper = ends & (inner > largest)
         largest = np.where(steeper, inner, largest)
         steepest = np.where(steeper[..., None], outward, steepest)
-    bent = _choose(np.abs(steepest).sum(-1) > 0, bent_rim(surface_map, around, steepest, straight), straight)
+        border = np.where(steeper[..., None], line, border)
+    bent = bent_rim(surface_map, around, steepest, largest, border, straight)
+    bent = _choose(np.abs(steepest).sum(-1) > 0, bent, straight)
     return _choose(is_corner, corner, bent)
 
 

@@ -11,6 +11,11 @@ def texel_at(map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     return texel(map, pixel)
 
 
+def texel_or_zero(map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    near = np.clip(pixel, 0, np.array(map.shape[1::-1]) - 1)
+    return np.where((pixel == near).all(-1, keepdims=True), texel(map, near), 0)
+
+
 def depth_at(depth_map, pixel, offset):
     """Return depth (h, w) float32 `offset` = (du, dv) pixels away, 0 outside; `pixel` is the whole grid."""
     (height, width), (du, dv) = depth_map.shape, offset

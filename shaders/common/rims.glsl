@@ -34,9 +34,7 @@ struct Around {
 
 // How far the pixel rises that is this far off, see rise_of.
 float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 facing, float focal) {
-    ivec2 place = pixel + off;
-    bool is_inside = place == clamp(place, ivec2(0), textureSize(surface_map, 0) - 1);
-    float there = is_inside ? surface_at(surface_map, place).w : 0.0;
+    float there = abs(texel_or_zero(surface_map, pixel + off).w);
     return rise_of(relative_step(here, there), dot(facing, vec2(off)), focal);
 }
 
@@ -99,9 +97,9 @@ float held_distance(float distance, vec3 line) {
     return clamp(distance, border - FARTHER_IN, border + FARTHER_OUT);
 }
 
-// The rim from the depth of the two pixels inward and of those beside; `straight` where they lie on no circle.
-Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, Rim straight) {
-    float a = rise_at(surface_map, around.pixel, -outward, around.here, around.facing, around.focal);
+// The rim from the depth of the two pixels inward, the first of which rises by a, and of those beside; `straight` where
+// they lie on no circle. line: the border outward.
+Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, float a, vec3 line, Rim straight) {
     float b = rise_at(surface_map, around.pixel, -2 * outward, around.here, around.facing, around.focal) - a;
     if (!(a > SHALLOWEST && a < DEEPEST && abs(b) < 2.0 * a + 4.0 && a > STRAIGHT * b)) return straight;
     ivec2 side = ivec2(-outward.y, outward.x);
@@ -121,7 +119,7 @@ Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, Rim straight) 
     float width = 0.5 * (sqrt(slope * slope + 4.0 * drop * drop) - slope);
     float distance = width / cosine;
     if (!(drop > 0.0 && along > 0.0 && distance <= FARTHEST)) return straight;
-    float held = held_distance(distance, border_line(around.own, outward));
+    float held = held_distance(distance, line);
     if (held != distance) {
         width = held * cosine;
         drop = held * a + sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width);
@@ -134,6 +132,7 @@ Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
     ivec2 last = textureSize(surface_map, 0) - 1;
     Rim straight = Rim(vec2(0.0), 1.0, 0.0);
     ivec2 steepest = ivec2(0);  // direction in which the surface ends after the largest step
+    vec3 border = vec3(0.0);     // there
     float largest = BOTTOMLESS, least = 1e30;
     bool is_corner = false;
     for (int k = 0; k < 4; ++k) {
@@ -152,9 +151,10 @@ Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
         if (inner > largest) {
             largest = inner;
             steepest = outward;
+            border = line;
         }
     }
     if (is_corner) return Rim(vec2(0.0), 1.0, 0.0);
     if (steepest == ivec2(0)) return straight;
-    return bent_rim(surface_map, around, steepest, straight);
+    return bent_rim(surface_map, around, steepest, largest, border, straight);
 }

@@ -6,6 +6,12 @@ vec4 texel_at(sampler2D map, ivec2 pixel) {
     return textureLod(map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(map, 0))), 0.0);
 }
 
+// The same, 0 outside the picture.
+vec4 texel_or_zero(sampler2D map, ivec2 pixel) {
+    bool is_inside = pixel == clamp(pixel, ivec2(0), textureSize(map, 0) - 1);
+    return is_inside ? texel_at(map, pixel) : vec4(0.0);
+}
+
 // Depth at pixel + offset, 0 outside the picture.
 float depth_at(sampler2D map, ivec2 pixel, ivec2 offset) {
     vec2 at = (vec2(pixel + offset) + 0.5) * (1.0 / vec2(textureSize(map, 0)));

@@ -283,10 +283,10 @@ def test_two_thousand_random_calls_leave_nothing_behind(renderer, monkeypatch):
     soak, context = Soak(), moderngl.create_context(standalone=True, backend="egl")
     context.simple_framebuffer((4, 4)).use()
     with ps.Renderer() as own, ps.Renderer(context) as borrowed:
-        for _ in range(500):
+        for _ in range(800):  # until each program was built
             soak.call(soak.pick(own, borrowed))
         before = held((own, borrowed))
-        for _ in range(1500):
+        for _ in range(1200):
             soak.call(soak.pick(own, borrowed))
         after = held((own, borrowed))
     context.release()

@@ -131,6 +131,13 @@ def test_auto_decides_once_for_all_tiles(own, cut):
     assert own.choice.method == "star"
 
 
+def test_a_frame_in_tiles_is_explained(own, cut):
+    cut(own)
+    own.render(NOISY)
+    (sentence,) = own.explain()
+    assert sentence.startswith("adaptive: noise of ")
+
+
 def test_the_noise_of_a_tile_is_that_measured_nearby():
     shape = (1000, 2000)
     rows, columns = (len(tiling._starts(size)) for size in shape)

@@ -19,6 +19,7 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
     "mixed_map": "rgba32f",
     "calm_depth": "rg32f",
+    "strength_map": "rg32f",
     "lights": "rgba32f",
     "views": "rgba32f",
     "materials": "rgba32f",

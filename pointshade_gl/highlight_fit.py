@@ -37,6 +37,7 @@ UNEVEN = 0.4  # by how much the sectors around a highlight may differ from its s
 # highlights none had more than a third of the first or two thirds of the second.
 STANDS_OUT = 1.2, 3.0
 SHADED = 0.8  # share of its highlight below which a sample shows that it has none
+QUIET = 0.015  # difference of linear light between samples of a surface without texture
 THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
 LEAST = 0.02  # difference that a highlight of strength 1 makes in a pair that says something
 SAME_SURFACE = 0.02  # of the depth, off the neighbour's tangent plane
@@ -143,13 +144,18 @@ class Samples:
         return np.stack(found, -1)
 
     def _calm(self) -> Array:
-        """How little the texture of each piece varies: its pairs count that much."""
-        other = np.where(self.partners >= 0, self.partners, np.arange(len(self.at))[:, None])[:, ::2]
-        change = abs(self.color.mean(-1)[:, None] - self.color.mean(-1)[other]).max(-1)
+        """(m, 16) how little the texture of each piece varies between partners: they count that much."""
+        known = self.partners >= 0
+        grey = self.color @ THIRDS
+        change = abs(grey[:, None] - grey[self.partners])
         piece = self.piece.ravel()[self.at]
-        calm = np.zeros(len(self.at), np.float32)
+        calm = np.zeros(change.shape, np.float32)
         for number in np.unique(piece):
-            calm[piece == number] = 0.02 / (np.median(change[piece == number]) + 0.005)
+            own = piece == number
+            for k in range(len(NEIGHBOURS)):
+                found = change[own, k][known[own, k]]
+                if len(found):
+                    calm[own, k] = calm[own, k + len(NEIGHBOURS)] = QUIET / (np.median(found) + QUIET)
         return calm
 
     def toward(self, guess: Guess) -> Array:
@@ -274,10 +280,12 @@ class Spot:
         self._across, self._up = _axes(guess.direction)
         light = lit(s, guess, ambient)
         near = np.flatnonzero(light.glint > np.log(0.02) / (0.6 * guess.exponent))
-        one, other = np.repeat(near, len(NEIGHBOURS)), s.partners[near][:, ::2].ravel()
+        half = len(NEIGHBOURS)  # the other half are the same pairs
+        one, other = np.repeat(near, half), s.partners[near, :half].ravel()
+        calm = s.calm[near, :half].ravel()
         every = max(len(one) // most, 1)
-        one, other = one[other >= 0][::every], other[other >= 0][::every]
-        scale = np.minimum(light.shading[one], light.shading[other]) * s.calm[one]
+        one, other, calm = (x[other >= 0][::every] for x in (one, other, calm))
+        scale = np.minimum(light.shading[one], light.shading[other]) * calm
         self._one, self._other = one, other
         self._gains = scale / light.shading[one], scale / light.shading[other]
         self.before = s.color[one] * self._gains[0][:, None] - s.color[other] * self._gains[1][:, None]
@@ -444,15 +452,15 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     """Pairs near the highlights, about as many as wanted, and how many times as many there are."""
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
-    a, b = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel()
-    a, b = a[b >= 0], b[b >= 0]
+    a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
+    a, b, calm = (x[b >= 0] for x in (a, b, calm))
     one, other = light.shading[a], light.shading[b]
     change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
     weight = abs(change) * np.minimum(one, other)
     says = np.flatnonzero(weight > LEAST)
     a, b = a[says], b[says]
     albedo = s.color[a] / one[says, None] - s.color[b] / other[says, None]
-    ratio, weight = (albedo / change[says, None]).astype(np.float32), (weight[says] * s.calm[a]).astype(np.float32)
+    ratio, weight = (albedo / change[says, None]).astype(np.float32), (weight[says] * calm[says]).astype(np.float32)
     return Pairs(a, ratio, weight), len(near) / max(len(few), 1)
 
 

@@ -27,15 +27,16 @@ STRIDE = 6.0  # degrees between the directions of the search, and how many there
 ANYWHERE = 150
 TRUSTED = 0.002, 0.06  # share of the differences that the light is worth if it is off by so much, radians
 FEW_PAIRS, MORE_PAIRS, MANY_PAIRS, EVERY = 2_500, 12_000, 40_000, 1 << 40
-STEPS, TRIES = 12, 4
+STARTS, STEPS, TRIES = 3, 12, 4
 SMALL = 0.005  # difference of linear light below which all count alike
 WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
 SECTORS = 8
 UNEVEN = 0.4  # by how much the sectors around a highlight may differ from its strength, root mean square
-# Times the evidence of any spot of the texture: where the light is known, where it is not. Among 72 pictures without
-# highlights none had more than a third of the first or two thirds of the second.
+# Times the evidence of any spot of the texture: where the light is known, where it is not.
 STANDS_OUT = 1.2, 3.0
+SHADOW, TEXTURE = 0.25, 0.1  # ambient over direct light, and difference of log brightness due to texture
+AGREES = 0.96  # evidence of shading by a light over that by any other
 SHADED = 0.8  # share of its highlight below which a sample shows that it has none
 QUIET = 0.015  # difference of linear light between samples of a surface without texture
 THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
@@ -189,6 +190,8 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     least = STANDS_OUT[not light.tells] * max(1, 4 * uneven)
     if not _stands_out(samples, found, strength, ambient, least):
         return _none("no highlights found that stand out from its texture")
+    if not light.tells and not _shades(samples, found, strength):
+        return _none("no highlights found where its shading says that the light is")
     strengths = _strengths(samples, found, pairs, strength, ambient)
     if not strengths.any():
         return _none("no highlights found, what looks like one is texture")
@@ -264,7 +267,9 @@ def _search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
     for _, guess in found:
         if all(guess.direction @ g.direction < 0.985 or guess.exponent != g.exponent for g in starts):
             starts.append(guess)
-    refined = [_refined(s, start, ambient, MORE_PAIRS, trusted) for start in starts[:3]]
+        if len(starts) == STARTS:
+            break
+    refined = [_refined(s, start, ambient, MORE_PAIRS, trusted) for start in starts]
     best = max(refined, key=lambda g: weigh(*pairs_of(s, lit(s, g, ambient), g.exponent, MORE_PAIRS)).value)
     return _refined(s, best, ambient, MANY_PAIRS, trusted)
 
@@ -371,6 +376,21 @@ def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least
             if least * abs(weigh(*pairs_of(rest, other, exponent, FEW_PAIRS)).value) > value:
                 return False
     return True
+
+
+def _shades(s: Samples, found: Guess, strength: float) -> bool:
+    """Whether brightness follows the light of the highlights, as far as one can tell, as well as any other light."""
+    glint = lit(s, found, AMBIENT[0]).glint
+    rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
+    brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
+    half = len(NEIGHBOURS)
+    one, other, calm = np.repeat(np.arange(len(s.at)), half), s.partners[:, :half].ravel(), s.calm[:, :half].ravel()
+    one, other, calm = (x[other >= 0][::3] for x in (one, other, calm))
+    shading = np.log(SHADOW + np.maximum(s.n @ np.concatenate([found.direction[None], _sides(100)]).T, 0))
+    slopes = (shading[one] - shading[other]) * calm[:, None]
+    follows = np.tanh((brightness[one] - brightness[other]) / TEXTURE) @ slopes
+    evidence = follows / np.sqrt(np.square(slopes).sum(0) + 1e-9)
+    return bool(evidence[0] > AGREES * max(float(evidence.max()), 0.0))
 
 
 def _sides(count: int) -> Array:

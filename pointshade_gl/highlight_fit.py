@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from .light_fit import FoundLight
 
 Array = NDArray[np.float32]
+Values = NDArray[np.float64]
 Indices = NDArray[np.int64]
 NEIGHBOURS = (1, 0), (0, 1), (3, 0), (0, 3), (6, 2), (2, -6), (10, 6), (6, -10)  # samples between those of a pair
 SEARCHED = 20.0  # degrees that the light may be off
 EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 5.0, 200.0
 NEAR, NEAREST = 0.7, 1.5  # depth of the scene over the distance of a near light
 AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not tell its light
-STRIDE = 6.0  # degrees between the directions of the search, and how many there are from all sides
-ANYWHERE = 150
+STRIDE, ANYWHERE = 6.0, 150  # degrees between the directions of the search; and how many there are from all sides
 TRUSTED = 0.002, 0.06  # share of the differences that the light is worth if it is off by so much, radians
 FEW_PAIRS, MORE_PAIRS, MANY_PAIRS, EVERY = 2_500, 12_000, 40_000, 1 << 40
-STARTS, STEPS, TRIES = 3, 12, 4
+STARTS, STEPS, TRIES = 3, 12, 4  # of the refinement
 SMALL = 0.005  # difference of linear light below which all count alike
 WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
@@ -289,27 +289,28 @@ class Spot:
         one, other = np.repeat(near, half), s.partners[near, :half].ravel()
         calm = s.calm[near, :half].ravel()
         every = max(len(one) // most, 1)
-        one, other, calm = (x[other >= 0][::every] for x in (one, other, calm))
+        kept = np.flatnonzero(other >= 0)[::every]
+        one, other, calm = one[kept], other[kept], calm[kept]
         scale = np.minimum(light.shading[one], light.shading[other]) * calm
         self._one, self._other = one, other
         self._gains = scale / light.shading[one], scale / light.shading[other]
         self.before = s.color[one] * self._gains[0][:, None] - s.color[other] * self._gains[1][:, None]
 
-    def guess(self, p: Array) -> Guess:
+    def guess(self, p: Values) -> Guess:
         """p: turns of the direction, nearness, log of the exponent."""
         direction = self._guess.direction + p[0] * self._across + p[1] * self._up
         direction = (direction / np.linalg.norm(direction)).astype(np.float32)
         return Guess(direction, float(p[2]), float(np.clip(np.exp(p[3]), WIDEST, SHARPEST)))
 
-    def change(self, p: Array) -> Array:
+    def change(self, p: Values) -> Array:
         """(n,) the differences that a highlight of strength 1 makes."""
         guess = self.guess(p)
-        highlight = np.exp(guess.exponent * lit(self._samples, guess, self._ambient).glint)
+        highlight = np.exp(guess.exponent * lit(self._samples, guess, self._ambient).glint).astype(np.float32)
         return highlight[self._one] * self._gains[0] - highlight[self._other] * self._gains[1]
 
-    def turns(self, direction: Array) -> Array:
+    def turns(self, direction: Array) -> Values:
         """(2,) of a direction nearby."""
-        return np.array([direction @ self._across, direction @ self._up])
+        return np.array([direction @ self._across, direction @ self._up], np.float64)
 
 
 def _refined(s: Samples, start: Guess, ambient: float, most: int, trusted: Array | None) -> Guess:
@@ -333,7 +334,7 @@ def _fitted(spot: Spot, start: Guess, trusted: Array | None) -> Guess:
     if trusted is not None:
         home[:2], pull[:2] = spot.turns(trusted), TRUSTED[0] / TRUSTED[1] ** 2 * abs(spot.before).sum()
     safe = np.where(abs(change) > 1e-6, change, 1e-6)
-    p[4] = weighted_median((spot.before / safe[:, None]).ravel(), np.repeat(abs(change), 3))
+    p[4] = weighted_median((spot.before / safe[:, None]).ravel().astype(np.float32), np.repeat(abs(change), 3))
     left = spot.before - p[4] * change[:, None]
     cost, damping = abs(left).sum() + pull @ (p - home) ** 2, 1e-2
     for _ in range(STEPS):
@@ -385,7 +386,8 @@ def _shades(s: Samples, found: Guess, strength: float) -> bool:
     brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
     half = len(NEIGHBOURS)
     one, other, calm = np.repeat(np.arange(len(s.at)), half), s.partners[:, :half].ravel(), s.calm[:, :half].ravel()
-    one, other, calm = (x[other >= 0][::3] for x in (one, other, calm))
+    kept = np.flatnonzero(other >= 0)[::3]
+    one, other, calm = one[kept], other[kept], calm[kept]
     shading = np.log(SHADOW + np.maximum(s.n @ np.concatenate([found.direction[None], _sides(100)]).T, 0))
     slopes = (shading[one] - shading[other]) * calm[:, None]
     follows = np.tanh((brightness[one] - brightness[other]) / TEXTURE) @ slopes
@@ -473,7 +475,8 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
     a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
-    a, b, calm = (x[b >= 0] for x in (a, b, calm))
+    kept = b >= 0
+    a, b, calm = a[kept], b[kept], calm[kept]
     one, other = light.shading[a], light.shading[b]
     change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
     weight = abs(change) * np.minimum(one, other)

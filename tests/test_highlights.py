@@ -98,8 +98,9 @@ def test_a_picture_without_highlights_has_none():
     assert not found.tells and "no highlights found" in found.why
 
 
-def test_white_paint_where_no_highlight_can_be_stays():
-    found = fitted(specular=0.0, spot=0.3)
+@pytest.mark.parametrize("tells", [True, False])
+def test_white_paint_where_no_highlight_can_be_stays(tells):
+    found = fitted(specular=0.0, spot=0.3, tells=tells)
     assert not found.tells
 
 

@@ -306,7 +306,8 @@ class Spot:
         """(n,) the differences that a highlight of strength 1 makes."""
         guess = self.guess(p)
         highlight = np.exp(guess.exponent * lit(self._samples, guess, self._ambient).glint).astype(np.float32)
-        return highlight[self._one] * self._gains[0] - highlight[self._other] * self._gains[1]
+        change = highlight[self._one] * self._gains[0] - highlight[self._other] * self._gains[1]
+        return change.astype(np.float32, copy=False)
 
     def turns(self, direction: Array) -> Values:
         """(2,) of a direction nearby."""

@@ -17,21 +17,28 @@ from numpy.typing import NDArray
 from .light_fit import FoundLight
 
 Array = NDArray[np.float32]
+Values = NDArray[np.float64]
 Indices = NDArray[np.int64]
 NEIGHBOURS = (1, 0), (0, 1), (3, 0), (0, 3), (6, 2), (2, -6), (10, 6), (6, -10)  # samples between those of a pair
 SEARCHED = 20.0  # degrees that the light may be off
-EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 6.0, 160.0
-NEAR = 0.7  # depth of the scene over the distance of a near light
-DIRECT = 1.0  # ambient light up to which a direction is worth a try, though it may not do to divide its light out
-STRIDE = 6.0  # degrees between the directions of the search
-FEW_PAIRS, EVERY = 2_500, 1 << 40
+EXPONENTS, WIDEST, SHARPEST = (10.0, 30.0, 90.0), 5.0, 200.0
+NEAR, NEAREST = 0.7, 1.5  # depth of the scene over the distance of a near light
+AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not tell its light
+STRIDE, ANYWHERE = 6.0, 150  # degrees between the directions of the search; and how many there are from all sides
+TRUSTED = 0.002, 0.06  # share of the differences that the light is worth if it is off by so much, radians
+FEW_PAIRS, MORE_PAIRS, MANY_PAIRS, EVERY = 2_500, 12_000, 40_000, 1 << 40
+STARTS, STEPS, TRIES = 3, 12, 4  # of the refinement
+SMALL = 0.005  # difference of linear light below which all count alike
 WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
-MOST_LEFT = 0.94  # share of the differences that is left without the highlights
-SURE = 35.0  # with which they may leave more
-STANDS_OUT = 3.2  # times the evidence of any spot of the texture
-CLIPPED = 0.93  # linear light above which samples are unknown
+SECTORS = 8
+UNEVEN = 0.4  # by how much the sectors around a highlight may differ from its strength, root mean square
+# Times the evidence of any spot of the texture: where the light is known, where it is not.
+STANDS_OUT = 1.2, 3.0
+SHADOW, TEXTURE = 0.25, 0.1  # ambient over direct light, and difference of log brightness due to texture
+AGREES = 0.96  # evidence of shading by a light over that by any other
 SHADED = 0.8  # share of its highlight below which a sample shows that it has none
+QUIET = 0.015  # difference of linear light between samples of a surface without texture
 THIRDS = np.full(3, 1 / 3, np.float32)  # a mean over channels, much faster than mean()
 LEAST = 0.02  # difference that a highlight of strength 1 makes in a pair that says something
 SAME_SURFACE = 0.02  # of the depth, off the neighbour's tangent plane
@@ -104,7 +111,6 @@ class Samples:
 
     n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
     n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
-    clipped              how many more there are on surfaces, of unknown light
     piece                (h, w) number of the smooth piece of surface, -1 where none
     partners             (m, 16) other samples of the same piece, -1 where there is none
     """
@@ -113,7 +119,7 @@ class Samples:
         self.piece = smooth_pieces(surfaces, rays)
         surfaces = smoothed(surfaces, self.piece)
         known = (colors[..., 3] > 0) & (self.piece >= 0)
-        self.shape, self.clipped = known.shape, int(((self.piece >= 0) & ~known).sum())
+        self.shape = known.shape
         self.at = np.random.default_rng(0).permutation(np.flatnonzero(known))  # so that the first few stand for all
         surface, ray = surfaces.reshape(-1, 4)[self.at], rays.reshape(-1, 3)[self.at]
         self.n, self.points = surface[:, :3], ray * surface[:, 3:]
@@ -139,13 +145,18 @@ class Samples:
         return np.stack(found, -1)
 
     def _calm(self) -> Array:
-        """How little the texture of each piece varies: its pairs count that much."""
-        other = np.where(self.partners >= 0, self.partners, np.arange(len(self.at))[:, None])[:, ::2]
-        change = abs(self.color.mean(-1)[:, None] - self.color.mean(-1)[other]).max(-1)
+        """(m, 16) how little the texture of each piece varies between partners: they count that much."""
+        known = self.partners >= 0
+        grey = self.color @ THIRDS
+        change = abs(grey[:, None] - grey[self.partners])
         piece = self.piece.ravel()[self.at]
-        calm = np.zeros(len(self.at), np.float32)
+        calm = np.zeros(change.shape, np.float32)
         for number in np.unique(piece):
-            calm[piece == number] = 0.02 / (np.median(change[piece == number]) + 0.005)
+            own = piece == number
+            for k in range(len(NEIGHBOURS)):
+                found = change[own, k][known[own, k]]
+                if len(found):
+                    calm[own, k] = calm[own, k + len(NEIGHBOURS)] = QUIET / (np.median(found) + QUIET)
         return calm
 
     def toward(self, guess: Guess) -> Array:
@@ -160,25 +171,28 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
     surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth
     rays      (h, w, 3) from the camera through the samples, z = 1
-    light     the direction from which they roughly come; it may be wrong where it does not tell: then nothing stands
-              out
+    light     the direction from which they roughly come; where it does not tell, they may come from anywhere
     """
     samples = Samples(colors, surfaces, rays)
-    if not (light.tells or light.ambient < DIRECT) or len(samples.at) < 300:
-        return _none(f"the picture does not tell its light, {light.why}" if light.why else "it shows too little")
-    found = _search(samples, light)
+    if len(samples.at) < 300:
+        return _none("it shows too little")
+    ambient = light.ambient if light.tells else float(np.clip(light.ambient, *AMBIENT))
+    found = _search(samples, light, ambient)
     if found is None:
         return _none("no highlights found")
-    unclipped = _unclipped(samples, found, light.ambient)
-    pairs = pairs_of(unclipped, lit(samples, found, light.ambient), found.exponent, EVERY)[0]
+    pairs = pairs_of(samples, lit(samples, found, ambient), found.exponent, EVERY)[0]
     strength = weigh(pairs).strength
     if why := _doubt(pairs, strength, found.exponent):
         return _none(why)
-    if not _is_round(samples, found, pairs, strength):
+    uneven = _unevenness(samples, found, pairs, strength)
+    if uneven > UNEVEN:
         return _none("no highlights found, what looks like one has another shape")
-    if not _stands_out(samples, found, strength, light.ambient):
+    least = STANDS_OUT[not light.tells] * max(1, 4 * uneven)
+    if not _stands_out(samples, found, strength, ambient, least):
         return _none("no highlights found that stand out from its texture")
-    strengths = _strengths(samples, found, pairs, strength, light.ambient)
+    if not light.tells and not _shades(samples, found, strength):
+        return _none("no highlights found where its shading says that the light is")
+    strengths = _strengths(samples, found, pairs, strength, ambient)
     if not strengths.any():
         return _none("no highlights found, what looks like one is texture")
     strengths = np.stack([strengths, surfaces[..., 3]], -1)
@@ -210,22 +224,22 @@ def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
     colors = [weighted_median(pairs.ratio[:, k], pairs.weight) for k in range(3)]
     if min(colors) < WHITE * max(colors):
         return "no highlights found, what looks like one is coloured"
-    left = pairs.weight @ abs(pairs.ratio - strength).mean(-1)
-    if left > MOST_LEFT * (pairs.weight @ abs(pairs.ratio).mean(-1)) and weigh(pairs).sureness < SURE:
-        return "no highlights found, what looks like one is texture"
     return ""
 
 
-def _is_round(s: Samples, found: Guess, pairs: Pairs, strength: float) -> bool:
-    """Whether at least three of the four quarters of the highlight say about the same."""
+def _unevenness(s: Samples, found: Guess, pairs: Pairs, strength: float) -> float:
+    """By how much the sectors around a highlight differ from its strength, root mean square, over that."""
     l_q = s.toward(found)
     to = l_q[:3] - l_q[3] * s.points[pairs.one]
     off = s.r[pairs.one] - to / np.linalg.norm(to, axis=-1, keepdims=True)
     across, up = _axes(found.direction)
-    quarter = 2 * (off @ across > 0) + (off @ up > 0)
-    of_each = [pairs.only(quarter == k) for k in range(4)]
-    enough = [one for one in of_each if one.weight.sum() > 0.05 * pairs.weight.sum()]
-    return len(enough) > 2 and all(0.5 < weigh(one).strength / strength < 1.8 for one in enough)
+    sector = np.floor((np.arctan2(off @ up, off @ across) / (2 * np.pi) + 0.5) * SECTORS).astype(int) % SECTORS
+    of_each = [one for k in range(SECTORS) if len((one := pairs.only(sector == k)).weight)]
+    shares = np.array([one.weight.sum() for one in of_each]) / pairs.weight.sum()
+    if (shares > 0.05).sum() < 3:
+        return np.inf
+    strengths = np.array([weigh(one).strength if len(one.weight) > 30 else strength for one in of_each])
+    return float(np.sqrt(shares @ (strengths / strength - 1) ** 2))
 
 
 def _axes(direction: Array) -> tuple[Array, Array]:
@@ -235,14 +249,14 @@ def _axes(direction: Array) -> tuple[Array, Array]:
     return across, np.cross(direction, across)
 
 
-def _search(s: Samples, light: FoundLight) -> Guess | None:
+def _search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
     """The light and exponent that explain most, near the direction that is known."""
-    middle = np.array(light.direction, np.float32)
+    trusted = np.array(light.direction, np.float32) if light.tells else None
     found: list[tuple[float, Guess]] = []
-    for nearness in (0.0, NEAR):
-        for direction in directions_around(middle, SEARCHED, STRIDE):
+    for nearness in (0.0, NEAR) if light.tells else (0.0,):
+        for direction in directions_around(trusted, SEARCHED, STRIDE) if trusted is not None else _sides(ANYWHERE):
             guess = Guess(direction, nearness, 1.0)
-            lighted = lit(s, guess, light.ambient)
+            lighted = lit(s, guess, ambient)
             for exponent in EXPONENTS:
                 value = weigh(*pairs_of(s, lighted, exponent, FEW_PAIRS)).value
                 found.append((value, guess._replace(exponent=exponent)))
@@ -253,78 +267,139 @@ def _search(s: Samples, light: FoundLight) -> Guess | None:
     for _, guess in found:
         if all(guess.direction @ g.direction < 0.985 or guess.exponent != g.exponent for g in starts):
             starts.append(guess)
-    best = max((_refined(s, start, light.ambient, 4_000, 45, 1.0) for start in starts[:3]), key=lambda x: x[0])[1]
-    return _refined(_unclipped(s, best, light.ambient), best, light.ambient, 10_000, 60, 0.6)[1]
+        if len(starts) == STARTS:
+            break
+    refined = [_refined(s, start, ambient, MORE_PAIRS, trusted) for start in starts]
+    best = max(refined, key=lambda g: weigh(*pairs_of(s, lit(s, g, ambient), g.exponent, MORE_PAIRS)).value)
+    return _refined(s, best, ambient, MANY_PAIRS, trusted)
 
 
-def _unclipped(s: Samples, found: Guess, ambient: float) -> Samples:
-    """Without the pairs of samples so bright that a highlight would have clipped them: those in it are missing, so that
-    the others would pull it down."""
-    lighted = lit(s, found, ambient)
-    strength = max(weigh(*pairs_of(s, lighted, found.exponent, 10_000)).strength, 0)
-    keep = (s.color.max(-1) - strength * np.exp(found.exponent * lighted.glint)) < CLIPPED - strength
-    near = (lighted.glint > np.log(0.1) / found.exponent).sum()
-    if s.clipped < 0.05 * near or keep.mean() < 0.3:
-        return s
-    rest = copy(s)
-    rest.partners = np.where(keep[:, None] & keep[s.partners], s.partners, -1)
-    return rest
+class Spot:
+    """Pairs of samples around a highlight.
 
+    before  (n, 3) their differences
+    """
 
-def _refined(s: Samples, start: Guess, ambient: float, pairs: int, looks: int, size: float) -> tuple[float, Guess]:
-    """Nelder and Mead 1965, on direction, nearness and the log of the exponent."""
-    across, up = _axes(start.direction)
+    def __init__(self, s: Samples, guess: Guess, ambient: float, most: int):
+        self._samples, self._guess, self._ambient = s, guess, ambient
+        self._across, self._up = _axes(guess.direction)
+        light = lit(s, guess, ambient)
+        near = np.flatnonzero(light.glint > np.log(0.02) / (0.6 * guess.exponent))
+        half = len(NEIGHBOURS)  # the other half are the same pairs
+        one, other = np.repeat(near, half), s.partners[near, :half].ravel()
+        calm = s.calm[near, :half].ravel()
+        every = max(len(one) // most, 1)
+        kept = np.flatnonzero(other >= 0)[::every]
+        one, other, calm = one[kept], other[kept], calm[kept]
+        scale = np.minimum(light.shading[one], light.shading[other]) * calm
+        self._one, self._other = one, other
+        self._gains = scale / light.shading[one], scale / light.shading[other]
+        self.before = s.color[one] * self._gains[0][:, None] - s.color[other] * self._gains[1][:, None]
 
-    def guess(p: NDArray[np.float64]) -> Guess:
-        direction = start.direction + p[0] * across + p[1] * up
+    def guess(self, p: Values) -> Guess:
+        """p: turns of the direction, nearness, log of the exponent."""
+        direction = self._guess.direction + p[0] * self._across + p[1] * self._up
         direction = (direction / np.linalg.norm(direction)).astype(np.float32)
-        return Guess(direction, max(float(p[2]), 0.0), float(np.clip(np.exp(p[3]), WIDEST, SHARPEST)))
+        return Guess(direction, float(p[2]), float(np.clip(np.exp(p[3]), WIDEST, SHARPEST)))
 
-    def cost(p: NDArray[np.float64]) -> float:
-        g = guess(p)
-        return -weigh(*pairs_of(s, lit(s, g, ambient), g.exponent, pairs)).value
+    def change(self, p: Values) -> Array:
+        """(n,) the differences that a highlight of strength 1 makes."""
+        guess = self.guess(p)
+        highlight = np.exp(guess.exponent * lit(self._samples, guess, self._ambient).glint).astype(np.float32)
+        change = highlight[self._one] * self._gains[0] - highlight[self._other] * self._gains[1]
+        return change.astype(np.float32, copy=False)
 
-    first = np.array([0, 0, start.nearness, np.log(start.exponent)])
-    corners = [first, *(first + size * step for step in np.diag([0.05, 0.05, 0.25, 0.4]))]
-    simplex = sorted(((cost(p), p) for p in corners), key=lambda x: x[0])
-    for _ in range(looks):
-        middle, (worst, last) = np.mean([p for _, p in simplex[:-1]], 0), simplex[-1]
-        for reach in (1.0, 2.0) if (value := cost(2 * middle - last)) < simplex[0][0] else (1.0,):
-            p = middle + reach * (middle - last)
-            value = cost(p) if reach != 1.0 else value
-            if value < worst:
-                worst, simplex[-1] = value, (value, p)
-        if worst >= simplex[-2][0]:
-            p = middle + 0.5 * (simplex[-1][1] - middle)
-            value = cost(p)
-            if value < worst:
-                simplex[-1] = value, p
-            else:
-                best = simplex[0][1]
-                simplex[1:] = [(cost(p), p) for p in ((p + best) / 2 for _, p in simplex[1:])]
-        simplex.sort(key=lambda x: x[0])
-    return -simplex[0][0], guess(simplex[0][1])
+    def turns(self, direction: Array) -> Values:
+        """(2,) of a direction nearby."""
+        return np.array([direction @ self._across, direction @ self._up], np.float64)
 
 
-def _stands_out(s: Samples, found: Guess, strength: float, ambient: float) -> bool:
-    """Whether no other light explains half as much of what is left without the highlights: texture has no spots."""
+def _refined(s: Samples, start: Guess, ambient: float, most: int, trusted: Array | None) -> Guess:
+    for _ in range(2):  # around where the highlight turns out to be
+        spot = Spot(s, start, ambient, most)
+        if len(spot.before) < 60:
+            return start
+        start = _fitted(spot, start, trusted)
+    return start
+
+
+def _fitted(spot: Spot, start: Guess, trusted: Array | None) -> Guess:
+    """Levenberg-Marquardt steps on the L1 norm of what is left, reweighted (Schlossmacher 1973)."""
+    p, pull, steps = (
+        np.array([0, 0, start.nearness, np.log(start.exponent), 0]),
+        np.zeros(5),
+        np.diag([0.01] * 2 + [0.05] * 3),
+    )
+    home = np.zeros(5)
+    change = spot.change(p)
+    if trusted is not None:
+        home[:2], pull[:2] = spot.turns(trusted), TRUSTED[0] / TRUSTED[1] ** 2 * abs(spot.before).sum()
+    safe = np.where(abs(change) > 1e-6, change, 1e-6)
+    p[4] = weighted_median((spot.before / safe[:, None]).ravel().astype(np.float32), np.repeat(abs(change), 3))
+    left = spot.before - p[4] * change[:, None]
+    cost, damping = abs(left).sum() + pull @ (p - home) ** 2, 1e-2
+    for _ in range(STEPS):
+        slopes = [p[4] * (spot.change(p + step) - change) / step.sum() for step in steps[:4]]
+        slopes = np.stack([*slopes, change], -1)
+        weight = 1 / (abs(left) + SMALL)
+        curve = (slopes * weight.sum(-1)[:, None]).T @ slopes + 2 * np.diag(pull)
+        force = slopes.T @ (weight * left).sum(-1) - 2 * pull * (p - home)
+        for _ in range(TRIES):
+            new = p + np.linalg.solve(curve + damping * np.diag(np.diag(curve) + 1e-8 * weight.sum()), force)
+            new[2] = np.clip(new[2], 0, NEAREST)
+            new_change = spot.change(new)
+            new_left = spot.before - new[4] * new_change[:, None]
+            new_cost = abs(new_left).sum() + pull @ (new - home) ** 2
+            if new_cost < cost:
+                break
+            damping *= 8
+        else:
+            break
+        is_done = cost - new_cost < 3e-4 * cost
+        p, change, left, cost, damping = new, new_change, new_left, new_cost, 0.2 * damping
+        if is_done:
+            break
+    return spot.guess(p)
+
+
+def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least: float) -> bool:
+    """Whether no other light explains more than a share of what is left without the highlights: texture has no spots.
+
+    least  times that evidence
+    """
     lighted = lit(s, found, ambient)
     value = weigh(*pairs_of(s, lighted, found.exponent, FEW_PAIRS)).value
     highlight = strength * np.exp(found.exponent * lighted.glint)
     rest = copy(s)
     rest.color = np.maximum(s.color - highlight[:, None], 0.1 * s.color)
-    for direction in _control_directions():
+    for direction in _sides(50):
         other = lighted._replace(glint=lit(rest, Guess(direction, 0.0, 1.0), ambient).glint)
         for exponent in EXPONENTS:
-            if STANDS_OUT * abs(weigh(*pairs_of(rest, other, exponent, FEW_PAIRS)).value) > value:
+            if least * abs(weigh(*pairs_of(rest, other, exponent, FEW_PAIRS)).value) > value:
                 return False
     return True
 
 
-def _control_directions() -> Array:
-    """50 unit directions, most of them from the side of the camera."""
-    k = np.arange(50) + 0.5
-    turn, z = k * np.pi * (1 + 5**0.5), 0.2 - 1.2 * k / 50
+def _shades(s: Samples, found: Guess, strength: float) -> bool:
+    """Whether brightness follows the light of the highlights, as far as one can tell, as well as any other light."""
+    glint = lit(s, found, AMBIENT[0]).glint
+    rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
+    brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
+    half = len(NEIGHBOURS)
+    one, other, calm = np.repeat(np.arange(len(s.at)), half), s.partners[:, :half].ravel(), s.calm[:, :half].ravel()
+    kept = np.flatnonzero(other >= 0)[::3]
+    one, other, calm = one[kept], other[kept], calm[kept]
+    shading = np.log(SHADOW + np.maximum(s.n @ np.concatenate([found.direction[None], _sides(100)]).T, 0))
+    slopes = (shading[one] - shading[other]) * calm[:, None]
+    follows = np.tanh((brightness[one] - brightness[other]) / TEXTURE) @ slopes
+    evidence = follows / np.sqrt(np.square(slopes).sum(0) + 1e-9)
+    return bool(evidence[0] > AGREES * max(float(evidence.max()), 0.0))
+
+
+def _sides(count: int) -> Array:
+    """(count, 3) unit directions, most of them from the side of the camera."""
+    k = np.arange(count) + 0.5
+    turn, z = k * np.pi * (1 + 5**0.5), 0.2 - 1.2 * k / count
     ring = np.sqrt(1 - z * z)
     return np.stack([ring * np.cos(turn), ring * np.sin(turn), z], -1).astype(np.float32)
 
@@ -333,20 +408,23 @@ def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient:
     """(h, w) strength: none on pieces that have no such highlight, and around samples too dark to have it."""
     piece = s.piece.ravel()
     of_pair = piece[s.at[pairs.one]]
-    shiny = [number for number in np.unique(of_pair) if _is_shiny(pairs, of_pair == number, strength)]
-    highlight = strength * np.exp(found.exponent * lit(s, found, ambient).glint)
+    strengths = np.zeros(piece.size, np.float32)
+    for number in np.unique(of_pair):
+        strengths[piece == number] = _own_strength(pairs.only(of_pair == number), strength)
     missing = np.zeros(piece.size, bool)
-    missing[s.at] = s.color.min(-1) < SHADED * highlight
+    missing[s.at] = s.color.min(-1) < SHADED * strengths[s.at] * np.exp(found.exponent * lit(s, found, ambient).glint)
     missing = missing.reshape(s.piece.shape)
     for axis in (0, 1):
         missing |= np.roll(missing, 1, axis) | np.roll(missing, -1, axis)
-    return np.where(np.isin(s.piece, shiny) & ~missing, np.float32(strength), np.float32(0))
+    return np.where(missing, np.float32(0), strengths.reshape(s.piece.shape))
 
 
-def _is_shiny(pairs: Pairs, chosen: NDArray[np.bool_], strength: float) -> bool:
-    """Whether these pairs alone say about the same."""
-    own = weigh(pairs.only(chosen))
-    return own.sureness > 3 and 0.4 * strength < own.strength < 2.5 * strength
+def _own_strength(pairs: Pairs, strength: float) -> float:
+    """The strength on a piece, from its pairs: the same unless they say much less, none if they say about none."""
+    own = weigh(pairs)
+    return (
+        min(strength, 2 * own.strength) if own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength else 0.0
+    )
 
 
 def smooth_pieces(surfaces: Array, rays: Array) -> Indices:
@@ -397,15 +475,16 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     """Pairs near the highlights, about as many as wanted, and how many times as many there are."""
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
-    a, b = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel()
-    a, b = a[b >= 0], b[b >= 0]
+    a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
+    kept = b >= 0
+    a, b, calm = a[kept], b[kept], calm[kept]
     one, other = light.shading[a], light.shading[b]
     change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
     weight = abs(change) * np.minimum(one, other)
     says = np.flatnonzero(weight > LEAST)
     a, b = a[says], b[says]
     albedo = s.color[a] / one[says, None] - s.color[b] / other[says, None]
-    ratio, weight = (albedo / change[says, None]).astype(np.float32), (weight[says] * s.calm[a]).astype(np.float32)
+    ratio, weight = (albedo / change[says, None]).astype(np.float32), (weight[says] * calm[says]).astype(np.float32)
     return Pairs(a, ratio, weight), len(near) / max(len(few), 1)
 
 

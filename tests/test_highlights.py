@@ -98,13 +98,15 @@ def test_a_picture_without_highlights_has_none():
     assert not found.tells and "no highlights found" in found.why
 
 
-def test_white_paint_where_no_highlight_can_be_stays():
-    found = fitted(specular=0.0, spot=0.3)
+@pytest.mark.parametrize("tells", [True, False])
+def test_white_paint_where_no_highlight_can_be_stays(tells):
+    found = fitted(specular=0.0, spot=0.3, tells=tells)
     assert not found.tells
 
 
-def test_without_a_light_nothing_is_looked_for():
-    assert "it is dark" in describe_highlights(fitted(tells=False))
+def test_without_a_light_all_sides_are_searched():
+    assert "shininess" in describe_highlights(fitted(tells=False))
+    assert "colours stay" in describe_highlights(fitted(tells=False, specular=0.0))
 
 
 def test_nothing_to_see():

@@ -29,6 +29,7 @@ def axes_around(direction: Array) -> tuple[Array, Array]:
 def search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
     """The light and exponent that explain most, near the direction that is known."""
     trusted = np.array(light.direction, np.float32) if light.tells else None
+    directions = directions_all_round(ANYWHERE) if trusted is None else directions_around(trusted, SEARCHED, STRIDE)
     found: list[tuple[float, Guess]] = []
     for nearness in (0.0, NEAR) if light.tells else (0.0,):
         for direction in (

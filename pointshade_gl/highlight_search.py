@@ -32,9 +32,7 @@ def search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
     directions = directions_all_round(ANYWHERE) if trusted is None else directions_around(trusted, SEARCHED, STRIDE)
     found: list[tuple[float, Guess]] = []
     for nearness in (0.0, NEAR) if light.tells else (0.0,):
-        for direction in (
-            directions_around(trusted, SEARCHED, STRIDE) if trusted is not None else directions_all_round(ANYWHERE)
-        ):
+        for direction in directions:
             guess = Guess(direction, nearness, 1.0)
             lighted = lit(s, guess, ambient)
             for exponent in EXPONENTS:

@@ -46,10 +46,12 @@ class Finish:
 
 
 def _check_background(background: str | Sequence[float] | None) -> Vector | None:
-    if background is None or background == "transparent":
+    if background is None:
         return None
     if not isinstance(background, str):
         return check_color(background, option("background"))
+    if background == "transparent":
+        return None
     try:
         return linear_color(background)
     except ValueError as error:

@@ -63,7 +63,10 @@ class PointObject:
         if look is None:
             look = Look(Material() if material is None else material, **options)
         check_type(look, Look, "look")
-        frame, *rest = check_frames((*check_frames(frame), *others))
+        more = items_of(others)
+        if more is None:
+            raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
+        frame, *rest = check_frames((*check_frames(frame), *more))
         if rest and not look.is_uniform:
             raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
         if rest and look.splat == "mesh":

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 import pointshade_gl as ps
 from pointshade_gl import cli
@@ -23,6 +24,11 @@ from .shader_function import evaluate
 
 HERE = Path(__file__).resolve().parent
 GOLDEN, FAILURES = HERE / "golden", HERE / "failures"
+
+# Properties: the same examples in each run, no clock. For many others: --hypothesis-profile=long.
+settings.register_profile("same", derandomize=True, deadline=None, max_examples=40, database=None)
+settings.register_profile("long", deadline=None, max_examples=2000, database=None, print_blob=True)
+settings.load_profile("same")
 
 
 def pytest_addoption(parser):

@@ -5,18 +5,25 @@ Prints a line of JSON for each: what it raised, how long it took, how much memor
 
 from __future__ import annotations
 
+import faulthandler
 import json
 import os
 import signal
 import sys
 import time
+import traceback
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 import pointshade_gl as ps
+from pointshade_gl.files.examine import examine, facts
 from pointshade_gl.files.film import Film
+
+from .damage import damaged
 
 MEMORY = 500 * 2**20
 PATIENCE = 20  # seconds until a job counts as hanging
@@ -37,6 +44,7 @@ CALLS = {
     "scene": lambda path, **options: sum(1 for _ in ps.load_scene(path, notes=quiet, **options).every_node()),
     "save": lambda path: ps.save_image(path, np.zeros((2, 2, 3), np.uint8)),
     "film": lambda path, **options: Film(path, **options),
+    "info": lambda path, **options: facts(examine(path, **options)),
 }
 opened: list[str] | None = None  # while a job runs
 
@@ -59,21 +67,41 @@ def limit_memory():
         resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY,) * 2)
 
 
+@contextmanager
+def damage(path: str | None, seed: int) -> Iterator[None]:
+    """Inside, the file is damaged; afterwards as it was."""
+    if path is None:
+        yield
+        return
+    whole = Path(path).read_bytes()
+    Path(path).write_bytes(damaged(whole, np.random.default_rng(seed)))
+    try:
+        yield
+    finally:
+        Path(path).write_bytes(whole)
+
+
 def run(job):
     global opened
     os.chdir(job["folder"])
-    before, opened = time.process_time(), []  # other processes may keep this one waiting
-    error = ""
-    try:
-        CALLS[job["call"]](*job["arguments"], **job["options"])
-    except Exception as raised:
-        error = f"{type(raised).__name__}: {raised}"
+    error = where = ""
+    with damage(job.get("damaged"), job.get("seed", 0)):
+        before, opened = time.process_time(), []  # other processes may keep this one waiting
+        try:
+            CALLS[job["call"]](*job["arguments"], **job["options"])
+        except Exception as raised:
+            error = f"{type(raised).__name__}: {raised}"
+            where = " < ".join(
+                f"{Path(at.filename).name}:{at.lineno}" for at in traceback.extract_tb(raised.__traceback__)[::-1]
+            )
+        found, opened = opened, None
+        seconds = time.process_time() - before
     kind, _, sentence = error.partition(": ")
-    found, opened = opened, None
-    return {"kind": kind, "sentence": sentence, "seconds": time.process_time() - before, "opened": found}
+    return {"kind": kind, "sentence": sentence, "where": where, "seconds": seconds, "opened": found}
 
 
 def main():
+    faulthandler.enable()
     warnings.simplefilter("error")
     CALLS["frame"]("vase")  # what is imported late is there, and counts for no job
     CALLS["scene"]("demo")
@@ -87,4 +115,5 @@ def main():
         print(json.dumps({"name": job["name"]} | run(job)), flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -53,7 +53,7 @@ def cameras(draw, shape):
 def plain_cameras(draw, shape):
     """A field of view that people have."""
     h, w = shape
-    fx, fy = (draw(st.floats(0.6, 2.5, width=32)) * max(h, w) for _ in range(2))
+    fx, fy = (draw(st.floats(0.625, 2.5, width=32)) * max(h, w) for _ in range(2))
     cx, cy = draw(shares) * (w - 1), draw(shares) * (h - 1)
     return ps.Camera(fx, fy, cx, cy, w, h)
 

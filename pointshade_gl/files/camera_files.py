@@ -84,7 +84,7 @@ def _read_file(path: Path, note: Note, max_pixels: float, of_color: bool) -> Int
 def _read_table(text: str) -> Named:
     """The first row of a table whose columns have names, such as `frame fx fy cx cy` or Virtual KITTI's K[0,0]."""
     head, *rows = [line.replace(", ", " ").split() for line in text.splitlines()[:2]] or [[]]
-    head = head if len(head) > 1 or not rows else head[0].split(",")
+    head = head[0].split(",") if len(head) == 1 and rows else head
     values = split_numbers(" ".join(rows[0])) if rows else None
     if values is None or len(values) != len(head):
         return {}

@@ -49,7 +49,7 @@ def read_colmap_images(path: Path, max_pixels: float = MAX_PIXELS) -> tuple[Matr
             names.append(data[at + 64 : end].decode("utf-8", "replace"))
             (points,) = struct.unpack_from("<Q", data, end + 1)
             at = end + 9 + 24 * points
-    except (struct.error, ValueError):
+    except (struct.error, ValueError, OverflowError):
         raise ValueError(f"{path} holds no images of COLMAP's") from None
     turned: NDArray[np.float64] = np.array(rows, np.float64).reshape(-1, 7)
     return inverted(from_quaternions(turned[:, 4:], turned[:, [1, 2, 3, 0]])), names

@@ -24,7 +24,8 @@ _ALIGNED, _APART = 0.9, 0.6  # 1 if all values lie on a lattice, 0 if none does
 def some_values(raw: NDArray[Any]) -> NDArray[np.float64]:
     """(n,) the finite values of a sample of the picture."""
     step = max(1, int(np.sqrt(raw.size / _SAMPLE)))
-    values = raw[::step, ::step].astype(np.float64)
+    with np.errstate(invalid="ignore"):  # NaNs that signal
+        values = raw[::step, ::step].astype(np.float64)
     return values[np.isfinite(values)]
 
 

@@ -60,6 +60,8 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
     """
     chosen = next((one for one in (intrinsics, *intrinsics.alternatives) if one.size == depth), intrinsics)
     size = chosen.size or _guess_size(chosen, depth, color, note)
+    if min(size) < 1:
+        raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels: there is no such picture")
     if size not in (depth, color, NORMALIZED) and not _shows_the_same(size, depth):
         seen = f"depth is {_text(depth)} and " + (f"color is {_text(color)}" if color else "there is no color")
         raise ValueError(

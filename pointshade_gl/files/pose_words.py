@@ -47,6 +47,7 @@ class PoseList(NamedTuple):
     metric: bool = True
 
 
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
 def from_text(text: str, path: Path) -> PoseList | None:
     """Numbers with names: MVSNet's `extrinsic` above its matrix, T-LESS' info.yml. MVSNet's have any unit."""
     named = read_named(text, path)
@@ -54,6 +55,7 @@ def from_text(text: str, path: Path) -> PoseList | None:
     return found._replace(metric="extrinsic" not in named) if found else None
 
 
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
 def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
     if isinstance(data, dict) and "frames" in data:
         entries = read_transforms(path, max_pixels)

@@ -41,6 +41,7 @@ def read_transforms(path: Path, max_pixels: float = MAX_PIXELS) -> list[Entry]:
     return sorted(entries, key=lambda one: natural(one.color or one.depth or ""))
 
 
+@np.errstate(invalid="ignore", over="ignore")  # poses are checked later
 def _entry(frame: Any, per_metre: float, path: Path) -> Entry:
     try:
         pose = np.array(frame["transform_matrix"], np.float64).reshape(4, 4) @ OPENGL

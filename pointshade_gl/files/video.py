@@ -65,7 +65,8 @@ def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS
             try:
                 _last.append(_Open(path, max_pixels))
             except (OSError, RuntimeError, StopIteration) as error:
-                raise ValueError(f"{path} is not a video that ffmpeg can read: {str(error)[:100]}") from None
+                reason = str(error).partition("\n")[0]  # what follows is all that ffmpeg has printed
+                raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}") from None
         return _last[0].read(number)
 
 

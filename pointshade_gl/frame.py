@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .bounds import box_corners, median
 from .camera import Camera, check_pose
-from .checks import as_given, check_type, shown
+from .checks import LARGEST, as_given, check_type, shown
 from .preview import Preview
 from .sparsity import is_sparse
 from .wording import counted
 
 STRAY = 1.0  # see Frame.main_corners
+LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
 PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
 
 
@@ -28,8 +29,8 @@ class Frame(Preview):
     color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
             Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
             large, see `Look.upsample`.
-    depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN and infinite mean missing
-            and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
+    depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN, infinite and what lies outside 1e-18 to
+            1e18 mean missing and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
     camera  Camera of the depth picture
     pose    (4, 4) camera-to-world; None is the identity
     source  names the stream that the frame is one of, for frames of a sequence: they share one decision about their
@@ -220,9 +221,9 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
     with np.errstate(over="ignore", invalid="ignore"):
         result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
         # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
-        if not (result.min() > 0 and result.max() < np.inf):  # most pictures that miss nothing are told by this alone
+        if not (result.min() >= LEAST and result.max() <= LARGEST):  # most pictures that miss nothing end here
             result = result if result.flags.writeable else result.copy()
-            result[~((result > 0) & (result < np.inf))] = 0
+            result[~((result >= LEAST) & (result <= LARGEST))] = 0
     return result
 
 

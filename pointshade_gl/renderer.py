@@ -313,7 +313,8 @@ class Renderer:
         flying: str = "keep",
         temporal: bool = False,
     ) -> NDArray[np.float32]:
-        """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without depth.
+        """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without
+        depth, and where depths are so far apart that float32 has no normal for them.
 
         method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
                         "adaptive" (planes as wide as the noise requires); where most depths are missing, as of LiDAR in
@@ -341,7 +342,7 @@ class Renderer:
         look = look.for_frame(frame.depth)
         with self._in_use():
             normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()
-        normals[frame.depth == 0] = np.nan
+        normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
         return normals
 
     def release(self) -> None:

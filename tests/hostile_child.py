@@ -85,19 +85,20 @@ def run(job):
     global opened
     os.chdir(job["folder"])
     error = where = ""
+    is_told = True
     with damage(job.get("damaged"), job.get("seed", 0)):
         before, opened = time.process_time(), []  # other processes may keep this one waiting
         try:
             CALLS[job["call"]](*job["arguments"], **job["options"])
         except Exception as raised:
             error = f"{type(raised).__name__}: {raised}"
-            where = " < ".join(
-                f"{Path(at.filename).name}:{at.lineno}" for at in traceback.extract_tb(raised.__traceback__)[::-1]
-            )
+            places = traceback.extract_tb(raised.__traceback__)[::-1]
+            where = " < ".join(f"{Path(at.filename).name}:{at.lineno}" for at in places)
+            is_told = "pointshade_gl" in places[0].filename and (places[0].line or "").startswith("raise ")
         found, opened = opened, None
         seconds = time.process_time() - before
     kind, _, sentence = error.partition(": ")
-    return {"kind": kind, "sentence": sentence, "where": where, "seconds": seconds, "opened": found}
+    return {"kind": kind, "sentence": sentence, "where": where, "is_told": is_told, "seconds": seconds, "opened": found}
 
 
 def main():

@@ -212,12 +212,13 @@ def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
         words = line.split("#")[0].split()
         if len(words) < 7 or not re.fullmatch(r"[A-Z_]+", words[1]):
             continue
-        try:
-            width, height, *rest = (float(part) for part in (*words[2:4], *words[4:]))
-        except ValueError:
-            continue
         single = words[1].startswith(("SIMPLE", "RADIAL"))  # one focal length for both directions
-        fx, fy, cx, cy = (rest[0], *rest[:3]) if single else rest[:4]
+        try:
+            size = int(float(words[2])), int(float(words[3]))
+            rest = [float(part) for part in words[4:]]
+            fx, fy, cx, cy = (rest[0], *rest[:3]) if single else rest[:4]
+        except (ValueError, OverflowError):
+            continue
         # COLMAP counts from the picture's corner
-        found[words[0]] = Intrinsics(name, (fx, fy, cx - 0.5, cy - 0.5), (int(width), int(height)))
+        found[words[0]] = Intrinsics(name, (fx, fy, cx - 0.5, cy - 0.5), size)
     return found

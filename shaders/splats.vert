@@ -16,8 +16,9 @@ uniform float near;
 uniform bool is_round;
 uniform bool has_rims;  // drawn by rims.vert
 uniform int first_id;  // of the first pixel; 0 stands for nothing
+uniform float side;  // source pixels; 0: each point has its own
 
-in float size;  // source pixels
+in float size;  // a point's own side
 
 flat out vec2 centre;
 flat out vec4 to_source;
@@ -37,13 +38,14 @@ const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 void main() {
     gl_Position = NOWHERE;
     gl_PointSize = 1.0;
+    float own_side = side > 0.0 ? side : size;
     int columns = textureSize(surface_map, 0).x;
     ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
     vec4 surface = texelFetch(surface_map, pixel, 0);
-    if (surface.w == 0.0 || !(size > 0.0)) return;
+    if (surface.w == 0.0 || !(own_side > 0.0)) return;
     float z = abs(surface.w);
     Footprint splat = carry_footprint(vec2(pixel), z, surface.xyz, source, view, target);
-    reach = splat_reach(size, is_round);
+    reach = splat_reach(own_side, is_round);
     if (!splat_is_ahead(splat, near) || splat_bends(splat, reach) >= ENDLESS) return;
     if (has_rims && surface.w < 0.0 && draws_rim(splat, z, source, target)) return;
     vec2 extent = footprint_extent(splat, reach, is_round);

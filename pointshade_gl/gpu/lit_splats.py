@@ -51,9 +51,10 @@ class LitSplatPass(Owner):
             self._vertices = vertices
         inputs = {"surface_map": points.texture, "target_size": target.size, "near": near}
         inputs |= source_and_target(source, camera, view) | lights
+        shape: dict[str, Any] = {"side": self._vertices.side, "is_round": splat == "round"}
         bind_textures(self._program, inputs)
         rims, count = has_rims(sizes, splat), source.width * source.height
-        set_uniforms(self._program, is_round=splat == "round", has_rims=rims, **inputs)
+        set_uniforms(self._program, has_rims=rims, **shape, **inputs)
         target.shared_picture.use()
         target.shared_picture.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):

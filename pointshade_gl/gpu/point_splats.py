@@ -57,7 +57,8 @@ class PointSplatPass(Owner):
         self._clear(image)
         warp = points, source, image, camera, view, near
         rims = has_rims(sizes, splat)
-        self._add(self._program, self._vertices.array, *warp, is_round=splat == "round", has_rims=rims)
+        shape = {"side": self._vertices.side, "is_round": splat == "round", "has_rims": rims}
+        self._add(self._program, self._vertices.array, *warp, **shape)
         if rims:
             self._add_rims(*warp)
         image.raise_version()
@@ -75,7 +76,7 @@ class PointSplatPass(Owner):
         for part in parts:
             rims, inputs = has_rims(part.sizes, part.splat), {"trust_map": part.trust, "primary": part.primary}
             warp = part.surface, part.source, image, camera, part.view, part.near
-            shape = {"side": float(part.sizes[0]), "is_round": part.splat == "round", "has_rims": rims}
+            shape = {"side": self._set_vertices.side, "is_round": part.splat == "round", "has_rims": rims}
             self._add(self._set_program, self._set_vertices.array, *warp, **inputs, **shape)
             if rims:
                 self._add_rims(*warp, **inputs)
@@ -123,12 +124,14 @@ class PointSplatPass(Owner):
 
 
 class Vertices(Owner):
-    """The sizes of the splats: one for the whole draw, or one a point."""
+    """The sizes of the splats: one for the whole draw (side, else 0), or one a point."""
 
     def __init__(self, context: moderngl.Context, program: moderngl.Program, sizes: np.ndarray):
         super().__init__(context)
         self.sizes = sizes.copy()  # the caller may write into theirs
+        self.side = float(sizes[0]) if sizes.size == 1 else 0.0
         with self._all_or_nothing():
-            buffer = self._allocate(context.buffer, self.sizes.tobytes())
-            content = [(buffer, "1f/r" if sizes.size == 1 else "1f", "size")]
+            content = []
+            if sizes.size > 1:
+                content = [(self._allocate(context.buffer, self.sizes.tobytes()), "1f", "size")]
             self.array = self._allocate(context.vertex_array, program, content)

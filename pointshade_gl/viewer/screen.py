@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 MARKER = 7.0  # radius, pixels at scale 1
+BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
 
 
@@ -75,6 +76,16 @@ class Screen:
         with self.window:
             return self.renderer.render(**render_arguments(viewer, camera), samples=samples)
 
+    def find_surface(self, viewer: Viewer, camera: Camera, x: float, y: float) -> tuple[float, float, float] | None:
+        """The point that the window shows at a pixel, or next to it: view axes; None if there is none."""
+        pose = viewer.pose @ viewer.state.pose(viewer.stage)
+        with self.window:
+            found = self.renderer.find_surface(x, y, camera, pose, round(BESIDE * self.window.scale))
+        if found is None:
+            return None
+        u, v, z = found
+        return (u - camera.cx) / camera.fx * z, (v - camera.cy) / abs(camera.fy) * z, z
+
     def release(self) -> None:
         with self.window:
             if self._panel is not None:
@@ -86,7 +97,7 @@ class Screen:
         self.gl.release()  # closes the window, too
 
     def _marker(self, state: State, stage: Stage, camera: Camera) -> Marker | None:
-        if not state.lit or state.look.shading == "none":
+        if not state.is_lit:
             return None
         x, y = marker_place(state, stage, camera)
         radius = MARKER * self.window.scale

@@ -21,7 +21,7 @@ from ..scene import Node, PointObject, Scene
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
-from .text import draw_line, draw_table
+from .text import draw_message, draw_table
 from .views import Views
 from .window import Window
 
@@ -107,8 +107,8 @@ class Screen:
     def _draw_text(self, message: str, with_help: bool, camera: Camera) -> None:
         scale = self.window.scale
         if message:
-            line = self._drawing("message", draw_line, message, scale)
             margin = round(10 * scale)
+            line = self._drawing("message", draw_message, message, scale, max(camera.width - 2 * margin, 1))
             self._present.lay_over(self.gl.screen, line, margin, margin)
         if with_help:
             table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)

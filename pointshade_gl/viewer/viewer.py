@@ -197,14 +197,14 @@ class Viewer:
         on_panel = self.state.panel and self.screen.panel.handle(event)
         if event.kind == "refresh":
             self._shown = None
-        elif event.kind == "drop":
-            self.open(event.paths)
         elif event.kind == "key":
             press_key(self, event.key, event.ctrl, event.shift)
             self._history.act(self._moment)
         elif self.camera:
-            event = replace(event, kind="leave") if on_panel else event  # the panel takes the mouse, not the light
-            self._use_mouse(event, self.camera)
+            is_away = on_panel or event.kind == "drop"  # with files in the hand the pointer was on its way, too
+            self._use_mouse(replace(event, kind="leave") if is_away else event, self.camera)
+        if event.kind == "drop":
+            self.open(event.paths)
         follows = self.state.light_mode and self.state.is_lit and not on_panel
         self.window.hide_pointer(follows and not self._mouse.turns)
 
@@ -237,7 +237,8 @@ class Viewer:
         point = self.state.seen_middle(self.stage) if found is None else found
         self.say("drags turn around the object's middle" if found is None else "drags turn around this point")
         if point[2] > 0:
-            self.state = self.state.with_pivot(point, self.stage)
+            pivoted = self.state.with_pivot(point, self.stage)
+            self.state = pivoted if found else replace(pivoted, pivot=State().pivot)
         self._history.act(self._moment)
 
     def open(self, paths: Sequence[str]) -> None:

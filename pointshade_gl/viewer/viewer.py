@@ -22,9 +22,11 @@ from ..renderer import Renderer
 from ..scene import Scene
 from .controls import Mouse, press_key
 from .events import Event
+from .lights import titles
 from .messages import Messages
 from .panel import MISSING
 from .playing import Playing, Shown
+from .rate import Rate
 from .record import RATE, Recorder
 from .refining import Refining
 from .screen import Screen
@@ -94,7 +96,9 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         self._refining = Refining()
+        self.rate = Rate()  # of the pictures that differ
         self.drawn = 0  # how often the window was drawn
+        self._light_names: Sequence[str] = ()
         with ExitStack() as undo:
             self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
@@ -105,6 +109,7 @@ class Viewer:
             self.state = state
             if isinstance(self.frame, Scene):
                 self.state = replace(self.state, shadows=True)
+                self._light_names = () if lights else self.frame.light_names
                 lights = lights or self.frame.lights
             self.stage = Stage.of(self._own)
             if lights:
@@ -112,6 +117,7 @@ class Viewer:
             if any(light.shadow for light in lights):
                 self.state = replace(self.state, shadows=True)
             self.held = lights[0] if lights else OWN_LIGHT  # the kind of light that the mouse holds
+            self.light_number = 0  # of the lights, which one the mouse holds
             self.lights = tuple(lights[1:])
             size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
@@ -174,12 +180,15 @@ class Viewer:
 
     def handle(self, event: Event) -> None:
         """Gives an event to the application first, then to the panel, then to mouse and keys."""
+        if event.kind in ("key", "text") and self.state.panel and self.screen.panel.is_deciding:
+            self._events.append(event)  # the next turn knows whose it is
+            return
         if self.on_event(event):
             return
         on_panel = self.state.panel and self.screen.panel.handle(event)
         if event.kind == "refresh":
             self._shown = None
-        elif event.kind == "key":
+        elif event.kind == "key" and not on_panel:
             press_key(self, event.key)
         elif self.camera and not on_panel:
             self.state = self._mouse.handle(event, self.state, self.stage, self.camera)
@@ -187,8 +196,13 @@ class Viewer:
 
     @property
     def camera(self) -> Camera | None:
-        """The frame's camera, fitted to the window; None while the window is minimised."""
-        return self.window.fit(self._own_camera)
+        """The frame's camera, fitted to the window beside the panel; None while the window is minimised."""
+        return self.window.fit(self._own_camera, self._panel_width)
+
+    @property
+    def _panel_width(self) -> int:
+        """Pixels beside which the picture is shown. A film does not change when the panel opens."""
+        return self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self._recorder else 0
 
     @property
     def _own(self) -> Frame | Scene:
@@ -208,15 +222,30 @@ class Viewer:
 
     def next_light(self) -> None:
         """The mouse takes the next light; the one that it held stays where it is."""
-        if not self.lights:
+        count = 1 + len(self.lights)
+        if count == 1:
             self.say("there is only one light")
             return
-        left = self.state.light(self.stage, self.pose, self.held)
-        following, *others = self.lights
-        self.lights = (*others, left)
-        self.held = following
-        self.state = self.state.with_light(following, self.stage, self.pose)
-        self.say(f"the mouse holds another of {len(self.lights) + 1} lights")
+        self.take_light((self.light_number + 1) % count)
+
+    def take_light(self, number: int) -> None:
+        """The mouse takes the light with this number; the one that it held stays where it is."""
+        held = self.state.light(self.stage, self.pose, self.held)
+        steps = (number - self.light_number) % (1 + len(self.lights))
+        if not steps:
+            return
+        every = held, *self.lights
+        self.held, self.lights, self.light_number = every[steps], (*every[steps + 1 :], *every[:steps]), number
+        self.state = self.state.with_light(self.held, self.stage, self.pose)
+        titles = self.light_titles
+        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}")
+
+    @property
+    def light_titles(self) -> list[str]:
+        """What the lights are called, with their names in the scene."""
+        every = self.held, *self.lights
+        first = -self.light_number % len(every)
+        return titles(self._light_names, (*every[first:], *every[:first]))
 
     def say(self, text: str) -> None:
         """Shows a line of text for a few seconds."""
@@ -261,12 +290,15 @@ class Viewer:
 
     def save_picture(self) -> Path | None:
         """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
-        if self.camera is None:
+        camera = self.window.fit(self._own_camera)
+        if camera is None:
             return None
         path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
         try:
-            self._refining.samples = self._most_samples
-            save_image(path, self.screen.read(self, self.camera, self._refining.samples))
+            samples = self._most_samples(camera)
+            save_image(path, self.screen.read(self, camera, samples))
+            if camera == self.camera:
+                self._refining.samples = samples
         except OSError as error:
             self.say(f"not saved: {error}")
             return None
@@ -297,16 +329,20 @@ class Viewer:
         return self.state.panel and self.screen.panel.settling > 0
 
     @property
-    def _most_samples(self) -> int:
+    def samples_shown(self) -> tuple[int, int]:
+        """How many samples the window shows, and how many it will show if nothing moves."""
+        return self._refining.samples, self._most_samples(self.camera)
+
+    def _most_samples(self, camera: Camera | None) -> int:
         """Of the picture as it is: a photograph seen as it was taken has no more than one, and stays sharp."""
         start = State()
         place = [(s.yaw, s.pitch, s.distance, s.pan) for s in (self.state, start)]
         is_unlit = not self.state.lit or self.state.look.shading == "none"
-        is_own = isinstance(self.frame, Frame) and self.camera == self._own_camera and place[0] == place[1]
+        is_own = isinstance(self.frame, Frame) and camera == self._own_camera and place[0] == place[1]
         return 1 if is_unlit and is_own else self.samples
 
     def _refining_patience(self, now: float) -> float | None:
-        return self._refining.patience(self._picture(), now, self._most_samples)
+        return self._refining.patience(self._picture(), now, self._most_samples(self.camera))
 
     def _picture(self) -> tuple[Any, ...]:
         """Everything that the picture below marker, text and panel depends on."""
@@ -318,8 +354,10 @@ class Viewer:
         return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.drag
 
     def _draw(self, camera: Camera) -> None:
-        content = self._content()
-        samples = self._refining.following(self._picture(), time.perf_counter(), self._most_samples)
+        content, picture, now = self._content(), self._picture(), time.perf_counter()
+        if not self._refining.shows(picture):
+            self.rate.tick(now)
+        samples = self._refining.following(picture, now, self._most_samples(camera))
         self.screen.draw(self, camera, self._messages.text, self._mouse.drag not in ("orbit", "pan"), samples)
         self._shown = content
         self.drawn += 1

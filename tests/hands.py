@@ -132,4 +132,8 @@ class Hands:
         self.server.sync()
 
     def close(self):
+        """The pointer stands on no other window afterwards."""
+        screen = self.server.screen()
+        xtest.fake_input(self.server, X.MotionNotify, x=screen.width_in_pixels - 1, y=screen.height_in_pixels - 1)
+        self.server.sync()
         self.server.close()

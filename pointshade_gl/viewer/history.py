@@ -19,17 +19,22 @@ class Moment(NamedTuple):
 
     held    the kind of light that the mouse holds
     lights  the others
+    number  of the light that the mouse holds
     """
 
     state: State
     stage: Stage
     held: Light
     lights: tuple[Light, ...]
+    number: int = 0
 
     def shows(self, other: Moment) -> bool:
         """Whether view and lights are the same."""
-        same = self.state.reset_view(other.state) == self.state
-        return same and self.stage is other.stage and (self.held, self.lights) == (other.held, other.lights)
+        return (
+            self.state.reset_view(other.state) == self.state
+            and self.stage is other.stage
+            and (self.held, self.lights, self.number) == (other.held, other.lights, other.number)
+        )
 
 
 class History:

@@ -48,10 +48,12 @@ class Screen:
 
     @property
     def panel(self) -> Panel:
-        """The panel, made on first use. Raises ImportError without the extra `gui`."""
-        if self._panel is None:
+        """The panel, made on first use, and again for a screen of another scale. Raises ImportError without `gui`."""
+        if self._panel is None or self._panel.scale != self.window.scale:
             with self.window:
-                self._panel = Panel(self.window.scale)
+                if self._panel is not None:
+                    self._panel.release()
+                self._panel = Panel(self.window)
         return self._panel
 
     def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool, samples: int) -> None:

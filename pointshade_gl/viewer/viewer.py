@@ -25,9 +25,11 @@ from .controls import STAYS, Mouse, press_key
 from .dropped import read_dropped
 from .events import Event
 from .history import History, Moment
+from .lights import titles
 from .messages import Messages
 from .panel import MISSING
 from .playing import Playing, Shown
+from .rate import Rate
 from .record import RATE, Recorder
 from .refining import Refining
 from .screen import Screen
@@ -39,7 +41,10 @@ from .window import Window, window_size
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
-OF_SOURCE = "_playing", "frame", "state", "stage", "held", "lights", "_start", "_start_pose", "_history"
+OF_SOURCE = (
+    "_playing", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
+    "_history",
+)  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
@@ -100,6 +105,7 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         self._refining = Refining()
+        self.rate = Rate()  # of the pictures that differ
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
             self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
@@ -125,8 +131,10 @@ class Viewer:
         """Shows a frame or a scene, under its own lights unless others are given."""
         self.frame: Shown = frame
         self.state = state
+        self._light_names: Sequence[str] = ()
         if isinstance(frame, Scene):
             self.state = replace(self.state, shadows=True)
+            self._light_names = () if lights else frame.light_names
             lights = lights or frame.lights
         self.stage = Stage.of(self._own)
         if lights:
@@ -135,6 +143,7 @@ class Viewer:
             self.state = replace(self.state, shadows=True)
         self.held = lights[0] if lights else OWN_LIGHT  # the kind of light that the mouse holds
         self.lights = tuple(lights[1:])
+        self.light_number = 0  # of the lights, which one the mouse holds
         self._start_here()
 
     def _start_here(self) -> None:
@@ -191,6 +200,9 @@ class Viewer:
 
     def handle(self, event: Event) -> None:
         """Gives an event to the application first, then to the panel, then to mouse and keys."""
+        if event.kind in ("key", "text") and self.state.panel and self.screen.panel.is_deciding:
+            self._events.append(event)  # the next turn knows whose it is
+            return
         if self.on_event(event):
             return
         self._history.follow(self._moment)
@@ -198,9 +210,10 @@ class Viewer:
         if event.kind == "refresh":
             self._shown = None
         elif event.kind == "key":
-            press_key(self, event.key, event.ctrl, event.shift)
-            self._history.act(self._moment)
-        elif self.camera:
+            if not on_panel:
+                press_key(self, event.key, event.ctrl, event.shift)
+                self._history.act(self._moment)
+        elif event.kind != "text" and self.camera:
             is_away = on_panel or event.kind == "drop"  # with files in the hand the pointer was on its way, too
             self._use_mouse(replace(event, kind="leave") if is_away else event, self.camera)
         if event.kind == "drop":
@@ -268,26 +281,33 @@ class Viewer:
 
     @property
     def _moment(self) -> Moment:
-        return Moment(self.state, self.stage, self.held, self.lights)
+        return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
 
-    def _go_to(self, moment: Moment | None, text: str, nothing: str) -> None:
-        if moment is not None:
-            self.state = self.state.reset_view(moment.state)
-            self.stage, self.held, self.lights = moment.stage, moment.held, moment.lights
-        self.say(nothing if moment is None else text)
+    def _go_to(self, moment: Moment) -> None:
+        self.state = self.state.reset_view(moment.state)
+        _, self.stage, self.held, self.lights, self.light_number = moment
 
     def undo(self) -> None:
         """Takes back the last change of view or lights."""
-        self._go_to(self._history.undo(self._moment), "undone", "nothing to undo")
+        if moment := self._history.undo(self._moment):
+            self._go_to(moment)
+        self.say("undone" if moment else "nothing to undo")
 
     def redo(self) -> None:
         """Makes the change again that was undone last."""
-        self._go_to(self._history.redo(self._moment), "done again", "nothing to do again")
+        if moment := self._history.redo(self._moment):
+            self._go_to(moment)
+        self.say("done again" if moment else "nothing to do again")
 
     @property
     def camera(self) -> Camera | None:
-        """The frame's camera, fitted to the window; None while the window is minimised."""
-        return self.window.fit(self._own_camera)
+        """The frame's camera, fitted to the window beside the panel; None while the window is minimised."""
+        return self.window.fit(self._own_camera, self._panel_width)
+
+    @property
+    def _panel_width(self) -> int:
+        """Pixels beside which the picture is shown. A film does not change when the panel opens."""
+        return self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self._recorder else 0
 
     @property
     def _own(self) -> Frame | Scene:
@@ -307,15 +327,30 @@ class Viewer:
 
     def next_light(self) -> None:
         """The mouse takes the next light; the one that it held stays where it is."""
-        if not self.lights:
+        count = 1 + len(self.lights)
+        if count == 1:
             self.say("there is only one light")
             return
-        left = self.state.light(self.stage, self.pose, self.held)
-        following, *others = self.lights
-        self.lights = (*others, left)
-        self.held = following
-        self.state = self.state.with_light(following, self.stage, self.pose)
-        self.say(f"the mouse holds another of {len(self.lights) + 1} lights")
+        self.take_light((self.light_number + 1) % count)
+
+    def take_light(self, number: int) -> None:
+        """The mouse takes the light with this number; the one that it held stays where it is."""
+        held = self.state.light(self.stage, self.pose, self.held)
+        steps = (number - self.light_number) % (1 + len(self.lights))
+        if not steps:
+            return
+        every = held, *self.lights
+        self.held, self.lights, self.light_number = every[steps], (*every[steps + 1 :], *every[:steps]), number
+        self.state = self.state.with_light(self.held, self.stage, self.pose)
+        titles = self.light_titles
+        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}")
+
+    @property
+    def light_titles(self) -> list[str]:
+        """What the lights are called, with their names in the scene."""
+        every = self.held, *self.lights
+        first = -self.light_number % len(every)
+        return titles(self._light_names, (*every[first:], *every[:first]))
 
     def say(self, text: str) -> None:
         """Shows a line of text for a few seconds."""
@@ -329,8 +364,7 @@ class Viewer:
         """View and lights as at the start, around the middle of the current frame."""
         start, now = self._start, Stage.of(self._own)
         stays = now.is_as(start.stage) and np.array_equal(self.pose, self._start_pose)
-        self.stage, self.held, self.lights = start.stage if stays else now, start.held, start.lights
-        self.state = self.state.reset_view(start.state)
+        self._go_to(start._replace(stage=start.stage if stays else now))
         if not stays and self.held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
             light = start.state.light(start.stage, self._start_pose, start.held)
             self.state = self.state.with_light(light, self.stage, self.pose)
@@ -366,12 +400,15 @@ class Viewer:
 
     def save_picture(self) -> Path | None:
         """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
-        if self.camera is None:
+        camera = self.window.fit(self._own_camera)
+        if camera is None:
             return None
         path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
         try:
-            self._refining.samples = self._most_samples
-            save_image(path, self.screen.read(self, self.camera, self._refining.samples))
+            samples = self._most_samples(camera)
+            save_image(path, self.screen.read(self, camera, samples))
+            if camera == self.camera:
+                self._refining.samples = samples
         except OSError as error:
             self.say(f"not saved: {error}")
             return None
@@ -402,14 +439,18 @@ class Viewer:
         return self.state.panel and self.screen.panel.settling > 0
 
     @property
-    def _most_samples(self) -> int:
+    def samples_shown(self) -> tuple[int, int]:
+        """How many samples the window shows, and how many it will show if nothing moves."""
+        return self._refining.samples, self._most_samples(self.camera)
+
+    def _most_samples(self, camera: Camera | None) -> int:
         """Of the picture as it is: a photograph seen as it was taken has no more than one, and stays sharp."""
-        is_own = isinstance(self.frame, Frame) and self.camera == self._own_camera
+        is_own = isinstance(self.frame, Frame) and camera == self._own_camera
         is_there = np.allclose(self.state.pose(self.stage), np.eye(4), rtol=0, atol=1e-9 * self.stage.radius)
         return 1 if is_own and is_there and not self.state.is_lit else self.samples
 
     def _refining_patience(self, now: float) -> float | None:
-        return self._refining.patience(self._picture(), now, self._most_samples)
+        return self._refining.patience(self._picture(), now, self._most_samples(self.camera))
 
     def _picture(self) -> tuple[Any, ...]:
         """Everything that the picture below marker, text and panel depends on."""
@@ -421,8 +462,10 @@ class Viewer:
         return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.turns
 
     def _draw(self, camera: Camera) -> None:
-        content = self._content()
-        samples = self._refining.following(self._picture(), time.perf_counter(), self._most_samples)
+        content, picture, now = self._content(), self._picture(), time.perf_counter()
+        if not self._refining.shows(picture):
+            self.rate.tick(now)
+        samples = self._refining.following(picture, now, self._most_samples(camera))
         self._history.follow(self._moment)
         self.screen.draw(self, camera, self._messages.text, not self._mouse.turns, samples)
         self._history.act(self._moment, "panel", time.perf_counter())

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
@@ -52,6 +53,7 @@ class Window:
             self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
+            (glfw.set_char_callback, lambda _, code: self._tell("text", chr(code))),
             (glfw.set_cursor_pos_callback, self._on_move),
             (glfw.set_cursor_enter_callback, self._on_enter),
             (glfw.set_mouse_button_callback, self._on_button),
@@ -118,10 +120,13 @@ class Window:
             return 0, 0
         return self.glfw.get_framebuffer_size(self.handle)
 
-    def fit(self, camera: Camera) -> Camera | None:
-        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen."""
+    def fit(self, camera: Camera, taken: int = 0) -> Camera | None:
+        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen.
+
+        taken  pixels at the right side which something else is shown in
+        """
         width, height = self.picture_size
-        return camera.fitted(width, height) if width and height else None
+        return replace(camera.fitted(width - taken, height), width=width) if width > taken and height else None
 
     @property
     def scale(self) -> float:
@@ -138,6 +143,14 @@ class Window:
     def name(self, title: str) -> None:
         """Gives the window another title."""
         self.glfw.set_window_title(self.handle, title)
+
+    def copy(self, text: str) -> None:
+        """Puts a text into the clipboard."""
+        self.glfw.set_clipboard_string(None, text.replace("\0", ""))
+
+    def pasted(self) -> str:
+        """The text in the clipboard; "" if there is none."""
+        return (self.glfw.get_clipboard_string(None) or b"").decode(errors="replace")
 
     def hide_pointer(self, hidden: bool) -> None:
         if hidden != self._pointer_hidden:
@@ -230,7 +243,9 @@ def key_name(glfw: Any, key: int, scancode: int) -> str:
     """What is printed on the user's key, upper case; digits and named keys by their position. '' for all others."""
     named = {
         glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
-        glfw.KEY_TAB: "TAB", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
+        glfw.KEY_UP: "UP", glfw.KEY_DOWN: "DOWN", glfw.KEY_HOME: "HOME", glfw.KEY_END: "END", glfw.KEY_TAB: "TAB",
+        glfw.KEY_BACKSPACE: "BACKSPACE", glfw.KEY_DELETE: "DELETE", glfw.KEY_ENTER: "ENTER",
+        glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
     }  # fmt: skip
     if glfw.KEY_0 <= key <= glfw.KEY_9:  # on French keyboards these keys show other signs
         return chr(key)

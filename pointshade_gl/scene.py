@@ -390,6 +390,11 @@ class Scene(Preview):
                 found.append(replace(light, **changes))
         return found
 
+    @property
+    def light_names(self) -> list[str]:
+        """The names of their nodes, in the same order."""
+        return [p.node.name for p in self.placed() if isinstance(p.content, Light)]
+
     def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
         """All nodes with their paths, hidden ones too, parents before children."""
         path: list[int] = []

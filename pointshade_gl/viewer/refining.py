@@ -19,6 +19,10 @@ class Refining:
         self._shown: Any = None
         self._since = 0.0
 
+    def shows(self, content: Any) -> bool:
+        """Whether the last picture had this content."""
+        return content == self._shown
+
     def following(self, content: Any, now: float, most: int) -> int:
         """How many samples the next picture has. It is drawn anew if its content has changed."""
         if content != self._shown:

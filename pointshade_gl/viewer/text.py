@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,29 @@ BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186,
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
-def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
-    """One line on a dark strip: (h, w, 4) uint8."""
+def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
+    """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
     font = ImageFont.load_default(POINTS * scale)
     pad = round(7 * scale)
-    image = Image.new("RGBA", (round(font.getlength(text)) + 2 * pad, round(1.3 * POINTS * scale) + pad), BACKDROP)
-    ImageDraw.Draw(image).text((pad, image.height / 2), text, BRIGHT, font, anchor="lm")
+    lines = _broken(text, font, width - 2 * pad)
+    wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
+    line = round(1.3 * POINTS * scale)
+    image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
+    for k, part in enumerate(lines):
+        ImageDraw.Draw(image).text((pad, (pad + line) / 2 + k * line), part, BRIGHT, font, anchor="lm")
     return np.asarray(image)
+
+
+def _broken(text: str, font: Any, width: float) -> list[str]:
+    """The text in lines; only a word that is longer alone is wider."""
+    lines = [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}" if lines[-1] else word
+        if lines[-1] and font.getlength(longer) > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def draw_table(

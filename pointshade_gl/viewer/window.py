@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from typing import Any
 
 from ..camera import Camera
@@ -43,15 +45,21 @@ class Window:
         self._on_event = on_event
         self._held: list[ExitStack] = []  # what was current before each `with`
         self._pointer_hidden = False
+        self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
+        self._unseen = 0.0  # seconds in which events may have come that were seen later
+        self._looked = time.perf_counter()  # when `wait` ended
+        self._has_come = False  # an event, in this `wait`
         with kept(None):
             self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
             (glfw.set_key_callback, self._on_key),
+            (glfw.set_char_callback, lambda _, code: self._tell("text", chr(code))),
             (glfw.set_cursor_pos_callback, self._on_move),
             (glfw.set_cursor_enter_callback, self._on_enter),
             (glfw.set_mouse_button_callback, self._on_button),
             (glfw.set_scroll_callback, self._on_wheel),
-            (glfw.set_window_refresh_callback, lambda _: on_event(Event("refresh"))),
+            (glfw.set_drop_callback, self._on_drop),
+            (glfw.set_window_refresh_callback, lambda _: self._tell("refresh")),
         ):
             set_callback(self.handle, callback)
 
@@ -112,10 +120,13 @@ class Window:
             return 0, 0
         return self.glfw.get_framebuffer_size(self.handle)
 
-    def fit(self, camera: Camera) -> Camera | None:
-        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen."""
+    def fit(self, camera: Camera, taken: int = 0) -> Camera | None:
+        """The camera fitted to the window, whatever size it has now; None while nothing of it can be seen.
+
+        taken  pixels at the right side which something else is shown in
+        """
         width, height = self.picture_size
-        return camera.fitted(width, height) if width and height else None
+        return replace(camera.fitted(width - taken, height), width=width) if width > taken and height else None
 
     @property
     def scale(self) -> float:
@@ -129,6 +140,18 @@ class Window:
     def close(self) -> None:
         self.glfw.set_window_should_close(self.handle, True)
 
+    def name(self, title: str) -> None:
+        """Gives the window another title."""
+        self.glfw.set_window_title(self.handle, title)
+
+    def copy(self, text: str) -> None:
+        """Puts a text into the clipboard."""
+        self.glfw.set_clipboard_string(None, text.replace("\0", ""))
+
+    def pasted(self) -> str:
+        """The text in the clipboard; "" if there is none."""
+        return (self.glfw.get_clipboard_string(None) or b"").decode(errors="replace")
+
     def hide_pointer(self, hidden: bool) -> None:
         if hidden != self._pointer_hidden:
             mode = self.glfw.CURSOR_HIDDEN if hidden else self.glfw.CURSOR_NORMAL
@@ -140,6 +163,16 @@ class Window:
 
     def wait(self, seconds: float | None) -> None:
         """Sleeps until an event comes or the time is over, then handles events. None: no limit, 0: no sleep."""
+        unseen = time.perf_counter() - self._looked
+        self._unseen, self._has_come = self._unseen + unseen, False
+        try:
+            self._sleep(seconds)
+        except UnicodeDecodeError:  # of the name of a file that was dropped
+            self._tell("drop")
+        self._unseen -= 0.0 if self._has_come else unseen  # no event had been waiting
+        self._looked = time.perf_counter()
+
+    def _sleep(self, seconds: float | None) -> None:
         if seconds is None or seconds > 0:
             # GLFW sleeps through signals: Python must wake up now and then to notice Ctrl+C.
             self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
@@ -155,13 +188,17 @@ class Window:
         width, height = self.glfw.get_framebuffer_size(self.handle)
         return x * width / max(wide, 1), y * height / max(high, 1)
 
-    def _tell(self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None) -> None:
+    def _tell(
+        self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
+    ) -> None:
+        """Where the pointer was, the events before have told: asked now, it may have gone on."""
         glfw = self.glfw
-        x, y = self._pixel(*glfw.get_cursor_pos(self.handle))
+        x, y = self._pixel(*self._pointer)
         if mods is None:
             mods = self._held_modifiers()
         ctrl, shift = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER)), bool(mods & glfw.MOD_SHIFT)
-        self._on_event(Event(kind, key, x, y, steps, ctrl, shift))
+        self._has_come = True
+        self._on_event(Event(kind, key, x, y, steps, ctrl, shift, paths, time.perf_counter() - self._unseen))
 
     def _held_modifiers(self) -> int:
         glfw = self.glfw
@@ -178,12 +215,12 @@ class Window:
         self._tell("key", name, mods=mods)
 
     def _on_move(self, _: Any, x: float, y: float) -> None:
-        x, y = self._pixel(x, y)
-        self._on_event(Event("move", x=x, y=y))
+        self._pointer = x, y
+        self._tell("move")
 
     def _on_enter(self, _: Any, entered: int) -> None:
         if not entered:
-            self._on_event(Event("leave"))
+            self._tell("leave")
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
         if button < len(BUTTONS):
@@ -191,6 +228,9 @@ class Window:
 
     def _on_wheel(self, _: Any, dx: float, dy: float) -> None:
         self._tell("wheel", steps=dy or dx)  # macOS turns Shift+wheel sideways
+
+    def _on_drop(self, _: Any, paths: Sequence[str]) -> None:
+        self._tell("drop", paths=tuple(map(str, paths)))
 
 
 def window_size(camera: Camera) -> tuple[int, int]:
@@ -203,7 +243,9 @@ def key_name(glfw: Any, key: int, scancode: int) -> str:
     """What is printed on the user's key, upper case; digits and named keys by their position. '' for all others."""
     named = {
         glfw.KEY_SPACE: "SPACE", glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_LEFT: "LEFT", glfw.KEY_RIGHT: "RIGHT",
-        glfw.KEY_TAB: "TAB", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
+        glfw.KEY_UP: "UP", glfw.KEY_DOWN: "DOWN", glfw.KEY_HOME: "HOME", glfw.KEY_END: "END", glfw.KEY_TAB: "TAB",
+        glfw.KEY_BACKSPACE: "BACKSPACE", glfw.KEY_DELETE: "DELETE", glfw.KEY_ENTER: "ENTER",
+        glfw.KEY_KP_ENTER: "ENTER", glfw.KEY_KP_ADD: "+", glfw.KEY_KP_SUBTRACT: "-",
     }  # fmt: skip
     if glfw.KEY_0 <= key <= glfw.KEY_9:  # on French keyboards these keys show other signs
         return chr(key)

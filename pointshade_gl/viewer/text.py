@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +14,28 @@ BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186,
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
-def draw_line(text: str, scale: float) -> NDArray[np.uint8]:
-    """One line on a dark strip: (h, w, 4) uint8."""
+def draw_line(text: str, scale: float, width: float = math.inf) -> NDArray[np.uint8]:
+    """A line, or several, on a dark strip: (h, w, 4) uint8. Where one is too wide, its middle is left out."""
     font = ImageFont.load_default(POINTS * scale)
-    pad = round(7 * scale)
-    image = Image.new("RGBA", (round(font.getlength(text)) + 2 * pad, round(1.3 * POINTS * scale) + pad), BACKDROP)
-    ImageDraw.Draw(image).text((pad, image.height / 2), text, BRIGHT, font, anchor="lm")
+    pad, high = round(7 * scale), round(1.3 * POINTS * scale)
+    lines = [_shortened(line, font, width - 2 * pad) for line in text.split("\n")]
+    image = Image.new("RGBA", (round(max(map(font.getlength, lines))) + 2 * pad, high * len(lines) + pad), BACKDROP)
+    draw = ImageDraw.Draw(image)
+    for k, line in enumerate(lines):
+        draw.text((pad, pad / 2 + (k + 0.5) * high), line, BRIGHT, font, anchor="lm")
     return np.asarray(image)
+
+
+def _shortened(line: str, font: Any, width: float) -> str:
+    """The line, or as much of its beginning and its end as is no wider."""
+    if font.getlength(line) <= width:
+        return line
+    kept = next((n for n in range(len(line) - 1, 0, -1) if font.getlength(_cut(line, n)) <= width), 1)
+    return _cut(line, kept)
+
+
+def _cut(line: str, kept: int) -> str:
+    return f"{line[: kept // 3]}…{line[len(line) - (kept - kept // 3) :]}"
 
 
 def draw_table(

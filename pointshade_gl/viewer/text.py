@@ -14,10 +14,10 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
 def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
-    """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
+    """Lines on a dark strip, broken where they are wider than `width` pixels: (h, w, 4) uint8."""
     font = ImageFont.load_default(POINTS * scale)
     pad = round(7 * scale)
-    lines = _broken(text, font, width - 2 * pad)
+    lines = [part for line in text.split("\n") for part in _broken(line, font, width - 2 * pad)]
     wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
     line = round(1.3 * POINTS * scale)
     image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
@@ -27,7 +27,7 @@ def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
 
 
 def _broken(text: str, font: Any, width: float) -> list[str]:
-    """The text in lines; only a word that is longer alone is wider."""
+    """The text in lines. A single word that is too wide loses its middle."""
     lines = [""]
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines[-1] else word
@@ -35,7 +35,19 @@ def _broken(text: str, font: Any, width: float) -> list[str]:
             lines.append(word)
         else:
             lines[-1] = longer
-    return lines
+    return [_shortened(line, font, width) for line in lines]
+
+
+def _shortened(line: str, font: Any, width: float) -> str:
+    """The line, or as much of its beginning and its end as is no wider."""
+    if font.getlength(line) <= width:
+        return line
+    kept = next((n for n in range(len(line) - 1, 0, -1) if font.getlength(_cut(line, n)) <= width), 1)
+    return _cut(line, kept)
+
+
+def _cut(line: str, kept: int) -> str:
+    return f"{line[: kept // 3]}…{line[len(line) - (kept - kept // 3) :]}"
 
 
 def draw_table(

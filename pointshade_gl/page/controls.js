@@ -1,10 +1,10 @@
 // What mouse, wheel, fingers and keys do, and when the picture is drawn: only after something has changed.
 //
-// data      what write.py puts into the page: camera {fx, fy, cx, cy, width, height}; pose, 4x4 camera-to-world; stage
-//           {pivot, radius, upright}; held, the kind of light that the mouse holds; state, what differs from START at
-//           the beginning; shadings, those that can be drawn; shadows, whether a light casts any
+// data      what write.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright};
+//           start, what differs from START; held, the light that the mouse holds; lights, the others; background, CSS
 // drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, light, options), with
-//           view {camera, pose}, camera in pixels of the canvas, pose and light in the world; options {shading, shadows}
+//           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, light in home axes; options
+//           {shading, shadows}
 //
 // Gives {ready, state}: a promise that is kept when something is shown, and the state as it is.
 
@@ -16,6 +16,7 @@ const KEY_TURN = 5; // degrees per key
 const KEY_LIGHT = 0.1; // rims per key
 const KEY_SHIFT = 0.04; // of the picture's smaller side per key
 const BY_FINGERS = ["", "light", "orbit", "pan"]; // while the light is off: one finger less
+const HOME = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]; // of the camera that the stage stands before
 const SHADINGS = ["none", "flat", "gouraud", "phong"];
 const GREETINGS = {
   mouse: "Move the mouse: the light follows. Drag to turn.",
@@ -26,7 +27,8 @@ const byId = (id) => document.getElementById(id);
 const distance = ([x, y], [u, v]) => Math.hypot(u - x, v - y);
 
 function control(canvas, data, createDrawing) {
-  const start = { ...START, ...data.state };
+  const start = { ...START, ...data.start };
+  const castsShadows = [data.held, ...data.lights].some((one) => one.shadow);
   const isEmbedded = window !== window.top;
   let state = start;
   let drawing = null;
@@ -52,8 +54,8 @@ function control(canvas, data, createDrawing) {
     showState();
     if (!drawing) return;
     const shading = state.lit ? state.shading : "none";
-    const view = { camera, pose: product(data.pose, pose(state, data.stage)) };
-    drawing.draw(view, light(state, data.stage, data.pose, data.held), { shading, shadows: state.shadows });
+    const view = { camera, pose: pose(state, data.stage) };
+    drawing.draw(view, light(state, data.stage, HOME, data.held), { shading, shadows: state.shadows });
     document.body.classList.add("live");
   }
 
@@ -84,11 +86,10 @@ function control(canvas, data, createDrawing) {
 
   let silence = 0;
   function say(text, seconds = 2.5) {
-    const message = byId("message");
-    message.textContent = text;
-    message.classList.add("said");
+    byId("message").textContent = text;
+    document.body.classList.add("talking");
     clearTimeout(silence);
-    silence = setTimeout(() => message.classList.remove("said"), 1000 * seconds);
+    silence = setTimeout(() => document.body.classList.remove("talking"), 1000 * seconds);
   }
 
   async function begin() {
@@ -109,7 +110,7 @@ function control(canvas, data, createDrawing) {
     byId("note").textContent = `A still picture: ${reason}`;
   }
 
-  const actions = makeActions(() => state, change, start, data);
+  const actions = makeActions(() => state, change, start, data.camera, castsShadows);
   const pointers = makePointers(canvas, data.stage, () => ({ state, camera, ratio }), change);
   listenToPointers(canvas, pointers, isEmbedded);
   listenToKeys(actions);
@@ -125,16 +126,15 @@ function control(canvas, data, createDrawing) {
   const wake = () => document.body.classList.toggle("awake", !isEmbedded || document.hasFocus());
   for (const name of ["focus", "blur"]) window.addEventListener(name, wake);
   wake();
-  byId("shadows").hidden = !data.shadows;
-  for (const row of document.querySelectorAll("tr.shadows")) row.hidden = !data.shadows;
-  for (const option of [...byId("shading").options]) if (!data.shadings.includes(option.value)) option.remove();
+  for (const each of [byId("shadows"), document.querySelector("tr.shadows")]) each.hidden = !castsShadows;
+  if (data.background) document.body.style.setProperty("--ground", data.background);
   canvas.hidden = byId("tools").hidden = false;
   say(GREETINGS[matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);
   return { ready: begin(), state: () => state };
 }
 
 // The actions of keys and buttons, by name.
-function makeActions(current, change, start, data) {
+function makeActions(current, change, start, camera, castsShadows) {
   const set = (changes, text) => change({ ...current(), ...changes }, text);
   return {
     follow() {
@@ -147,14 +147,14 @@ function makeActions(current, change, start, data) {
     },
     shadows() {
       const on = !current().shadows;
-      if (data.shadows) set({ shadows: on }, on ? "shadows on" : "shadows off");
+      if (castsShadows) set({ shadows: on }, on ? "shadows on" : "shadows off");
     },
     shade(shading) {
-      if (data.shadings.includes(shading)) set({ shading, lit: true }, `shading: ${shading}`);
+      set({ shading, lit: true }, `shading: ${shading}`);
     },
     reset: () => change(resetView(current(), start), "view and light are reset"),
     turn: (x, y) => change(orbited(current(), x * KEY_TURN, y * KEY_TURN, DEGREES)),
-    shift: (x, y) => change(panned(current(), x * KEY_SHIFT, y * KEY_SHIFT, data.camera.fx / Math.min(data.camera.width, data.camera.height))),
+    shift: (x, y) => change(panned(current(), x * KEY_SHIFT, y * KEY_SHIFT, camera.fx / Math.min(camera.width, camera.height))),
     zoom: (steps) => change(zoomed(current(), steps)),
     reach: (steps) => change(lightReached(current(), steps)),
     moveLight(x, y) {

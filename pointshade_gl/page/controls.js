@@ -2,11 +2,9 @@
 //
 // data      what write.py puts into the page: camera {fx, fy, cx, cy, width, height}; stage {pivot, radius, upright};
 //           start, what differs from START; held, the light that the mouse holds; lights, the others; background, CSS
-// drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, light, options), with
-//           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, light in home axes; options
+// drawing   what createDrawing(canvas, data) gives, a promise or not: draw(view, lights, options), with
+//           view {camera, pose}, camera in pixels of the canvas, pose camera-to-home, lights in home axes; options
 //           {shading, shadows}
-//
-// Gives {ready, state}: a promise that is kept when something is shown, and the state as it is.
 
 const CATCH_UP = 3; // how fast the light approaches the mouse, per rim that the mouse moves
 const SLOP = 5; // CSS pixels that a click may move
@@ -17,7 +15,6 @@ const KEY_LIGHT = 0.1; // rims per key
 const KEY_SHIFT = 0.04; // of the picture's smaller side per key
 const BY_FINGERS = ["", "light", "orbit", "pan"]; // while the light is off: one finger less
 const HOME = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]; // of the camera that the stage stands before
-const SHADINGS = ["none", "flat", "gouraud", "phong"];
 const GREETINGS = {
   mouse: "Move the mouse: the light follows. Drag to turn.",
   touch: "Move a finger: the light follows. Two fingers turn.",
@@ -26,7 +23,8 @@ const GREETINGS = {
 const byId = (id) => document.getElementById(id);
 const distance = ([x, y], [u, v]) => Math.hypot(u - x, v - y);
 
-function control(canvas, data, createDrawing) {
+// Shows the page. Gives, for a console: ready, a promise that is kept when something is shown; data, drawing; state.
+function control(canvas, data) {
   const start = { ...START, ...data.start };
   const castsShadows = [data.held, ...data.lights].some((one) => one.shadow);
   const isEmbedded = window !== window.top;
@@ -55,7 +53,8 @@ function control(canvas, data, createDrawing) {
     if (!drawing) return;
     const shading = state.lit ? state.shading : "none";
     const view = { camera, pose: pose(state, data.stage) };
-    drawing.draw(view, light(state, data.stage, HOME, data.held), { shading, shadows: state.shadows });
+    const lights = [light(state, data.stage, HOME, data.held), ...data.lights];
+    drawing.draw(view, lights, { shading, shadows: state.shadows });
     document.body.classList.add("live");
   }
 
@@ -95,12 +94,11 @@ function control(canvas, data, createDrawing) {
   async function begin() {
     try {
       drawing = await createDrawing(canvas, data);
+      resize();
     } catch (error) {
       drawing = null;
       stayStill(error.message);
-      return;
     }
-    resize();
   }
 
   function stayStill(reason) {
@@ -130,7 +128,8 @@ function control(canvas, data, createDrawing) {
   if (data.background) document.body.style.setProperty("--ground", data.background);
   canvas.hidden = byId("tools").hidden = false;
   say(GREETINGS[matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);
-  return { ready: begin(), state: () => state };
+  const ready = begin();
+  return { ready, data, get drawing() { return drawing; }, get state() { return state; }, set state(next) { change(next); } };
 }
 
 // The actions of keys and buttons, by name.
@@ -328,3 +327,7 @@ function listenToButtons(actions) {
   byId("help").addEventListener("click", (event) => event.target === byId("help") && byId("help").close()); // beside it
   byId("full").hidden = !document.fullscreenEnabled;
 }
+
+const pageData = JSON.parse(byId("data").textContent);
+for (const part of ["shaders", "parts"]) pageData[part] = byId(part).textContent;
+window.pointshade = control(byId("picture"), pageData);

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 FLAGS = (
     *("--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update"),
@@ -31,6 +32,31 @@ class Opened:
     def _listen(self, message) -> None:
         if message.type in ("warning", "error") and "GL Driver Message" not in message.text:  # of SwiftShader's speed
             self.complaints.append(message.text)
+
+    def wait_until_drawn(self, where=None) -> None:
+        """Until a page of this project, or one in a frame, shows its picture."""
+        (where or self.page).wait_for_selector("body.live", timeout=60_000)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What the page shows, after all events."""
+        return self.page.evaluate("new Promise(requestAnimationFrame).then(() => pointshade.state)")
+
+    def fingers(self, *paths, steps: int = 6) -> None:
+        """Fingers that go down one after the other, along straight lines ((x, y), (x, y)) at once, and leave."""
+        session = self.page.context.new_cdp_session(self.page)
+
+        def send(kind, places):
+            points = [{"x": x, "y": y, "id": k} for k, (x, y) in enumerate(places)]
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        for count in range(1, len(paths) + 1):
+            send("touchStart", [start for start, _ in paths[:count]])
+        for k in range(1, steps + 1):
+            send("touchMove", [[a + (b - a) * k / steps for a, b in zip(*path, strict=True)] for path in paths])
+        for count in range(len(paths) - 1, 0, -1):
+            send("touchEnd", [end for _, end in paths[:count]])
+        send("touchEnd", [])
 
     @property
     def outside(self) -> list[str]:

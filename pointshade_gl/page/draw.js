@@ -21,6 +21,8 @@ async function takePoints(gl, reader, head) {
   const { surface, kinds } = surfacePlane(reader, head);
   const colors = await takeColors(gl, reader, head, kinds);
   const thing = { ...head, surface: makeTexture(gl, "rgba32f", width, height, surface), colors };
+  thing.known = makeIndices(gl, kinds, 1);
+  if (head.hasRims) thing.rims = makeIndices(gl, kinds, 2);
   if (head.certainty) {
     const [columns, rows] = head.certainty, cells = reader.take(2 * columns * rows).slice();
     const certainty = Float32Array.from(new Uint16Array(cells.buffer), (value) => value / 65535);
@@ -32,6 +34,16 @@ async function takePoints(gl, reader, head) {
     gl.bufferData(gl.ARRAY_BUFFER, reader.take(4 * width * height), gl.STATIC_DRAW);
   }
   return thing;
+}
+
+// Which pixels are drawn as points: their numbers, which gl_VertexID gives.
+function makeIndices(gl, kinds, least) {
+  const count = kinds.reduce((sum, kind) => sum + (kind >= least), 0), numbers = new Uint32Array(count);
+  for (let k = 0, n = 0; k < kinds.length; ++k) if (kinds[k] >= least) numbers[n++] = k;
+  const buffer = gl.createBuffer();
+  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+  gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, numbers, gl.STATIC_DRAW);
+  return { buffer, count };
 }
 
 async function takeColors(gl, reader, head, kinds) {
@@ -51,7 +63,6 @@ class Drawing {
   constructor(gl, programs, things, data) {
     Object.assign(this, { gl, programs, things, data, size: [0, 0], seen: "" });
     this.tables = {};
-    this.empty = gl.createVertexArray();
     const materials = things.map((thing) => thing.material);
     this.materials = makeTexture(gl, "rgba32f", 1, materials.length, new Float32Array(materials.flat()));
   }
@@ -138,8 +149,6 @@ class Drawing {
     gl.clearBufferiv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LEQUAL);
-    gl.bindVertexArray(this.empty);
     const splats = this.programs.get("splats.vert", "splats.frag"), size = splats.attribute("size");
     splats.use({ ...warp, is_round: thing.isRound, has_rims: thing.hasRims });
     if (thing.sizes) {
@@ -147,13 +156,18 @@ class Drawing {
       gl.enableVertexAttribArray(size);
       gl.vertexAttribPointer(size, 1, gl.FLOAT, false, 0, 0);
     } else gl.vertexAttrib1f(size, thing.size);
-    gl.drawArrays(gl.POINTS, 0, thing.width * thing.height);
+    this.drawPoints(thing.known);
     gl.disableVertexAttribArray(size);
-    if (thing.hasRims) {
+    if (thing.rims) {
       this.programs.get("rims.vert", "rims.frag").use(warp);
-      gl.drawArrays(gl.POINTS, 0, thing.width * thing.height);
+      this.drawPoints(thing.rims);
     }
     gl.disable(gl.DEPTH_TEST);
+  }
+
+  drawPoints({ buffer, count }) {
+    this.gl.bindBuffer(this.gl.ELEMENT_ARRAY_BUFFER, buffer);
+    this.gl.drawElements(this.gl.POINTS, count, this.gl.UNSIGNED_INT, 0);
   }
 
   // Runs a fragment shader on all pixels of a target.
@@ -162,7 +176,6 @@ class Drawing {
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.viewport(0, 0, width, height);
     this.programs.get("fullscreen.vert", fragment, constants).use(inputs);
-    gl.bindVertexArray(this.empty);
     if (depthTest) gl.enable(gl.DEPTH_TEST);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.disable(gl.DEPTH_TEST);

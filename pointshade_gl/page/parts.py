@@ -28,7 +28,7 @@ class Quality(NamedTuple):
     jpeg: int | None
 
 
-QUALITIES = {"exact": Quality(2e-5, 11, None), "small": Quality(1e-4, 9, 92)}
+QUALITIES = {"exact": Quality(1e-6, 12, None), "small": Quality(2e-5, 10, 92)}
 
 
 def surface_part(surface: Surface, quality: Quality) -> Part:

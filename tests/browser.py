@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -36,6 +37,13 @@ class Opened:
     def wait_until_drawn(self, where=None) -> None:
         """Until a page of this project, or one in a frame, shows its picture."""
         (where or self.page).wait_for_selector("body.live", timeout=60_000)
+
+    def wait_for(self, condition: str) -> None:
+        """Until an expression holds. Playwright's own way would need `eval`, which pages forbid."""
+        end = time.monotonic() + 60
+        while not self.page.evaluate(condition):
+            assert time.monotonic() < end, condition
+            self.page.wait_for_timeout(20)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -84,11 +92,15 @@ class Browser:
                 chromium.close()
 
     @contextmanager
-    def opened(self, html: str | Path, **options) -> Iterator[Opened]:
-        """A page, its text or its file, in a new context with these options. It must not ask for anything outside."""
+    def opened(self, html: str | Path, before: str = "", **options) -> Iterator[Opened]:
+        """A page, its text or its file, in a new context with these options. It must not ask for anything outside.
+
+        before  a script that runs before those of the page
+        """
         path = html if isinstance(html, Path) else self._written(html)
         context = self.chromium.new_context(**({"viewport": {"width": WIDTH, "height": HEIGHT}} | options))
         try:
+            context.add_init_script(before)
             opened = Opened(context.new_page())
             opened.page.goto(path.as_uri())
             yield opened

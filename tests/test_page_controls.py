@@ -21,16 +21,23 @@ LIGHT = ps.Light(position=(-0.6, -0.5, 0.4))
 
 
 @pytest.fixture(scope="module")
-def html(renderer):
-    return draw_page(renderer, FRAME, title="a sphere", light=LIGHT)
+def opened(browser, renderer):
+    """One page for all tests: it takes a second to open."""
+    with browser.opened(draw_page(renderer, FRAME, title="a sphere", light=LIGHT), has_touch=True) as page:
+        page.wait_until_drawn()
+        page.page.evaluate("window.first = pointshade.state")
+        yield page
 
 
 @pytest.fixture
-def shown(browser, html):
-    with browser.opened(html, has_touch=True) as opened:
-        opened.wait_until_drawn()
-        yield opened
-        assert opened.complaints == []
+def shown(opened):
+    """The page as it was at the start, the mouse beside the picture."""
+    opened.page.mouse.move(300, 470)
+    opened.page.evaluate("pointshade.state = first")
+    yield opened
+    for key in ("Control", "Shift"):
+        opened.page.keyboard.up(key)
+    assert opened.complaints == []
 
 
 def camera_of(shown):
@@ -102,11 +109,11 @@ class TestMouse:
         shown.page.mouse.move(200, 200)
         before = as_state(shown.state)
         shown.page.mouse.wheel(0, -200)
-        shown.page.wait_for_function("pointshade.state.distance < 1")
+        shown.wait_for("pointshade.state.distance < 1")
         assert_same(shown.state, before.zoomed(2))
         shown.page.keyboard.down("Shift")
         shown.page.mouse.wheel(0, -100)
-        shown.page.wait_for_function(f"pointshade.state.lightReach > {before.light_reach}")
+        shown.wait_for(f"pointshade.state.lightReach > {before.light_reach}")
         assert_same(shown.state, before.zoomed(2).light_reached(1))
 
     def test_a_click_keeps_the_light_and_l_lets_it_follow_again_without_a_jump(self, shown):
@@ -123,7 +130,7 @@ class TestMouse:
         shown.page.keyboard.press("l")
         assert_same(shown.state, replace(kept, light_mode=True))
         shown.page.mouse.move(501, 300)
-        assert as_state(shown.state).light_at == pytest.approx(kept.light_at, abs=0.02)
+        assert as_state(shown.state).light_at == pytest.approx(kept.light_at, abs=0.05)
 
     def test_a_light_that_is_kept_turns_with_the_object_and_a_ctrl_shift_drag_moves_it(self, shown):
         shown.page.mouse.click(250, 150)
@@ -252,7 +259,7 @@ class TestButtons:
         start = as_state(shown.state)
         drag(shown.page, (200, 200), (330, 150))
         shown.page.mouse.wheel(0, -300)
-        shown.page.wait_for_function("pointshade.state.distance < 1")
+        shown.wait_for("pointshade.state.distance < 1")
         shown.page.mouse.move(100, 300, steps=4)
         shown.page.locator("#reset").click()
         assert_same(shown.state, start)

@@ -38,6 +38,7 @@ function control(canvas, data) {
     if (text) say(text);
     if (next === state) return;
     state = next;
+    showState();
     redraw();
   }
 
@@ -49,7 +50,6 @@ function control(canvas, data) {
 
   function draw() {
     frameAsked = false;
-    showState();
     if (!drawing) return;
     const shading = state.lit ? state.shading : "none";
     const view = { camera, pose: pose(state, data.stage) };
@@ -80,6 +80,7 @@ function control(canvas, data) {
     canvas.width = Math.max(1, Math.round(width * ratio));
     canvas.height = Math.max(1, Math.round(height * ratio));
     camera = fitted(data.camera, canvas.width, canvas.height);
+    showState();
     draw(); // at once: a canvas of another size is empty
   }
 
@@ -117,7 +118,7 @@ function control(canvas, data) {
     event.preventDefault(); // or it never comes back
     drawing = null;
     document.body.classList.remove("live");
-    redraw();
+    showState();
   });
   canvas.addEventListener("webglcontextrestored", begin);
   new ResizeObserver(resize).observe(canvas);

@@ -80,6 +80,7 @@ class Drawing {
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     const [width, height] = this.size;
     gl.blitFramebuffer(0, 0, width, height, 0, height, width, 0, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null); // Chromium shows nothing after its canvas was resized while another was bound
   }
 
   // The last picture: RGBA bytes, top row first.

@@ -14,7 +14,7 @@ from .gpu.canvas import Canvas
 from .gpu.context import Context
 from .gpu.images import Box
 from .gpu.light import LightPass
-from .gpu.objects import Objects
+from .gpu.objects import Objects, Thing
 from .gpu.point_objects import ShownPoints
 from .gpu.rasterizers import Rasterizers
 from .gpu.steps import Steps
@@ -22,7 +22,7 @@ from .gpu.target import Target
 from .gpu.tiles import TiledPoints
 from .lamplighting import Lamplighting
 from .light import Light
-from .scene import Matrix, Scene
+from .scene import Matrix, Placed, Scene
 from .shot import compose
 from .summing import Summing
 from .things import Things
@@ -108,6 +108,10 @@ class Pipeline:
             return thing.gather(read[0]), thing.gather(read[1])
         assert isinstance(thing, ShownPoints)
         return thing.textures.surface.read(), thing.textures.lit.read()
+
+    def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> dict[Placed, Thing]:
+        """All things of a scene on the GPU, also those that this view does not show."""
+        return self.things.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
 
     def _fit_target(self, camera: Camera) -> Target:
         size = camera.width, camera.height

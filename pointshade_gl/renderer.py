@@ -22,6 +22,7 @@ from .findings import findings, highlights, lights, weights
 from .finish import Finish
 from .frame import Frame
 from .gpu.context import Context
+from .gpu.objects import Thing
 from .gpu.steps import Steps
 from .ground import LIGHT as GROUND_LIGHT
 from .ground import up_of
@@ -32,7 +33,7 @@ from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
 from .point_cloud import PointCloud, cloud_of
-from .scene import Scene
+from .scene import Placed, Scene
 from .view import viewing_pose
 
 RASTERIZERS = ("auto", "points", "compute")
@@ -365,6 +366,12 @@ class Renderer:
             normals = self._pipeline.things.read_normals(frame, look)[..., :3].copy()
         normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
         return normals
+
+    @contextmanager
+    def prepared(self, scene: Scene, camera: Camera, pose: NDArray[np.float64]) -> Iterator[dict[Placed, Thing]]:
+        """All things of a scene on the GPU, as fine as this view of them needs, for who reads them: a page."""
+        with self._in_use():
+            yield self._pipeline.prepare_all(scene, camera, pose)
 
     def release(self) -> None:
         """Frees everything this renderer made, in reverse order. Called again it does nothing."""

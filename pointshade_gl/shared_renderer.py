@@ -38,7 +38,7 @@ def _free(renderer: Renderer) -> None:
         renderer.release()
 
 
-def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
+def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
     """The method as a function, called on a Renderer that this thread keeps."""
 
     @wraps(method)
@@ -53,10 +53,10 @@ def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Call
     return function
 
 
-render = _by_shared_renderer(Renderer.render)
-render_depth = _by_shared_renderer(Renderer.render_depth)
-render_points = _by_shared_renderer(Renderer.render_points)
-estimate_normals = _by_shared_renderer(Renderer.estimate_normals)
+render = by_shared_renderer(Renderer.render)
+render_depth = by_shared_renderer(Renderer.render_depth)
+render_points = by_shared_renderer(Renderer.render_points)
+estimate_normals = by_shared_renderer(Renderer.estimate_normals)
 
 
 def _preview(source: Frame | Scene) -> bytes:

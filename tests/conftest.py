@@ -19,6 +19,7 @@ import pointshade_gl as ps
 from pointshade_gl import cli
 from pointshade_gl.wording import option
 
+from .browser import Browser, find_chromium
 from .compare import compare_images, difference_picture
 from .shader_function import evaluate
 
@@ -131,6 +132,20 @@ def open_viewer(display):
             error = viewer.screen.gl.error
         viewer.release()
         assert error == "GL_NO_ERROR"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    """Chromium without a window, as a `Browser`. Without it the test is skipped, unless POINTSHADE_REQUIRE_BROWSER=1.
+
+    It ends with the file's tests: while it runs, no other event loop can run in this thread.
+    """
+    if find_chromium() is None:
+        if os.environ.get("POINTSHADE_REQUIRE_BROWSER") == "1":
+            pytest.fail("no Chromium: apt-get install -y chromium")
+        pytest.skip("no Chromium")
+    with Browser.launched(tmp_path_factory.mktemp("browser")) as launched:
+        yield launched
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,110 @@
+"""What a page shows, read from the GPU: the surfaces as the renderer draws them, with calmed depth and its normals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import gcd, lcm
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..gpu.grid_objects import ShownGrid
+from ..gpu.images import read_texture
+from ..gpu.objects import Thing
+from ..gpu.point_objects import ShownPoints, ShownSet
+
+AROUND = 2  # pixels beside the known ones that are kept: rims look so far
+
+
+class Surface(NamedTuple):
+    """The points of a frame, cut out of its picture."""
+
+    normals: NDArray[np.float32]  # (h, w, 3)
+    depth: NDArray[np.float32]  # (h, w), 0 where nothing is known, negative at rims
+    colors: NDArray[np.uint8]  # (h, w, 3), or of another size that covers the same part of the picture
+    certainty: NDArray[np.float32] | None  # of the normals, a smaller picture
+    sizes: NDArray[np.float32]  # (1,) or (h*w,) source pixels
+    intrinsics: tuple[float, float, float, float]
+    axes: NDArray[np.float64]  # (4, 4) from the camera's axes to the world, without the scale
+    scale: float
+    is_round: bool
+
+
+def surfaces_of(thing: Thing) -> Iterator[Surface]:
+    """The surfaces of a thing that shows points: one of a frame, several of a set."""
+    if isinstance(thing, ShownSet):
+        for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):
+            yield _read(view, trust.read()[..., 0] > 0, gain)
+    else:
+        assert isinstance(thing, ShownPoints | ShownGrid), "tiles are reduced before"
+        yield _read(thing)
+
+
+def _read(
+    shown: ShownPoints | ShownGrid, trusted: NDArray[np.bool_] | None = None, gain: NDArray[Any] | None = None
+) -> Surface:
+    points = shown.points
+    values = read_texture(points.surface.texture.ctx, points.surface.texture, np.float32)
+    depth = values[..., 3] if trusted is None else np.where(trusted, values[..., 3], 0)
+    colors = _read_colors(shown.colors.texture)
+    if gain is not None:
+        colors = _brightened(colors, gain)
+    certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
+    sizes, is_round = (points.sizes, points.splat == "round") if isinstance(shown, ShownPoints) else (np.ones(1), False)
+    others = [picture.shape for picture in (colors, certainty) if picture is not None]
+    left, top, right, bottom = box = _box(depth, others)
+    camera = points.source
+    return Surface(
+        values[top:bottom, left:right, :3],
+        depth[top:bottom, left:right],
+        _cut(colors, box, depth.shape),
+        None if certainty is None else _cut(certainty, box, depth.shape),
+        sizes if sizes.size == 1 else sizes.reshape(depth.shape)[top:bottom, left:right].ravel(),
+        (camera.fx, camera.fy, camera.cx - left, camera.cy - top),
+        points.pose,
+        points.scale,
+        is_round,
+    )
+
+
+def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
+    dtype = np.uint16 if texture.dtype == "nu2" else np.uint8
+    values = np.frombuffer(texture.read(alignment=1), dtype).reshape(texture.height, texture.width, -1)[..., :3]
+    return values if dtype == np.uint8 else np.rint(values / 257).astype(np.uint8)
+
+
+def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
+    if texture is None:
+        return None
+    return np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, -1) / np.float32(65535)
+
+
+def _brightened(colors: NDArray[np.uint8], gain: NDArray[Any]) -> NDArray[np.uint8]:
+    """The colours times a gain (3,) of their linear light."""
+    encoded = colors / 255
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4) * gain
+    linear = np.clip(linear, 0, 1)
+    encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(encoded * 255).astype(np.uint8)
+
+
+def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]]) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of what is known, with the pixels around it. Pictures of other shapes can be cut
+    there, too: between two of their pixels."""
+    sides = []
+    for axis in (1, 0):
+        size, known = depth.shape[axis], np.flatnonzero(depth.any(1 - axis))
+        step = lcm(*(size // gcd(size, shape[axis]) for shape in others))
+        low, high = (known[0] - AROUND, known[-1] + 1 + AROUND) if len(known) else (0, 1)
+        sides.append((max(int(low), 0) // step * step, min(-(-int(high) // step) * step, size)))
+    (left, right), (top, bottom) = sides
+    return left, top, right, bottom
+
+
+def _cut(picture: NDArray[Any], box: tuple[int, int, int, int], shape: tuple[int, ...]) -> NDArray[Any]:
+    """The part of a picture of any size that covers a box of another."""
+    (height, width), (rows, columns) = shape[:2], picture.shape[:2]
+    left, top, right, bottom = box
+    return picture[top * rows // height : bottom * rows // height, left * columns // width : right * columns // width]

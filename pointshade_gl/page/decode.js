@@ -1,0 +1,88 @@
+// Bytes -> pictures, as page/coding.py has made them.
+
+async function unpacked(base64) {
+  const text = atob(base64), bytes = new Uint8Array(text.length);
+  for (let k = 0; k < text.length; ++k) bytes[k] = text.charCodeAt(k);
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Takes one part after the other from the unpacked bytes.
+class Reader {
+  constructor(bytes) {
+    this.bytes = bytes;
+    this.at = 0;
+  }
+
+  take(count) {
+    this.at += count;
+    return this.bytes.subarray(this.at - count, this.at);
+  }
+}
+
+// Of a pixel by those on its left (a), above (b) and before that (c).
+function median(a, b, c) {
+  if (c >= Math.max(a, b)) return Math.min(a, b);
+  if (c <= Math.min(a, b)) return Math.max(a, b);
+  return a + b - c;
+}
+
+// A plane: known pixels are predicted and corrected by error(n) of the n-th, others repeat what is before them.
+function plane(width, height, known, error, mask = -1) {
+  const values = new Int32Array(width * height);
+  let n = 0;
+  for (let y = 0, k = 0; y < height; ++y) {
+    for (let x = 0; x < width; ++x, ++k) {
+      const a = x > 0 ? values[k - 1] : y > 0 ? values[k - width] : 0;
+      if (known && known[k] === 0) {
+        values[k] = a;
+        continue;
+      }
+      const b = y > 0 ? values[k - width] : a;
+      const guess = x > 0 && y > 0 ? median(a, b, values[k - width - 1]) : a;
+      values[k] = (guess + error(n++)) & mask;
+    }
+  }
+  return values;
+}
+
+// Whole numbers of `size` bytes for each of `count` known pixels.
+function wholePlane(reader, width, height, known, count, size) {
+  const bytes = reader.take(count * size);
+  return plane(width, height, known, (n) => {
+    let zigzag = bytes[n];
+    for (let k = 1; k < size; ++k) zigzag |= bytes[k * count + n] << (8 * k);
+    return zigzag & 1 ? -((zigzag + 1) >> 1) : zigzag >> 1;
+  });
+}
+
+function colorPlanes(reader, width, height, known, count) {
+  const [green, red, blue] = [0, 1, 2].map(() => {
+    const bytes = reader.take(count);
+    return plane(width, height, known, (n) => bytes[n], 255);
+  });
+  const colors = new Uint8Array(4 * width * height).fill(255);
+  for (let k = 0; k < width * height; ++k) {
+    colors[4 * k] = red[k] + green[k];
+    colors[4 * k + 1] = green[k];
+    colors[4 * k + 2] = blue[k] + green[k];
+  }
+  return colors;
+}
+
+// Unit normal and depth of each pixel; depth 0 where nothing is known, negative at rims.
+function surfacePlane(reader, part) {
+  const { width, height, count } = part;
+  const kinds = reader.take(width * height);
+  const depths = wholePlane(reader, width, height, kinds, count, part.depthBytes);
+  const [us, vs] = part.normalBytes.map((size) => wholePlane(reader, width, height, kinds, count, size));
+  const surface = new Float32Array(4 * width * height), scale = 2 / (2 ** part.normalBits - 1);
+  for (let k = 0; k < width * height; ++k) {
+    if (kinds[k] === 0) continue;
+    const u = us[k] * scale - 1, v = vs[k] * scale - 1, z = Math.abs(u) + Math.abs(v) - 1, inward = Math.max(z, 0);
+    const x = u - (u >= 0 ? inward : -inward), y = v - (v >= 0 ? inward : -inward), length = Math.hypot(x, y, z);
+    const depth = part.nearest * Math.exp(depths[k] * part.depthStep);
+    surface.set([x / length, y / length, z / length, kinds[k] === 2 ? -depth : depth], 4 * k);
+  }
+  return { surface, kinds };
+}

@@ -1,0 +1,90 @@
+"""The parts of a page: each a description for the JSON, and bytes that decode.js reads."""
+
+from __future__ import annotations
+
+import io
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh import Mesh
+from .coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane
+from .contents import Surface
+
+Part = tuple[dict[str, Any], bytes]
+
+
+class Quality(NamedTuple):
+    """How exactly a page keeps what it shows.
+
+    depth_step   depths are kept to half of this share of them
+    normal_bits  of each of two coordinates
+    jpeg         quality of the colours; None keeps them without loss
+    """
+
+    depth_step: float
+    normal_bits: int
+    jpeg: int | None
+
+
+QUALITIES = {"exact": Quality(1e-6, 12, None), "small": Quality(2e-5, 10, 92)}
+
+
+def surface_part(surface: Surface, quality: Quality) -> Part:
+    """The points of a frame."""
+    depth = surface.depth
+    kinds = np.where(depth == 0, MISSING, np.where(depth < 0, RIM, POINT)).astype(np.uint8)
+    known = kinds != MISSING
+    codes = np.zeros(depth.shape, np.int64)
+    codes[known], nearest = code_depth(np.abs(depth[known]), quality.depth_step)
+    places = np.zeros((*depth.shape, 2), np.int64)
+    places[known] = code_normals(surface.normals[known], quality.normal_bits)
+    planes = [code_plane(plane, known) for plane in (codes, places[..., 0], places[..., 1])]
+    color, color_bytes = _color_part(surface.colors, known, quality)
+    certainty = None if surface.certainty is None else np.rint(surface.certainty * 65535).astype("<u2")
+    sizes = surface.sizes.astype("<f4")
+    head = {
+        "kind": "points",
+        "width": depth.shape[1],
+        "height": depth.shape[0],
+        "count": int(known.sum()),
+        "nearest": nearest,
+        "depthStep": quality.depth_step,
+        "normalBits": quality.normal_bits,
+        "depthBytes": planes[0][1],
+        "normalBytes": [planes[1][1], planes[2][1]],
+        "color": color,
+        "certainty": None if certainty is None else list(certainty.shape[::-1]),
+        "size": float(sizes[0]) if sizes.size == 1 else None,
+        "hasRims": not surface.is_round and bool((sizes == 1).all()),
+        "isRound": surface.is_round,
+        "source": list(surface.intrinsics),
+        "axes": surface.axes.tolist(),
+        "scale": surface.scale,
+    }
+    body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
+    body += [certainty.tobytes()] if certainty is not None else []
+    body += [sizes.tobytes()] if sizes.size > 1 else []
+    return head, b"".join(body)
+
+
+def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Quality) -> Part:
+    """The picture: without loss, of the points alone where each has its own pixel; or as a JPEG."""
+    height, width = colors.shape[:2]
+    head: dict[str, Any] = {"width": width, "height": height}
+    if quality.jpeg is not None and colors.size > 3:
+        data = encoded_jpeg(colors, quality.jpeg)
+        return head | {"jpeg": len(data)}, data
+    is_cut = colors.shape[:2] == known.shape
+    kept = known if is_cut else np.ones((height, width), np.bool_)
+    return head | {"ofPoints": is_cut}, code_colors(colors, kept)
+
+
+def encoded_jpeg(colors: NDArray[np.uint8], quality: int) -> bytes:
+    """Every pixel keeps its own colour: 4:4:4."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(colors)).save(file, "JPEG", quality=quality, subsampling=0, optimize=True)
+    return file.getvalue()

@@ -1,0 +1,25 @@
+"""The shaders of a page: the files of shaders/ as they are, for WebGL 2."""
+
+from __future__ import annotations
+
+import re
+
+from ..gpu.programs import splice
+
+ENTRIES = (
+    "fullscreen.vert", "splats.vert", "splats.frag", "rims.vert", "rims.frag", "resolve_surfaces.frag", "light.frag",
+    "shadow.frag", "mesh.vert", "mesh.frag", "mesh_lit.vert", "mesh_lit.frag", "mesh_shadow.frag",
+)  # fmt: skip
+PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
+_COMMENT = re.compile(r"[ \t]*//[^\n]*")
+
+
+def shader_texts() -> dict[str, str]:
+    """The text of each shader by its name. `#version 300 es` and constants go before it."""
+    return {name: as_es(splice(name)[0]) for name in ENTRIES}
+
+
+def as_es(text: str) -> str:
+    """A shader without its first line, its comments and empty lines, with the precision that GLSL ES asks for."""
+    body = _COMMENT.sub("", text.split("\n", 1)[1])
+    return PRECISION + re.sub(r"\n+", "\n", body)

@@ -1,0 +1,112 @@
+"""What a page shows, as plain values: who looks, the lights, the stage that the mouse moves, and all things."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera import Camera
+from ..frame import Frame
+from ..light import Light, at_upper_left
+from ..scene import Placed, Scene
+from ..shot import is_alone, material_of
+from ..viewer.state import Stage, State
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Showing:
+    """How a page begins. All its places are in *home axes*: those of the camera that the stage stands before.
+
+    home  (4, 4) pose of that camera
+    turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
+    """
+
+    source: Frame | Scene
+    scene: Scene
+    camera: Camera
+    home: Matrix
+    turn: tuple[float, float, float]
+    lights: Sequence[Light]
+    shading: str
+
+    @property
+    def stage(self) -> Stage:
+        stage = Stage.of(self.source)
+        pivot = self.home[:3, :3].T @ (self.source.pivot - self.home[:3, 3])
+        return replace(stage, pivot=stage.upright @ pivot) if isinstance(self.source, Frame) else stage
+
+    def values(self) -> dict[str, Any]:
+        """For the JSON: all but the things."""
+        stage = self.stage
+        pivot, radius = self.scene.bounds
+        start = self.start(stage)
+        lights = [self._light(light) for light in self._placed(start.pose(stage))]
+        return {
+            "camera": vars(self.camera),
+            "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
+            "start": {
+                "yaw": start.yaw,
+                "pitch": start.pitch,
+                "distance": start.distance,
+                "lightAt": list(start.light_at),
+                "lightReach": start.light_reach,
+                "lightColor": list(start.light_color),
+                "lightIntensity": start.light_intensity,
+                "shadows": any(light.shadow for light in self.lights),
+                "shading": self.shading,
+            },
+            "held": lights[0],
+            "lights": lights[1:],
+            "ambient": list(self.scene.ambient),
+            "bounds": {"centre": self._at_home(pivot).tolist(), "radius": radius},
+            "distance": self._distance(),
+        }
+
+    def start(self, stage: Stage) -> State:
+        """The state in which the page begins: its first light is the one that is held."""
+        yaw, pitch, dolly = self.turn
+        state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
+        (first, *_) = self._placed(state.pose(stage))
+        return state.with_light(first, stage, self.home)
+
+    def axes_of(self, axes: Matrix) -> Matrix:
+        """(4, 4) from something's axes, to the world, to home axes."""
+        return np.linalg.inv(self.home) @ axes
+
+    def _placed(self, pose: Matrix) -> list[Light]:
+        return [at_upper_left(light, self.home @ pose) for light in self.lights]
+
+    def _at_home(self, point: Any) -> NDArray[np.float64]:
+        return self.home[:3, :3].T @ (np.asarray(point) - self.home[:3, 3])
+
+    def _light(self, light: Light) -> dict[str, Any]:
+        turn = self.home[:3, :3].T
+        return {
+            "position": None if light.position is None else self._at_home(light.position).tolist(),
+            "direction": None if light.direction is None else (turn @ np.array(light.direction)).tolist(),
+            "color": list(light.color),
+            "intensity": light.intensity,
+            "attenuation": list(light.attenuation),
+            "cone": list(light.cone),
+            "shadow": light.shadow,
+        }
+
+    def _distance(self) -> float | None:
+        """How far everything is taken to be for the near plane; None where that depends on who looks (shot.py)."""
+        if not is_alone(self.scene.things):
+            return None
+        alone = self.scene.things[0]
+        return alone.content.scale * alone.rigid_axes[1]
+
+
+def look_of(placed: Placed) -> dict[str, Any]:
+    """How a thing is lit, for the JSON."""
+    content = placed.content
+    shading = content.look.shading if hasattr(content, "look") else content.shading
+    return {"material": list(material_of(placed).strengths), "shading": shading, "shadow": placed.node.shadow}

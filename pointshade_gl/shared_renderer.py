@@ -27,8 +27,8 @@ _R = TypeVar("_R")
 class _OfThread:
     """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
 
-    def __init__(self, renderer: Renderer):
-        self.renderer = renderer
+    def __init__(self, renderer: Renderer, device: int):
+        self.renderer, self.device = renderer, device
         weakref.finalize(self, _free, renderer).atexit = False
 
 
@@ -38,14 +38,20 @@ def _free(renderer: Renderer) -> None:
         renderer.release()
 
 
+def renderer_here(device: int = 0) -> Renderer:
+    """The Renderer that this thread keeps, on this GPU: another device replaces it. Raises as `Renderer` does."""
+    kept = getattr(_mine, "kept", None)
+    if kept is None or kept.device != device:
+        _mine.kept = kept = _OfThread(Renderer(device=device), device)
+    return kept.renderer
+
+
 def _by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:
     """The method as a function, called on a Renderer that this thread keeps."""
 
     @wraps(method)
     def function(*args: _P.args, **options: _P.kwargs) -> _R:
-        if not hasattr(_mine, "kept"):
-            _mine.kept = _OfThread(Renderer())
-        return method(_mine.kept.renderer, *args, **options)
+        return method(renderer_here(), *args, **options)
 
     signature = inspect.signature(method)
     without_self = list(signature.parameters.values())[1:]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
 from os import PathLike
@@ -139,7 +140,7 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
     pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
     try:
         while True:
-            waiting.extend(pool.submit(job) for job in islice(jobs, ahead + 1 - len(waiting)))
+            waiting.extend(pool.submit(copy_context().run, job) for job in islice(jobs, ahead + 1 - len(waiting)))
             if not waiting:
                 return
             try:

@@ -1,7 +1,7 @@
 """Writing files whole: beside their target under a hidden name, then renamed.
 
 So nobody meets a half-written file. After an error or an interruption nothing is left; only a process that is killed
-leaves its hidden `.part` file.
+leaves its hidden `.part` file. The names of a process's hidden files begin alike, so that who killed it removes them.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ from uuid import uuid4
 
 from .content import FilePath
 from .names import followed
+
+OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin
+_BLOCK = 1 << 20  # bytes that are read at once
 
 
 def check_place(path: Path) -> Path:
@@ -45,7 +48,25 @@ def written_whole(path: FilePath) -> Iterator[Path]:
 
 def hidden_beside(target: Path) -> Path:
     """A new hidden name in the target's folder."""
-    return target.with_name(f".{uuid4().hex}.part")
+    return target.with_name(f"{OURS}{uuid4().hex[:12]}.part")
+
+
+def remove_hidden(folder: Path, ours: str) -> None:
+    """Removes what a process that was killed has left in a folder. ours: that process's OURS."""
+    for path in folder.glob(f"{ours}*.part"):
+        path.unlink(missing_ok=True)
+
+
+def sha256_of(path: Path) -> tuple[int, str]:
+    """How many bytes a file has, and their SHA-256, hexadecimal."""
+    import hashlib  # only here: most programs check no file
+
+    digest, size = hashlib.sha256(), 0
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+            size += len(block)
+    return size, digest.hexdigest()
 
 
 class FileSet:

@@ -1,0 +1,1 @@
+"""Long work: many outputs, each a job of its own, drawn by worker processes; what is done is kept in a manifest."""

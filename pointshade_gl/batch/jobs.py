@@ -1,0 +1,172 @@
+"""One output of a batch as a plain value, and the function that makes it: the same in any process, on any machine."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..files.builtin import builtin_folder
+from ..files.film import FILM_SUFFIXES
+from ..files.maps import save_normals
+from ..files.parts import ReadOptions
+from ..files.pictures import save_image
+from ..files.sequences import FrameSequence, first_readable, open_frames
+from ..files.whole import sha256_of
+from ..frame import Frame
+from ..notes import Note, once, print_note, taken
+from ..renderer import Renderer
+from ..scene import Scene
+from ..series import jobs_of, write_series
+from ..shared_renderer import renderer_here
+from ..sources import is_scene, load_any
+from ..view import View
+
+PICTURES = ("png", "jpg", "webp", "tif")
+FILMS = tuple(suffix[1:] for suffix in FILM_SUFFIXES)
+NORMALS = ("normals.png", "normals.exr", "normals.npy")
+PAGE = "html"
+KINDS = (*PICTURES, *NORMALS, PAGE, *FILMS)  # what comes out: with a dot before it, the ending of each output's name
+OPENED = 2  # sequences that a process keeps open
+
+
+@dataclass(frozen=True)
+class Job:
+    """One output: what is read, how it is drawn, where it is written. Small, and may be sent to another process.
+
+    source   a folder, a file or a built-in name, as for `load_frame` and `load_scene`; absolute, as a worker may stand
+             in another folder
+    number   of the frame in its sequence; None: the whole sequence for a film, else the first frame, or the scene
+    path     the file to write; folders are made
+    kind     one of KINDS
+    view     from where, under which lights and how it is drawn
+    reading  options of `load_frame` by name, as pairs
+    turntable, frames, fps  of a film, as for `pointshade render`
+    axes, bits              of normals, as for `save_normals`
+    """
+
+    source: str
+    path: Path
+    kind: str = "png"
+    number: int | None = None
+    view: View = field(default_factory=View)
+    reading: tuple[tuple[str, Any], ...] = ()
+    turntable: str | None = None
+    frames: int | None = None
+    fps: float = 25.0
+    axes: str | None = None
+    bits: int = 8
+
+
+class Done(NamedTuple):
+    """What became of a job.
+
+    seconds   reading, drawing and writing took together
+    size      of the file in bytes
+    sha256    of its bytes, hexadecimal
+    renderer  the driver that drew it
+    notes     sentences about what was guessed
+    """
+
+    path: Path
+    seconds: float
+    size: int
+    sha256: str
+    renderer: str
+    notes: tuple[str, ...]
+
+
+def run(job: Job, device: int = 0) -> Done:
+    """Makes the output of a job, whole or not at all, with a renderer that this thread keeps.
+
+    It depends on the job and on nothing that was drawn before: a picture is the one that `render` makes of its frame
+    alone, a film the one that `pointshade render` makes of the sequence.
+
+    device  which GPU, counted by EGL (Linux)
+
+    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read or written, and ContextError
+    without OpenGL 3.3.
+    """
+    start = time.perf_counter()
+    job.path.parent.mkdir(parents=True, exist_ok=True)
+    with taken() as notes:
+        write = _write_film if job.kind in FILMS else _write_normals if job.kind in NORMALS else _write_picture
+        renderer = write(job, device)
+    size, digest = sha256_of(job.path)
+    return Done(job.path, time.perf_counter() - start, size, digest, renderer, tuple(notes))
+
+
+def read(job: Job) -> Frame | Scene:
+    """The frame or the scene that a job draws. A frame of a sequence is judged alone: it belongs to no stream."""
+    if is_scene(job.source):
+        return load_any(job.source, **dict(job.reading))
+    opened = _opened(job.source, job.reading)
+    if job.number is None:
+        return replace(first_readable(opened.sequence)[1].frame, source=None)
+    if job.number not in opened.places:
+        raise ValueError(f"{job.source}: frame {job.number} is left out, as its pose was lost")
+    return replace(opened.sequence[opened.places[job.number]], source=None)
+
+
+class _Opened(NamedTuple):
+    sequence: FrameSequence
+    places: dict[int, int]  # of the frames in the sequence, by their numbers
+
+
+@lru_cache(OPENED)
+def _opened(source: str, reading: tuple[tuple[str, Any], ...]) -> _Opened:
+    """A sequence that is kept open: all of its frames are read as the first readable one is."""
+    sequence = _open(source, reading, print_note)
+    first_readable(sequence)
+    return _Opened(sequence, {one.number: index for index, one in enumerate(sequence.parts)})
+
+
+def _open(source: str, reading: tuple[tuple[str, Any], ...], note: Note) -> FrameSequence:
+    options = dict(reading)
+    outside = options.pop("allow_outside", False)
+    return open_frames(builtin_folder(source), outside, ReadOptions(**options), once(note))
+
+
+def _write_picture(job: Job, device: int) -> str:
+    renderer, source = renderer_here(device), read(job)
+    if job.kind == PAGE:
+        from ..page import save_page  # only here: it holds shaders and scripts  # pyright: ignore[reportMissingImports]
+
+        save_page(job.path, source, **job.view.of(source))
+        return renderer.context.renderer
+    image = renderer.render(source, **job.view.of(source))
+    if not image.any():
+        print_note(f"{job.path.name}: nothing is in view, the picture is empty")
+    save_image(job.path, image)
+    return renderer.context.renderer
+
+
+def _write_normals(job: Job, device: int) -> str:
+    renderer, frame, look = renderer_here(device), read(job), job.view.look
+    if isinstance(frame, Scene):
+        raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
+    options = {"max_depth_step": look.max_depth_step, "noise": look.noise, "flying": look.flying}
+    normals = renderer.estimate_normals(frame, str(look.normals), **options)
+    save_normals(job.path, normals, job.axes, job.bits)
+    return renderer.context.renderer
+
+
+def _write_film(job: Job, device: int) -> str:
+    """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
+    source = read(job) if job.turntable is not None or is_scene(job.source) else _all_frames(job)
+    with Renderer(device=device) as renderer:
+        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _tell_skipped)
+        write_series(renderer, pictures, job.path, job.fps)
+        return renderer.context.renderer
+
+
+def _all_frames(job: Job) -> Frame | FrameSequence:
+    sequence = _open(job.source, job.reading, print_note)
+    _, first = first_readable(sequence)
+    return first.frame if len(sequence) == 1 else sequence
+
+
+def _tell_skipped(sentence: str) -> None:
+    print_note(f"skipped {sentence}")

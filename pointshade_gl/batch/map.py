@@ -63,10 +63,7 @@ def map(
     Raises, when its picture is due, what `render` raises for a frame, and RuntimeError for one that has killed several
     workers; then the iteration ends. Raises TypeError or ValueError at once for other arguments that make no sense.
     """
-    view = check_type(View() if view is None else view, View, "view")
-    view = view if look is None else replace(view, look=check_type(look, Look, "look"))
-    if view.look.temporal:
-        raise ValueError("temporal averages a stream from frame to frame, and here each is drawn alone: leave it out")
+    view = check_view(look, view)
     if workers is not None:
         check_count(workers, "workers", 1)
     check_count(device, "device")
@@ -75,8 +72,17 @@ def map(
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note = once(print_note)
     drawings = (Drawing(source, view) for source in _sources(frames, note))
-    results = on_ray(draw, drawings, ray, workers, num_gpus, AHEAD)
+    results = on_ray(draw, drawings, ray, workers, num_gpus, device, AHEAD)
     return _pictures(results, note, return_exceptions)
+
+
+def check_view(look: Look | None, view: View | None) -> View:
+    """The view, with this look if there is one. Raises TypeError or ValueError for what no single picture can have."""
+    view = check_type(View() if view is None else view, View, "view")
+    view = view if look is None else replace(view, look=check_type(look, Look, "look"))
+    if view.look.temporal:
+        raise ValueError("temporal averages a stream from frame to frame, and here each is drawn alone: leave it out")
+    return view
 
 
 def _pictures(

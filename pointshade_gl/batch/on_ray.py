@@ -6,15 +6,17 @@ import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..files.whole import OURS
+from ..gpu.cuda_devices import egl_device
 from ..notes import print_note
 from .cluster import connected
 
 CPUS = 0.5  # of a worker: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
-QUEUED = 2  # tasks that a worker has at a time: the next one is there when one is done
-TRIES = 3  # for a task whose worker is lost
+QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
+TRIES = 2  # of a task whose worker dies: it may have been another program that used up the memory
 SLOW = 20.0  # seconds without a worker, after which a note tells why
 GRACE = 10.0  # seconds in which workers may end what they are at when nobody waits for it any more
 
@@ -30,9 +32,9 @@ class Task(NamedTuple):
 class _Worker:
     """What an actor does. Ray gives it a process of its own, and calls it from one thread."""
 
-    def __init__(self, function: Callable[[Any, int], Any]):
+    def __init__(self, function: Callable[[Any, int], Any], device: int):
         os.environ.setdefault("LP_NUM_THREADS", "1")  # of a software driver: the other processors have other workers
-        self._function, self._device = function, device_here()
+        self._function, self._device = function, device_here(device)
 
     def ready(self) -> str:
         """How the names of its hidden files begin."""
@@ -51,14 +53,12 @@ class _Hand:
     tasks: list[Task] = field(default_factory=list)
 
 
-def device_here() -> int:
-    """The EGL device of the GPU that Ray has handed to this worker; the first one without a GPU."""
+def device_here(otherwise: int = 0) -> int:
+    """The EGL device of the GPU that Ray has handed to this process; another where it has handed out none."""
     import ray
 
-    from ..gpu.cuda_devices import egl_device
-
-    gpus = ray.get_gpu_ids()
-    return egl_device(gpus[0], os.environ.get("CUDA_VISIBLE_DEVICES", "")) if gpus else 0
+    gpus = ray.get_gpu_ids() if ray.is_initialized() else []
+    return egl_device(gpus[0], os.environ.get("CUDA_VISIBLE_DEVICES", "")) if gpus else otherwise
 
 
 def on_ray(
@@ -67,31 +67,39 @@ def on_ray(
     address: str,
     workers: int | None = None,
     num_gpus: float = 0.0,
+    device: int = 0,
     ahead: int | None = None,
     lost: Callable[[Any, str], None] = lambda item, ours: None,
 ) -> Generator[tuple[int, Any], None, None]:
     """Calls function(item, device) for all items on a Ray cluster: (number of the item, result), as they are done.
 
-    In place of a result comes the exception that the function raised; or RuntimeError, for a task whose worker was lost
-    TRIES times: killed, or with its machine. Items are taken from their iterable when workers are free. When the
+    In place of a result comes the exception that the function raised; or RuntimeError, for a task whose worker was
+    killed TRIES times, perhaps with its machine. Items are taken from their iterable when workers are free. When the
     iteration is left, the workers end, each after its task.
 
     function  picklable, as the items are; it must give the same for an item wherever and whenever it is called
     address   see `connected`
     workers   how many; None: as many as the cluster has processors, or room on its GPUs
-    num_gpus  that Ray reserves for each worker; 0.25 lets four share one
-    ahead     no item is taken that is so many after the first one that is not done; None: no limit
+    num_gpus  that Ray reserves for each worker, which gets the device of the first; 0.25 lets four share one
+    device    without num_gpus
+    ahead     for small items: a worker has the next one at hand, and none is taken that comes so many after the first
+              one that is not done. None: workers take one when they are free.
     lost      called with an item and the beginning of the hidden files of the worker that was lost with it
 
     Raises ValueError or OSError as `connected` does.
     """
     with connected(address, workers) as ray:
-        crew = _Crew(ray, function, num_gpus, lost)
+        crew = _Crew(ray, partial(_start, ray, function, num_gpus, device), ahead, lost)
         try:
             crew.hire(workers or _room(ray, num_gpus))
-            yield from crew.results(items, ahead)
+            yield from crew.results(items)
         finally:
             crew.dismiss()
+
+
+def _start(ray: Any, function: Callable[[Any, int], Any], num_gpus: float, device: int) -> Any:
+    """A new actor."""
+    return ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus).remote(function, device)
 
 
 def _room(ray: Any, num_gpus: float) -> int:
@@ -103,10 +111,8 @@ def _room(ray: Any, num_gpus: float) -> int:
 class _Crew:
     """The workers and what they are at. Only who has answered gets work: for others there may never be room."""
 
-    def __init__(self, ray: Any, function: Any, num_gpus: float, lost: Callable[[Any, str], None]):
-        self._ray, self._function, self._lost = ray, function, lost
-        self._kind = ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus)
-        self._needs = f"{CPUS} CPU" + (f" and {num_gpus:g} GPU" if num_gpus else "")
+    def __init__(self, ray: Any, start: Callable[[], Any], ahead: int | None, lost: Callable[[Any, str], None]):
+        self._ray, self._start, self._ahead, self._lost = ray, start, ahead, lost
         self._hands: list[_Hand] = []  # those who have answered
         self._awaited: dict[Any, tuple[_Hand, Task | None]] = {}  # by Ray's reference; no task: whether it is ready
         self._again: deque[Task] = deque()
@@ -114,14 +120,14 @@ class _Crew:
 
     def hire(self, count: int = 1) -> None:
         for _ in range(count):
-            hand = _Hand(self._kind.remote(self._function))
+            hand = _Hand(self._start())
             self._awaited[hand.actor.ready.remote()] = hand, None
 
-    def results(self, items: Iterable[Any], ahead: int | None) -> Iterator[tuple[int, Any]]:
+    def results(self, items: Iterable[Any]) -> Iterator[tuple[int, Any]]:
         """See `on_ray`."""
         coming = iter(items)
         while True:
-            while (hand := self._free()) and (task := self._next(coming, ahead)):
+            while (hand := self._free()) and (task := self._next(coming)):
                 hand.tasks.append(task)
                 self._awaited[hand.actor.work.remote(task.item)] = hand, task
             if self._hands and not any(hand.tasks for hand in self._hands):
@@ -130,15 +136,15 @@ class _Crew:
 
     def _free(self) -> _Hand | None:
         """Who gets the next task: the least busy. A task that is tried again is alone, as it may kill its worker."""
-        most = 1 if self._again else QUEUED
+        most = 1 if self._again or self._ahead is None else QUEUED
         free = [hand for hand in self._hands if len(hand.tasks) < most and not any(task.lost for task in hand.tasks)]
         return min(free, key=lambda hand: len(hand.tasks), default=None)
 
-    def _next(self, coming: Iterator[Any], ahead: int | None) -> Task | None:
+    def _next(self, coming: Iterator[Any]) -> Task | None:
         if self._again:
             return self._again.popleft()
         is_open = [task.number for hand in self._hands for task in hand.tasks]
-        if ahead is not None and self._taken - min(is_open, default=self._taken) >= ahead:
+        if self._ahead is not None and self._taken - min(is_open, default=self._taken) >= self._ahead:
             return None
         for item in coming:
             self._taken += 1
@@ -149,7 +155,7 @@ class _Crew:
         """Waits until something has happened, and gives the results of it."""
         done, _ = self._ray.wait(list(self._awaited), timeout=None if self._hands else SLOW)
         if not done:
-            print_note(f"waiting for Ray: each worker needs {self._needs}, free are {self._ray.available_resources()}")
+            print_note(f"Ray has no room for a worker yet: free are {_told(self._ray.available_resources())}")
         for reference in done:
             hand, task = self._awaited.pop(reference)
             if task is None:
@@ -181,7 +187,7 @@ class _Crew:
             self._replace(hand)
             self._lost(task.item, hand.ours)
         if task.lost + 1 == TRIES:
-            return (RuntimeError(f"its worker was killed, {TRIES} times in a row"),)
+            return (RuntimeError(f"its worker process died {TRIES} times (is there enough memory?)"),)
         self._again.append(task._replace(lost=task.lost + 1))
         return None
 
@@ -202,6 +208,10 @@ class _Crew:
                 self._ray.kill(hand.actor)
                 for task in hand.tasks:
                     self._lost(task.item, hand.ours)
+
+
+def _told(resources: dict[str, float]) -> str:
+    return " and ".join(f"{resources.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
 
 
 def _last_line(error: Exception) -> str:

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.batch import on_ray as module
+from pointshade_gl.batch import jobs_on_ray
+from pointshade_gl.batch.jobs import Done, Job, run
+from pointshade_gl.batch.jobs_on_ray import run_all_on_ray
 from pointshade_gl.batch.map import map as map_frames
 from pointshade_gl.batch.on_ray import on_ray
-from pointshade_gl.view import View
+
 
 from . import frames
 
@@ -41,7 +43,7 @@ def views():
 
 
 def test_pictures_are_those_of_a_single_process_in_order(cluster, renderer, views):
-    view = View([ps.Light((1, -2, 0))], yaw=10)
+    view = ps.View([ps.Light((1, -2, 0))], yaw=10)
     drawn = list(map_frames(views, ps.Look(shading="flat"), view, ray="local", workers=2))
     assert len(drawn) == len(views)
     for frame, picture in zip(views, drawn, strict=True):
@@ -137,3 +139,42 @@ def test_a_stage_may_be_called_by_another_thread_than_its_makers(data, renderer,
     made = data.from_items(rows(views)).map_batches(ps.batch.Stage, batch_size=2, num_cpus=0.5, compute=pool)
     for row in made.take_all():
         assert np.array_equal(row["picture"], renderer.render(views[row["k"]]))
+
+
+def jobs_of(folder, numbers, source="icl_livingroom_23views"):
+    return [Job(str(source), folder / "out" / f"{k}.png", number=k) for k in numbers]
+
+
+@pytest.mark.data
+def test_jobs_are_done_where_the_folder_is_seen_and_sent_back_where_it_is_not(
+    cluster, shared_data, tmp_path, monkeypatch
+):
+    source = shared_data / "icl_livingroom_23views"
+    alone, shared, sent = (tmp_path / name for name in ("alone", "shared", "sent"))
+    for folder in (alone, shared, sent):
+        folder.mkdir()
+    for job in jobs_of(alone, range(3), source):
+        run(job)
+    done = list(run_all_on_ray(jobs_of(shared, range(3), source), shared, "local", 2))
+    assert sorted(job.number for job, _ in done) == [0, 1, 2]
+    assert all(isinstance(outcome, Done) and outcome.path == job.path for job, outcome in done)
+    monkeypatch.setattr(jobs_on_ray, "_make", blind(jobs_on_ray._make))
+    jobs = [*jobs_of(sent, range(3), source), *jobs_of(sent, [99], source), Job("/nowhere/at/all", sent / "a.png")]
+    outcomes = {job.path.name: outcome for job, outcome in run_all_on_ray(jobs, sent, "local", 2)}
+    for k in range(3):
+        expected = (alone / "out" / f"{k}.png").read_bytes()
+        assert (shared / "out" / f"{k}.png").read_bytes() == expected
+        assert (sent / "out" / f"{k}.png").read_bytes() == expected
+        assert outcomes[f"{k}.png"].path == sent / "out" / f"{k}.png"
+    assert "99" in outcomes["99.png"].sentence
+    assert "does not see /nowhere/at/all: put it where all machines" in outcomes["a.png"].sentence
+    assert [path for folder in (shared, sent) for path in folder.rglob(".*")] == []
+
+
+def blind(make):
+    """The function on a machine that sees another disk."""
+
+    def elsewhere(job, device, mark):
+        return make(job, device, mark.with_name("not here"))
+
+    return elsewhere

@@ -38,7 +38,8 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         if address == LOCAL:
             processors = max(os.cpu_count() or 1, workers or 1)
-            ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
+            with _no_reports():
+                ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
         else:
             _check_answers(address)
             ray.init(address, **quiet)
@@ -51,6 +52,19 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     finally:
         ray.shutdown()
         _restore(before)
+
+
+@contextmanager
+def _no_reports() -> Iterator[None]:
+    """A Ray that starts inside tells its makers nothing over the network, unless the user has decided about it."""
+    name = "RAY_USAGE_STATS_ENABLED"
+    is_decided = name in os.environ
+    os.environ.setdefault(name, "0")
+    try:
+        yield
+    finally:
+        if not is_decided:
+            del os.environ[name]
 
 
 def _restore(handlers: dict[Any, Any]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from ..files.whole import OURS
 from ..gpu.cuda_devices import egl_device
 from ..notes import print_note
-from .cluster import connected
+from ..wording import option
+from .cluster import LOCAL, connected
 
 CPUS = 0.5  # of a worker: whoever reads frames for us on the same Ray needs some, too, or all would wait for each other
 QUEUED = 2  # small tasks that a worker has at a time: the next one is there when one is done
@@ -32,8 +33,8 @@ class Task(NamedTuple):
 class _Worker:
     """What an actor does. Ray gives it a process of its own, and calls it from one thread."""
 
-    def __init__(self, function: Callable[[Any, int], Any], device: int):
-        os.environ.setdefault("LP_NUM_THREADS", "1")  # of a software driver: the other processors have other workers
+    def __init__(self, function: Callable[[Any, int], Any], device: int, threads: int):
+        os.environ.setdefault("LP_NUM_THREADS", str(threads))  # of a software driver: others have other workers
         self._function, self._device = function, device_here(device)
 
     def ready(self) -> str:
@@ -79,33 +80,31 @@ def on_ray(
 
     function  picklable, as the items are; it must give the same for an item wherever and whenever it is called
     address   see `connected`
-    workers   how many; None: as many as the cluster has processors, or room on its GPUs
+    workers   how many; None: one a processor of the cluster; with num_gpus as many as its GPUs have room for
     num_gpus  that Ray reserves for each worker, which gets the device of the first; 0.25 lets four share one
     device    without num_gpus
     ahead     for small items: a worker has the next one at hand, and none is taken that comes so many after the first
               one that is not done. None: workers take one when they are free.
     lost      called with an item and the beginning of the hidden files of the worker that was lost with it
 
-    Raises ValueError or OSError as `connected` does.
+    Raises ValueError or OSError as `connected` does, OSError where workers do not start.
     """
+    most = len(items) if isinstance(items, Sized) else None
+    if most == 0:
+        return
     with connected(address, workers) as ray:
-        crew = _Crew(ray, partial(_start, ray, function, num_gpus, device), ahead, lost)
+        cpus, gpus = (ray.cluster_resources().get(name, 0) for name in ("CPU", "GPU"))
+        if gpus < num_gpus and address == LOCAL:
+            raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus', num_gpus)}")
+        count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
+        count = count if most is None else min(count, most)
+        kind = ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus)
+        crew = _Crew(ray, partial(kind.remote, function, device, max(1, int(cpus / count))), ahead, lost)
         try:
-            crew.hire(workers or _room(ray, num_gpus))
+            crew.hire(count)
             yield from crew.results(items)
         finally:
             crew.dismiss()
-
-
-def _start(ray: Any, function: Callable[[Any, int], Any], num_gpus: float, device: int) -> Any:
-    """A new actor."""
-    return ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus).remote(function, device)
-
-
-def _room(ray: Any, num_gpus: float) -> int:
-    """How many workers a cluster has room for."""
-    has = ray.cluster_resources()
-    return max(1, int(has.get("GPU", 0) / num_gpus if num_gpus else has.get("CPU", 1)))
 
 
 class _Crew:

@@ -1,4 +1,7 @@
-"""The command line: `pointshade render`, `normals`, `depth`, `view`, `info`, `bench`. Options: cli_options.py."""
+"""The command line: `pointshade render`, `normals`, `depth`, `view`, `info`, `bench`; `batch` is in cli_batch.py.
+
+Options: cli_options.py.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from .cli_batch import batch
 from .cli_look import LookOptions, NormalOptions
 from .cli_mistakes import Commands, UsageError, check_folders, sentence_of
 from .cli_options import (
@@ -268,6 +272,9 @@ def info(
             print(json.dumps({name.replace(" ", "_"): value for name, value in limits.items()}, indent=1))
         else:
             print("\n".join(f"{name:16s}{limits[name]}" for name in limits))
+
+
+app.command()(batch)
 
 
 @app.command()

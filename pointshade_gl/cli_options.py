@@ -67,8 +67,8 @@ Explain = Annotated[
 
 
 @dataclass(frozen=True)
-class FrameOptions:
-    """What is read, and what its depth means."""
+class InputOptions:
+    """What is read."""
 
     input: Annotated[
         str | None,
@@ -82,6 +82,12 @@ class FrameOptions:
     ] = None
     color: Annotated[str | None, typer.Option(metavar="FILE", help="Colour picture.", rich_help_panel=FRAME)] = None
     depth: Annotated[str | None, typer.Option(metavar="FILE", help="Depth picture.", rich_help_panel=FRAME)] = None
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How depth, camera and names in files are to be understood."""
+
     intrinsics: Annotated[
         str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
     ] = None
@@ -113,6 +119,11 @@ class FrameOptions:
     max_pixels: Annotated[
         int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
     ] = MAX_PIXELS
+
+
+@dataclass(frozen=True)
+class FrameOptions(ReadingOptions, InputOptions):
+    """What is read, and what its depth means."""
 
     @property
     def load_options(self) -> dict[str, Any]:

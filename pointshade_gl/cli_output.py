@@ -13,6 +13,8 @@ from .notes import print_note
 if TYPE_CHECKING:
     from .renderer import Renderer
 
+SOFTWARE = "{} is a software renderer: pictures are right, but slow"
+
 
 def warn_skipped(text: str) -> None:
     print(f"warning: skipped {text}", file=sys.stderr)
@@ -54,7 +56,7 @@ def open_renderer(device: int) -> Iterator[Renderer]:
 
     with Renderer(device=device) as renderer:
         if renderer.context.is_software:
-            print_note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
+            print_note(SOFTWARE.format(renderer.context.renderer))
         yield renderer
 
 
@@ -71,11 +73,25 @@ def spinner(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def progress(steps: int) -> Iterator[Callable[[], None]]:
-    """A function to call after each step. It moves a bar on a terminal, and does nothing elsewhere."""
-    from rich.console import Console
-    from rich.progress import Progress
+def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]]:
+    """A function to call after each step. It moves a bar on a terminal, and does nothing elsewhere.
 
-    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("rendering", total=steps)
-        yield lambda: bar.advance(task)
+    with_rate  also show how many are done, how many a second, and the time left
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = Progress.get_default_columns()
+    if with_rate:
+        rate = TextColumn("{task.fields[rate]}")
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn()
+    console, is_terminal = Console(stderr=True), sys.stderr.isatty()
+    with Progress(*columns, console=console, transient=True, disable=not is_terminal, speed_estimate_period=60) as bar:
+        task = bar.add_task("rendering", total=steps, rate="")
+
+        def advance() -> None:
+            bar.advance(task)
+            speed = bar.tasks[0].speed
+            bar.update(task, rate=f"{speed:.3g}/s" if speed else "")
+
+        yield advance

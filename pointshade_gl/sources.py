@@ -26,7 +26,7 @@ from .notes import Note, once, print_note
 from .scene import Scene
 from .wording import option
 
-_SCENES = (".gltf", ".glb")
+SCENE_FILES = (".gltf", ".glb")
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
@@ -115,7 +115,7 @@ def choose_views(
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     """Whether it is the name of a built-in scene or a glTF file's."""
-    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(_SCENES))
+    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES))
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:

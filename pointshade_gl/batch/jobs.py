@@ -60,6 +60,10 @@ class Job:
     bits: int = 8
 
 
+class LeftOut(ValueError):
+    """There is nothing to draw, as the sequence leaves this frame out."""
+
+
 class Done(NamedTuple):
     """What became of a job.
 
@@ -86,8 +90,8 @@ def run(job: Job, device: int = 0) -> Done:
 
     device  which GPU, counted by EGL (Linux)
 
-    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read or written, and ContextError
-    without OpenGL 3.3.
+    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read or written (LeftOut for a
+    frame that the sequence leaves out), and ContextError without OpenGL 3.3.
     """
     start = time.perf_counter()
     job.path.parent.mkdir(parents=True, exist_ok=True)
@@ -106,7 +110,7 @@ def read(job: Job) -> Frame | Scene:
     if job.number is None:
         return replace(first_readable(opened.sequence)[1].frame, source=None)
     if job.number not in opened.places:
-        raise ValueError(f"{job.source}: frame {job.number} is left out, as its pose was lost")
+        raise LeftOut(f"{job.source}: frame {job.number} is left out: its pose was lost when it was recorded")
     return replace(opened.sequence[opened.places[job.number]], source=None)
 
 
@@ -132,9 +136,9 @@ def _open(source: str, reading: tuple[tuple[str, Any], ...], note: Note) -> Fram
 def _write_picture(job: Job, device: int) -> str:
     renderer, source = renderer_here(device), read(job)
     if job.kind == PAGE:
-        from ..page import save_page  # only here: it holds shaders and scripts  # pyright: ignore[reportMissingImports]
+        from ..page.write import write_page  # only here: it holds shaders and scripts  # pyright: ignore[reportMissingImports]
 
-        save_page(job.path, source, **job.view.of(source))
+        write_page(renderer, job.path, source, **job.view.of(source))
         return renderer.context.renderer
     image = renderer.render(source, **job.view.of(source))
     if not image.any():

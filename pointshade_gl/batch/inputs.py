@@ -1,0 +1,166 @@
+"""What the INPUTs of a batch hold: the scenes, sequences and single frames in them, found by the names of files."""
+
+from __future__ import annotations
+
+import os
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+
+from ..files.builtin import FRAMES, SCENES
+from ..files.folders import check_folder, find_frames
+from ..files.known import (
+    CAMERAS,
+    COLOR,
+    COLOR_LISTS,
+    DEPTH,
+    DEPTH_LISTS,
+    DEPTH_SUFFIXES,
+    FRAME_CAMERAS,
+    FRAME_POSES,
+    NEITHER,
+    NOT_PICTURES,
+    PAIR_LISTS,
+    PICTURE_SUFFIXES,
+    POSES,
+    SHOWN_DEPTH,
+    SPARSE,
+    TRANSFORMS,
+)
+from ..files.listing import LEVELS, Item, list_files, natural, words_of
+from ..files.names import Folder
+from ..sources import SCENE_FILES
+
+_ALONE = (".r3d", ".heic", ".heif")  # files of which each is a source, where no depth lies beside them
+_OF_SEQUENCES = DEPTH | COLOR | SHOWN_DEPTH | NEITHER | SPARSE | FRAME_CAMERAS | FRAME_POSES  # words for their folders
+_LISTS = {*COLOR_LISTS, *DEPTH_LISTS}
+_UNPACKED = {"metadata", "metadata.json"}  # Record3D's
+
+
+class Source(NamedTuple):
+    """A scene, a sequence or a single frame.
+
+    path  absolute, or a built-in name
+    name  of its output, or of the folder of its outputs, relative to the batch's folder
+    """
+
+    path: str
+    name: PurePosixPath
+
+
+def find_sources(inputs: Sequence[str], output: Path) -> list[Source]:
+    """All sources in the inputs: each itself, or those in its folders, however deep. What lies in `output` is not read.
+
+    Their names begin with that of their input, and go on as their folders do. Inputs of the same name have those of the
+    folders before it that tell them apart.
+
+    Raises OSError for an input that does not exist.
+    """
+    found: list[Source] = []
+    for path, name in _named(map(_absolute, inputs)).items():
+        if path in (*FRAMES, *SCENES) or Path(path).is_file():
+            found.append(Source(path, name))
+        else:
+            folder = check_folder(path)
+            found += _below(folder, name, {os.path.realpath(output)}) or [Source(path, name)]
+    return found
+
+
+def is_about_frames(item: Item) -> bool:
+    """Whether a file is called like one of cameras or poses, or like a list of pictures."""
+    patterns = (*CAMERAS, *POSES, TRANSFORMS, PAIR_LISTS)
+    return item.name in _LISTS or any(pattern.fullmatch(item.name) for pattern in patterns)
+
+
+def _absolute(text: str) -> str:
+    """The path from the root, links not followed."""
+    return text if text in (*FRAMES, *SCENES) else os.path.abspath(text)  # noqa: PTH100 - resolve() follows links
+
+
+def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
+    """The name of each path: its last part, files without their suffix, and as many before it as all of them need."""
+    names = {path: PurePosixPath(Path(path).as_posix().lstrip("/") or "input") for path in dict.fromkeys(paths)}
+    names = {path: name.with_suffix("") if Path(path).is_file() else name for path, name in names.items()}
+    longest = max((len(name.parts) for name in names.values()), default=1)
+    for count in range(1, longest + 1):
+        short = {path: PurePosixPath(*name.parts[-count:]) for path, name in names.items()}
+        if len(set(short.values())) == len(short):
+            return short
+    return names
+
+
+def _below(folder: Path, name: PurePosixPath, passed: set[str]) -> list[Source]:
+    """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders.
+
+    passed  real paths of folders that are not entered: those above it, and that of the outputs
+    """
+    real = os.path.realpath(folder)
+    if real in passed:
+        return []
+    items = list_files(folder, LEVELS)
+    files, inside = _split(items)
+    scenes = [item.path for item in files if item.suffix in SCENE_FILES]
+    if scenes:
+        return [Source(str(path), name / path.stem) for path in scenes]
+    parts = [top for top, held in inside.items() if words_of(top) & _OF_SEQUENCES and not _is_whole(held)]
+    if _has_depth(files) or any(_has_depth(_of(items, top)) for top in parts) or _is_listed(folder, files):
+        return [Source(str(folder), name)]
+    others = [path for path in _folders(folder) if path.name.lower() not in parts]
+    found = [source for path in others for source in _below(path, name / path.name, passed | {real})]
+    if len(found) > 1:
+        return found
+    if _UNPACKED & {item.name for item in files} or _has_frames(folder):
+        return [Source(str(folder), name)]  # camera and poses may lie beside the one folder that has frames
+    if found:
+        return found
+    return [Source(str(item.path), name / item.path.stem) for item in files if item.suffix in _ALONE]
+
+
+def _split(items: list[Item]) -> tuple[list[Item], dict[str, list[Item]]]:
+    """The files of the folder itself, and those in each of its folders, as that folder sees them."""
+    inside: dict[str, list[Item]] = defaultdict(list)
+    for item in items:
+        top, slash, rest = item.name.partition("/")
+        if slash:
+            inside[top].append(Item(item.path, rest))
+    return [item for item in items if not item.level], inside
+
+
+def _of(items: list[Item], top: str) -> Iterator[Item]:
+    return (item for item in items if item.name.startswith(f"{top}/"))
+
+
+def _is_whole(items: list[Item]) -> bool:
+    """Whether a folder holds depth and other pictures, told apart without its own name."""
+    roles = {item.role for item in items if item.suffix in (*PICTURE_SUFFIXES, *DEPTH_SUFFIXES)}
+    return "depth" in roles and bool(roles & {"color", ""})
+
+
+def _has_depth(items: Iterable[Item]) -> bool:
+    return any(
+        item.role == "depth" and item.suffix in DEPTH_SUFFIXES and not NOT_PICTURES.fullmatch(item.name)
+        for item in items
+    )
+
+
+def _is_listed(folder: Path, files: list[Item]) -> bool:
+    """Whether a list in the folder names the pictures."""
+    names = [item.name for item in files]
+    is_list = any(name in _LISTS or TRANSFORMS.fullmatch(name) or PAIR_LISTS.fullmatch(name) for name in names)
+    return is_list and _has_frames(folder)
+
+
+def _has_frames(folder: Path) -> bool:
+    try:
+        return bool(find_frames(Folder(folder), lambda _: None))
+    except (ValueError, OSError):
+        return True  # told when it is read
+
+
+def _folders(folder: Path) -> list[Path]:
+    try:
+        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and entry.is_dir()]
+    except PermissionError:
+        return []
+    return [folder / name for name in sorted(names, key=natural)]

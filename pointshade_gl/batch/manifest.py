@@ -1,0 +1,114 @@
+"""The manifest of a batch: one line of JSON for each output, appended when the output is whole.
+
+Each line is written at once, so that a process that is killed loses no more than what it was doing. What cannot be read
+is passed over: a line that was torn, or one of a newer version.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..files.whole import sha256_of
+from .jobs import Done
+
+PATTERN = "manifest*.jsonl"
+_ENDS = {  # of whole files; of others their size must do
+    ".png": b"IEND\xaeB`\x82",
+    ".jpg": b"\xff\xd9",
+    ".gif": b";",
+    ".html": b"</html>",
+}
+Entry = dict[str, Any]
+
+
+class Manifest:
+    """The lines of a folder's manifests by output, and the file that new ones go to.
+
+    folder  of the outputs; their names in the manifest are relative to it
+    shard   (i, n): its lines go to a file of their own, as other machines may write theirs at the same time
+    """
+
+    def __init__(self, folder: Path, shard: tuple[int, int] | None = None):
+        self.folder = folder
+        self.path = folder / ("manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl")
+        self.entries: dict[str, Entry] = {}
+        self._torn = not _ends_well(self.path)
+        for path in sorted(folder.glob(PATTERN)):
+            for entry in _lines_of(path):
+                before = self.entries.get(entry["output"])
+                if before is None or str(entry.get("time")) >= str(before.get("time")):
+                    self.entries[entry["output"]] = entry
+
+    def of(self, output: Path) -> Entry | None:
+        return self.entries.get(self._name(output))
+
+    def add(self, done: Done, made_from: Entry) -> None:
+        """Appends the line of an output. made_from: input, options and version, as `differs` compares them."""
+        told = {"size": done.size, "sha256": done.sha256, "seconds": round(done.seconds, 3), "renderer": done.renderer}
+        now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+        entry = {"output": self._name(done.path), **made_from, "time": now, **told}
+        self.entries[entry["output"]] = entry
+        line = "\n" * self._torn + json.dumps(entry) + "\n"
+        self._torn = False
+        with self.path.open("ab", buffering=0) as file:  # at once: others may append, too
+            file.write(line.encode())
+
+    def _name(self, output: Path) -> str:
+        return output.relative_to(self.folder).as_posix()
+
+
+def differs(entry: Entry, made_from: Entry) -> str:
+    """What an output was made from that is another now, such as "options"; "" if all is the same."""
+    return next((name for name, value in made_from.items() if entry.get(name) != value), "")
+
+
+def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> bool:
+    """Whether the file is there and ends as files of its format do; of other formats, has the manifest's size.
+
+    thoroughly  each byte is compared with the manifest: it must have a line for the file
+    """
+    try:
+        size = output.stat().st_size
+        if thoroughly:
+            return entry is not None and entry.get("size") == size and sha256_of(output)[1] == entry.get("sha256")
+        end = _ENDS.get(output.suffix.lower())
+        if not size or end is None:
+            return bool(size) and (entry is None or entry.get("size") == size)
+        with output.open("rb") as file:
+            file.seek(max(size - 64, 0))
+            return file.read().rstrip(b"\n").endswith(end)
+    except OSError:
+        return False
+
+
+def told(value: Any) -> Any:
+    """A value as JSON has it: of a dataclass the fields that are not their default."""
+    if is_dataclass(value):
+        plain = type(value)()  # type: ignore[operator]
+        values = {field.name: told(getattr(value, field.name)) for field in fields(value)}
+        return {name: one for name, one in values.items() if one != told(getattr(plain, name))}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [told(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def _lines_of(path: Path) -> Iterable[Entry]:
+    for line in path.read_bytes().splitlines():
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(entry, dict) and isinstance(entry.get("output"), str):
+            yield entry
+
+
+def _ends_well(path: Path) -> bool:
+    """Whether the last line of a manifest is whole."""
+    return not path.exists() or path.read_bytes()[-1:] in (b"", b"\n")

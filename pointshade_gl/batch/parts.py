@@ -1,0 +1,109 @@
+"""What a source of a batch consists of: its frames, and the state of the files that each is made of.
+
+Folders are listed, files are not opened: a batch of which everything is done ends at once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..files.builtin import builtin_folder, builtin_scene
+from ..files.folders import find_frames, is_container
+from ..files.known import CAMERA_SUFFIXES, POSE_SUFFIXES
+from ..files.listing import LEVELS, list_files
+from ..files.names import Folder
+from ..files.parts import ReadOptions
+from ..files.sequences import open_frames
+from ..sources import SCENE_FILES, is_scene
+from .inputs import Source, is_about_frames
+
+
+class Part(NamedTuple):
+    """What one output is made of.
+
+    number  of the frame in its sequence; None: all of it, or a scene
+    input   the file that says most about it, such as its depth picture
+    state   a digest of the names, sizes and times of the files that it is made of
+    """
+
+    number: int | None
+    input: str
+    state: str
+
+
+def parts_of(source: Source, reading: dict[str, Any], output: Path) -> list[Part]:
+    """The frames of a source in their order; one part for a scene.
+
+    reading  options of `load_frame`
+    output   the batch's folder: what lies in it is no part of a source
+
+    Raises OSError if there are none, ValueError for files that hold nonsense.
+    """
+    intrinsics = Path(reading.get("intrinsics") or "")
+    given = [intrinsics] if intrinsics.is_file() else []
+    if is_scene(source.path):
+        path = builtin_scene(source.path)
+        return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output)]))]
+    path = builtin_folder(source.path)
+    frames = _frames_of(path, dict(reading))
+    taken = {file for _, files in frames for file in files}
+    beside = _state([file for file in (*given, *_beside_frames(path, output)) if file not in taken])
+    return [Part(number, str(files[0]), _state(files, beside)) for number, files in frames]
+
+
+def whole_of(source: Source, parts: list[Part]) -> Part:
+    """All frames of a source as one part: of a film."""
+    if len(parts) == 1:
+        return parts[0]._replace(number=None)
+    return Part(None, source.path, _digest(part.state for part in parts))
+
+
+def _frames_of(path: Path, reading: dict[str, Any]) -> list[tuple[int, list[Path]]]:
+    """The number of each frame, and its files."""
+    outside = reading.pop("allow_outside", False)
+    options = ReadOptions(**reading)
+    if path.is_dir():
+        found = find_frames(Folder(path, outside), _unheard, options.max_pixels)
+        if len(found) > 1 or (found and not is_container(found[0].depth)):
+            return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]
+    opened = open_frames(path, outside, options, _unheard).parts
+    return [(one.number, [file for file in (one.path, one.color) if isinstance(file, Path)]) for one in opened]
+
+
+def _beside_frames(path: Path, output: Path) -> list[Path]:
+    """Files of cameras and poses, and lists."""
+    folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
+    items = list_files(folder, levels, {*CAMERA_SUFFIXES, *POSE_SUFFIXES})
+    return [item.path for item in items if is_about_frames(item) and not item.path.is_relative_to(output)]
+
+
+@lru_cache(1)
+def _beside_scene(folder: Path, output: Path) -> list[Path]:
+    """All files that a scene of a folder may name."""
+    items = [item for item in list_files(folder, LEVELS) if item.suffix not in SCENE_FILES]
+    return [item.path for item in items if not item.path.is_relative_to(output)]
+
+
+def _state(files: Iterable[Path], more: str = "") -> str:
+    """A digest of names, sizes and times."""
+    told = []
+    for path in files:
+        try:
+            status = path.stat()
+        except OSError:  # told when it is read
+            told.append(f"{path} missing")
+        else:
+            told.append(f"{path} {status.st_size} {status.st_mtime_ns}")
+    return _digest([*told, more])
+
+
+def _digest(texts: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(texts).encode(errors="surrogateescape")).hexdigest()[:16]
+
+
+def _unheard(_: str) -> None:
+    """Notes are told when frames are read."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from .camera import Camera, orbit_pose
 from .errors import ContextError, ShaderError
+from .finish import Finish
 from .frame import Frame
 from .light import Light
 from .look import Look, Material
@@ -13,6 +14,7 @@ from .point_cloud import PointCloud
 from .renderer import Renderer
 from .scene import Node, PointObject, Scene
 from .shared_renderer import estimate_normals, render, render_depth, render_points
+from .view import View
 
 if TYPE_CHECKING:
     from .files.film import Film
@@ -30,6 +32,7 @@ __all__ = [
     "Camera",
     "ContextError",
     "Film",
+    "Finish",
     "Frame",
     "Light",
     "Look",
@@ -42,6 +45,7 @@ __all__ = [
     "Renderer",
     "Scene",
     "ShaderError",
+    "View",
     "estimate_normals",
     "live_set",
     "load_frame",
@@ -74,7 +78,7 @@ _LATER = {
     "save_points": ".files.points",
     "save_scene": ".gltf",
 }
-_MODULES = ("files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
+_MODULES = ("batch", "files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,156 @@
+"""Many pictures by many processes: what `render` draws of each frame, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arguments import FilePath, loaded
+from ..checks import check_count, check_flag, check_type, shown
+from ..files.builtin import builtin_folder
+from ..files.sequences import FrameSequence
+from ..frame import Frame
+from ..look import Look
+from ..notebook import Picture
+from ..notes import Note, once, print_note, taken
+from ..scene import Scene, check_frames
+from ..shared_renderer import renderer_here
+from ..sources import open_source
+from ..view import View
+from .jobs import Job, read
+from .on_ray import on_ray
+
+AHEAD = 4  # pictures for each worker that may wait for their turn
+
+
+def map(
+    frames: Iterable[Any] | FilePath,
+    look: Look | None = None,
+    view: View | None = None,
+    *,
+    workers: int | None = None,
+    ray: str | None = None,
+    num_gpus: float = 0.0,
+    device: int = 0,
+    return_exceptions: bool = False,
+) -> Iterator[Any]:
+    """What `render` draws of each frame, in order, drawn by several processes: (h, w, 4) uint8 pictures.
+
+    Nothing is read or drawn before the first picture is asked for, and no more than AHEAD pictures for each worker are
+    kept for later. The pictures are those of a single process, to the bit where the same driver draws them. Each frame
+    is judged alone, as a picture of its own.
+
+    frames    of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, paths; or one
+              path, of a folder with a sequence, which the workers read
+    look      how the frames are drawn; None: as the view says
+    view      from where and under which lights; None: from each frame's own camera
+    workers   how many processes; None: one a processor
+    ray       "local", or the address of a Ray cluster, as "auto" or "host:6379", to draw there. A Ray that the program
+              is connected to is used whatever the address.
+    num_gpus  that Ray reserves for each worker, which draws on that GPU; 0.25 lets four share one
+    device    which GPU, counted by EGL (Linux); with num_gpus Ray chooses
+    return_exceptions  True gives, in place of a picture that cannot be drawn, the exception
+
+    Processes are started, so a script calls it below `if __name__ == "__main__":`.
+
+    Raises, when its picture is due, what `render` raises for a frame, and RuntimeError for one that has killed several
+    workers; then the iteration ends. Raises TypeError or ValueError at once for other arguments that make no sense.
+    """
+    view = check_view(look, view)
+    if workers is not None:
+        check_count(workers, "workers", 1)
+    check_count(device, "device")
+    check_flag(return_exceptions, "return_exceptions")
+    if not isinstance(frames, str | PathLike | Iterable):
+        raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
+    note = once(print_note)
+    drawings = (Drawing(source, view) for source in _sources(frames, note))
+    results = on_ray(draw, drawings, ray, workers, num_gpus, device, AHEAD)
+    return _pictures(results, note, return_exceptions)
+
+
+def check_view(look: Look | None, view: View | None) -> View:
+    """The view, with this look if there is one. Raises TypeError or ValueError for what no single picture can have."""
+    view = check_type(View() if view is None else view, View, "view")
+    view = view if look is None else replace(view, look=check_type(look, Look, "look"))
+    if view.look.temporal:
+        raise ValueError("temporal averages a stream from frame to frame, and here each is drawn alone: leave it out")
+    return view
+
+
+def _pictures(
+    results: Generator[tuple[int, Any], None, None], note: Note, return_exceptions: bool
+) -> Generator[Any, None, None]:
+    """The pictures in order, as arrays of their own."""
+    with closing(in_order(results)) as drawn:
+        for result in drawn:
+            if isinstance(result, Exception):
+                if not return_exceptions:
+                    raise result
+                yield result
+            else:
+                picture, notes = result
+                for sentence in notes:
+                    note(sentence)
+                yield np.array(picture).view(Picture)  # what Ray hands out lies in its store, and is read-only
+
+
+def in_order(results: Generator[tuple[int, Any], None, None]) -> Generator[Any, None, None]:
+    """Results by their numbers, in place of as they come."""
+    early: dict[int, Any] = {}
+    due = 0
+    with closing(results):
+        for number, result in results:
+            early[number] = result
+            while due in early:
+                yield early.pop(due)
+                due += 1
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture to draw: of what `render` takes, of a job's source, or of an error that reading it has raised."""
+
+    source: Any
+    view: View
+
+
+def draw(drawing: Drawing, device: int) -> tuple[NDArray[np.uint8], list[str]]:
+    """The picture (h, w, 4), and what there is to note about it. Each frame is judged alone: it is of no stream."""
+    if isinstance(drawing.source, Exception):
+        raise drawing.source
+    with taken() as notes:
+        source = read(drawing.source) if isinstance(drawing.source, Job) else loaded(drawing.source)
+        if not isinstance(source, Scene):
+            source = [replace(frame, source=None) for frame in check_frames(source)]
+        first = source if isinstance(source, Scene) else source[0]
+        return np.asarray(renderer_here(device).render(source, **drawing.view.of(first))), notes
+
+
+def _sources(frames: Iterable[Any] | FilePath, note: Note) -> Iterator[Any]:
+    """What is drawn, one after the other."""
+    if isinstance(frames, str | PathLike):
+        opened = open_source(frames, notes=note)
+        if isinstance(opened, FrameSequence):
+            folder = str(builtin_folder(frames).absolute())
+            yield from (Job(folder, Path(), number=one.number) for one in opened.parts)
+        else:
+            yield opened
+    elif isinstance(frames, FrameSequence):
+        yield from (_frame_or_error(frames, k) for k in range(len(frames)))
+    else:
+        yield from frames
+
+
+def _frame_or_error(frames: FrameSequence, k: int) -> Frame | Exception:
+    try:
+        return frames[k]
+    except (ValueError, OSError) as error:
+        return error

@@ -1,0 +1,73 @@
+"""A stage of Ray Data: rows with a frame or its path get its picture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camera import Camera
+from ..checks import check_type
+from ..frame import Frame
+from ..look import Look
+from ..notes import print_note
+from ..view import View
+from .map import Drawing, draw, check_view
+from .on_ray import device_here
+
+class Stage:
+    """For `map_batches` of a Ray Dataset: each row gets a "picture", (h, w, 4) uint8, as `render` draws its frame alone.
+
+    A row has a "path", of a frame's folder or file; or "depth", (h, w) floats in metres, and beside it, if there are,
+    "color", (h, w, 3|4) uint8, "intrinsics", (fx, fy, cx, cy), and "pose", (4, 4) camera-to-world.
+
+    look, view  as for `map`
+    camera      of rows without intrinsics
+
+    It keeps no renderer, so it may be called from any thread; each thread has its own, on the GPU that Ray has handed to
+    the process.
+
+    Raises ValueError where it is called with a row that cannot be drawn.
+    """
+
+    def __init__(self, look: Look | None = None, view: View | None = None, camera: Camera | None = None):
+        self._view = check_view(look, view)
+        self._camera = None if camera is None else check_type(camera, Camera, "camera")
+
+    def __call__(self, batch: dict[str, Any]) -> dict[str, Any]:
+        device = device_here()
+        rows = [dict(zip(batch, values, strict=True)) for values in zip(*batch.values(), strict=True)]
+        return {**batch, "picture": _column([self._picture(k, row, device) for k, row in enumerate(rows)])}
+
+    def _picture(self, number: int, row: dict[str, Any], device: int) -> NDArray[np.uint8]:
+        try:
+            picture, notes = draw(Drawing(self._source(row), self._view), device)
+        except (ValueError, TypeError, OSError) as error:
+            raise ValueError(f"row {number} of a batch: {error}") from error
+        for sentence in notes:
+            print_note(sentence)
+        return picture
+
+    def _source(self, row: dict[str, Any]) -> Frame | str:
+        if "path" in row:
+            return str(row["path"])
+        if "depth" not in row:
+            raise ValueError(f"it has {', '.join(row)}: expected path or depth")
+        depth = np.asarray(row["depth"])
+        camera = self._camera
+        if "intrinsics" in row:
+            camera = Camera(*np.asarray(row["intrinsics"], float), *depth.shape[1::-1])
+        if camera is None:
+            raise ValueError("it has no intrinsics: add a column (fx, fy, cx, cy), or pass camera to the stage")
+        color, pose = (None if row.get(name) is None else np.asarray(row[name]) for name in ("color", "pose"))
+        return Frame(color, depth, camera, pose)
+
+
+def _column(pictures: list[NDArray[np.uint8]]) -> NDArray[Any]:
+    """One array; of pictures of several sizes, an array of arrays."""
+    if len({picture.shape for picture in pictures}) == 1:
+        return np.stack(pictures)
+    column = np.empty(len(pictures), object)
+    column[:] = pictures
+    return column

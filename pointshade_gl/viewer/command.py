@@ -66,9 +66,9 @@ def render_line(viewer: Viewer, camera: Camera, samples: int, output: str) -> tu
 def _source_words(viewer: Viewer, typed: Typed) -> tuple[list[str] | None, str]:
     """INPUT and what tells its frames apart; or None, and why there are none."""
     frame, playback, options = viewer.frame, viewer.playback, list(typed.options)
-    if isinstance(frame, Scene):
+    if isinstance(frame, Scene) and isinstance(viewer.first, Scene):
         hidden = [node.name for _, node in frame.every_node() if not node.visible]
-        were = {node.name for _, node in viewer.first_scene.every_node() if not node.visible}
+        were = {node.name for _, node in viewer.first.every_node() if not node.visible}
         missing = [name or "a node" for name in hidden if name not in were]
         return [*typed.inputs, *options], f"hidden nodes are shown: {', '.join(missing)}" if missing else ""
     if isinstance(playback, Together) and isinstance(frame, Views):

@@ -46,7 +46,7 @@ GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 OF_SOURCE = (
     "_playing", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
-    "_history",
+    "_history", "first", "typed",
 )  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -137,10 +137,10 @@ class Viewer:
     def _set_up(self, frame: Shown, state: State, lights: Sequence[Light]) -> None:
         """Shows a frame or a scene, under its own lights unless others are given."""
         self.frame: Shown = frame
+        self.first = frame  # shown since it was opened, however it has changed
         self.state = state
         self._light_names: Sequence[str] = ()
         if isinstance(frame, Scene):
-            self.first_scene = frame
             self.state = replace(self.state, shadows=True)
             self._light_names = () if lights else frame.light_names
             lights = lights or frame.lights
@@ -270,7 +270,7 @@ class Viewer:
             self._draw(self.camera)
         before = {name: vars(self)[name] for name in OF_SOURCE}
         try:
-            source, others = read_dropped(paths)
+            source, others, self.typed = read_dropped(paths)
             self._playing = Playing(source, others, [self._rate] * (1 + len(others)), self._count, self._messages.skip)
             self._set_up(self._playing.first(merge=False), self.state.reset_view(State()), ())
             if self.camera:

@@ -75,14 +75,12 @@ def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list
 
 def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
     """More sources of frames of what the first shows, read with its options. Raises ValueError without poses."""
-    from .files.sequences import FrameSequence
+    from .viewer.sources import check_posed
 
     if inputs and (frame.depth or frame.color):
         raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
     found = [load(replace(frame, input=path), sequence=True) for path in inputs]
-    for source in (first, *found) if inputs else ():
-        if isinstance(source, FrameSequence) and not source.posed:
-            raise ValueError(f"{source.folder} has no poses: several INPUTs are merged by their poses")
+    check_posed((first, *found) if inputs else ())
     return found
 
 

@@ -12,6 +12,7 @@ from .drawing import Drawing
 from .finish import SIMPLE, Finish
 from .gpu.canvas import Canvas
 from .gpu.context import Context
+from .gpu.images import Box
 from .gpu.light import LightPass
 from .gpu.objects import Objects
 from .gpu.point_objects import ShownPoints
@@ -45,6 +46,7 @@ class Pipeline:
         self._drawing = Drawing(steps, self._objects, self._light)
         self._summing = Summing(context.gl, steps, self._light, self._lamplighting, self._drawing)
         self._target: Target | None = None
+        self._drawn: Scene | None = None  # the last scene
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE
@@ -52,6 +54,7 @@ class Pipeline:
         """The scene under these lights, as a camera at a pose (4, 4) sees it."""
         shot = compose(scene, lights, camera, pose)
         things = self.things.prepare(shot)
+        self._drawn = scene
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._summing.forget(target)
@@ -72,12 +75,20 @@ class Pipeline:
     def read_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
         """(h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, its axes, world
         units. z is 0 where there is none, the normal where no light is wanted."""
+        return self._draw_surfaces(scene, camera, pose).surfaces.read()
+
+    def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
+        """(h, w) of a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
+        assert self._drawn is not None, "nothing was drawn"
+        return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
+
+    def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> Target:
         shot = compose(scene, (), camera, pose)
         things = self.things.prepare(shot)
         lamps = self._lamplighting.hang_up(shot, things)
         target = self._fit_target(camera)
         self._drawing.draw_surfaces(target, shot, things, lamps)
-        return target.surfaces.read()
+        return target
 
     def read_points(
         self, scene: Scene, lights: Sequence[Light], pose: Matrix

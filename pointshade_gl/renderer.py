@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arguments import FilePath, Scenes, loaded, seen_by
-from .camera import Camera
+from .camera import Camera, check_pose
 from .checks import check_choice, check_count, check_type, shown
 from .errors import ContextError
 from .estimators import check_method
@@ -259,6 +259,27 @@ class Renderer:
         seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()
+
+    def find_surface(
+        self, x: float, y: float, camera: Camera, pose: ArrayLike, reach: int = 4
+    ) -> tuple[int, int, float] | None:
+        """The pixel nearest to (x, y), `reach` pixels away at most, that shows a surface of what was drawn last, and
+        the depth there: metres along the axis of a camera at a pose (4, 4). None if there is none.
+
+        Few pixels leave the GPU, and what was drawn stays.
+        """
+        left, top = max(round(x) - reach, 0), max(round(y) - reach, 0)
+        right, bottom = min(round(x) + reach + 1, camera.width), min(round(y) + reach + 1, camera.height)
+        if left >= right or top >= bottom:
+            return None
+        with self._in_use():
+            depth = self._pipeline.read_depth(camera, check_pose(pose), (left, top, right - left, bottom - top))
+        v, u = np.nonzero(depth)
+        if not len(u):
+            return None
+        nearest = np.argmin((left + u - x) ** 2 + (top + v - y) ** 2)
+        u, v = int(u[nearest]), int(v[nearest])
+        return left + u, top + v, float(depth[v, u])
 
     def render_normals(self, scene: Scene) -> NDArray[np.float32]:
         """Unit normals of what a scene's camera sees: (h, w, 3) float32, its axes; NaN where nothing is to be lit."""

@@ -139,9 +139,13 @@ class TestView:
         assert 0 < State().zoomed(1000).distance < 0.1
         assert 10 < State().zoomed(-1000).distance < 100
 
-    def test_reset_forgets_view_and_light_and_keeps_what_was_chosen(self):
-        used = State(yaw=3, pan=(1, 0), light_at=(1, 1), light_reach=3, look=ps.Look(shading="flat"), light_mode=False)
-        assert used.reset_view() == State(look=ps.Look(shading="flat"), light_mode=False)
+    def test_reset_brings_view_and_light_back_and_keeps_what_was_chosen(self):
+        start = State(yaw=9, light_at=(0.1, 0.2), light_color=(1, 0, 0), shadows=True)
+        used = State(
+            yaw=3, pan=(1, 0), pivot=(1, 0, 0), light_at=(1, 1), light_reach=3, light_intensity=2, light_mode=False,
+            lit=False, look=ps.Look(shading="flat"), help=True,
+        )  # fmt: skip
+        assert used.reset_view(start) == replace(start, look=ps.Look(shading="flat"), help=True)
 
 
 class TestLook:

@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import Images, read_texture
+from .images import Box, Images, read_texture
 from .memory import check_memory
 
 
@@ -73,6 +73,11 @@ class SurfaceImage(Images):
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, read-only: `surface`"""
         return read_texture(self._context, self.surface, np.float32)
+
+    def read_depth(self, box: Box) -> np.ndarray:
+        """(h, w) float32 of a part of `surface`: nothing else leaves the GPU."""
+        pixels = np.frombuffer(self.target.read(box, 4, dtype="f4", alignment=1), np.float32)
+        return pixels.reshape(box[3], box[2], 4)[..., 3]
 
 
 class SumImage(Images):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..camera import Camera
 from ..estimators import METHODS
 from ..look import SHADINGS
+from .dwell import Dwell
 from .events import Event
 from .state import Pair, Stage, State, rims_from
 
@@ -18,43 +19,81 @@ if TYPE_CHECKING:
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
+HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
+STAYS = "the light stays here: L lets it follow the mouse again"
+DOUBLE = 0.4  # seconds between two clicks that are one double click
 assert set(ESTIMATORS) <= set(METHODS)
 
 
 class Mouse:
-    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it."""
+    """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it.
+
+    drag    "orbit", "pan", "light", or "" when no button is down
+    drags   how many there have been
+    clicks  1 after an event that ended a click, 2 after one that began a double click, otherwise 0
+    """
 
     def __init__(self) -> None:
-        self.drag = ""  # "orbit", "pan", "light", or "" when no button is down
+        self.drag, self.drags, self.clicks = "", 0, 0
+        self._button = ""  # that began the drag
         self._last: Pair | None = None
-        self._held_in: Camera | None = None  # camera of the last move; None if that move did not hold the light
-        self._slack: Pair = (0.0, 0.0)  # from the mouse to the light that it holds, rims
+        self._dwell = Dwell()
+        self._pressed: Event | None = None  # while the mouse has not left the place
+        self._clicked: Event | None = None  # what began the last click, if that was the last press
 
-    def handle(self, event: Event, state: State, stage: Stage, camera: Camera) -> State:
-        """The state after the event, in a picture of this camera."""
+    @property
+    def turns(self) -> bool:
+        """Whether it moves the viewer."""
+        return self.drag in ("orbit", "pan") and self._pressed is None
+
+    def handle(self, event: Event, state: State, stage: Stage, camera: Camera, scale: float = 1.0) -> State:
+        """The state after the event, in a picture of this camera. scale: pixels are so much smaller than usual."""
+        self.clicks = 0
         if event.kind == "wheel":
             return state.light_reached(event.steps) if event.shift else state.zoomed(event.steps)
         if event.kind == "press" and not self.drag:
-            self._begin(event)
-        elif event.kind == "release":
-            self.drag = ""
+            self._press(event, scale)
+        elif event.kind == "release" and event.key == self._button:
+            self._release()
         elif event.kind == "leave" and not self.drag:
-            self._last = self._held_in = None
-        elif event.kind == "move":
+            return self._leave(event, state)
+        elif event.kind == "move" and not _is_same_place(event, self._pressed, scale):
+            self._pressed = None
             last, self._last = self._last or (event.x, event.y), (event.x, event.y)
-            return self._move(last, self._last, state, stage, camera)
+            return self._move(last, event, state, stage, camera)
         return state
 
-    def _begin(self, event: Event) -> None:
-        self._last, self._held_in = (event.x, event.y), None
+    def _press(self, event: Event, scale: float) -> None:
+        before, self._clicked = self._clicked, None
+        self._last, self._button = (event.x, event.y), event.key
         if event.key == "middle" or (event.key == "left" and event.ctrl and not event.shift):
             self.drag = "pan"
         elif event.key == "left":
             self.drag = "light" if event.ctrl else "orbit"
+        self.drags += 1
+        if self.drag != "orbit":
+            return
+        self._pressed = event
+        if before and _is_same_place(event, before, scale) and event.time - before.time < DOUBLE:
+            self.clicks = 2
+        else:
+            self._clicked = event
 
-    def _move(self, last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
-        if not (self.drag == "light" or (state.light_mode and not self.drag)):
-            self._held_in = None
+    def _release(self) -> None:
+        self.drag = ""
+        if self._pressed and self._clicked:
+            self.clicks = 1
+        elif not self._pressed:
+            self._clicked = None
+        self._pressed = None
+
+    def _leave(self, event: Event, state: State) -> State:
+        """The light stays where it was held before the mouse began its way out."""
+        self._last = None
+        return replace(state, light_at=self._dwell.leave(event.time, state.light_at)) if state.light_mode else state
+
+    def _move(self, last: Pair, event: Event, state: State, stage: Stage, camera: Camera) -> State:
+        now = event.x, event.y
         dx, dy = now[0] - last[0], now[1] - last[1]
         if self.drag == "orbit":
             return state.orbited(dx, dy, min(camera.width, camera.height))
@@ -62,18 +101,23 @@ class Mouse:
             return state.panned(dx, dy, camera.fx)
         if now == last or (self.drag != "light" and not state.light_mode):
             return state
-        return self._move_light(last, now, state, stage, camera)
+        moved = self._move_light(last, now, state, stage, camera)
+        if not self.drag:
+            rims = rims_from((0, 0), *now, camera)
+            self._dwell.move(event.time, rims, state.light_at, moved.light_at)
+        return moved
 
     def _move_light(self, last: Pair, now: Pair, state: State, stage: Stage, camera: Camera) -> State:
         """The light follows the mouse. If they are apart when the mouse takes it, the gap shrinks with each move."""
         middle = state.middle(stage, camera)
         before, after = rims_from(middle, *last, camera), rims_from(middle, *now, camera)
-        if self._held_in != camera:
-            self._slack = state.light_at[0] - before[0], state.light_at[1] - before[1]
-        self._held_in = camera
         left = math.exp(-CATCH_UP * math.dist(before, after))
-        self._slack = self._slack[0] * left, self._slack[1] * left
-        return replace(state, light_at=(after[0] + self._slack[0], after[1] + self._slack[1]))
+        (x, y), (was_x, was_y) = state.light_at, before
+        return replace(state, light_at=(after[0] + left * (x - was_x), after[1] + left * (y - was_y)))
+
+
+def _is_same_place(event: Event, other: Event | None, scale: float) -> bool:
+    return other is not None and math.dist((event.x, event.y), (other.x, other.y)) < HAND * scale
 
 
 class Key(NamedTuple):
@@ -92,7 +136,7 @@ def _change(viewer: Viewer, text: str, state: State) -> None:
 
 def _toggle_light(viewer: Viewer, _: str) -> None:
     on = not viewer.state.light_mode
-    text = "the light follows the mouse" if on else "the light stays where it is"
+    text = "the light follows the mouse" if on else STAYS
     _change(viewer, text, replace(viewer.state, light_mode=on))
 
 
@@ -148,7 +192,7 @@ def _toggle_help(viewer: Viewer, _: str) -> None:
 
 def _reset(viewer: Viewer, _: str) -> None:
     viewer.reset()
-    viewer.say("view and light are reset")
+    viewer.say("view and lights are as at the start")
 
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
@@ -160,11 +204,14 @@ def _toggle_shadows(viewer: Viewer, _: str) -> None:
 
 MOUSE = (
     ("mouse", "move the light (in light mode)"),
+    ("click", "keep the light where it is (L: it follows again)"),
     ("Ctrl+Shift+drag", "move the light (always)"),
     ("Shift+wheel", "move the light nearer or farther"),
     ("drag", "orbit"),
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
+    ("double click", "turn around this point, or the object's middle"),
+    ("drop files", "open a folder, a depth file, a scene, or depth and colour"),
 )
 KEYS = (
     Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
@@ -176,7 +223,9 @@ KEYS = (
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight),
     Key(("X",), "X", "take out the highlights in the picture (matte)", _toggle_highlights),
     Key(("TAB",), "Tab", "take the next light", lambda viewer, _: viewer.next_light()),
-    Key(("R",), "R", "reset view and light", _reset),
+    Key(("R",), "R", "reset view and lights", _reset),
+    Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view or lights", lambda viewer, _: viewer.undo()),
+    Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Ctrl+Y", "redo it", lambda viewer, _: viewer.redo()),
     Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
     Key(("G",), "G", "open or close the panel", lambda viewer, _: viewer.toggle_panel()),
     Key(("SPACE",), "space", "pause or play a sequence", lambda viewer, _: viewer.pause()),
@@ -193,7 +242,9 @@ KEYS = (
 BY_NAME = {name: key for key in KEYS for name in key.names}
 
 
-def press_key(viewer: Viewer, name: str) -> None:
-    """Runs the key's action, if it has one."""
+def press_key(viewer: Viewer, name: str, ctrl: bool = False, shift: bool = False) -> None:
+    """Runs the key's action, if it has one; with Ctrl and Shift perhaps another one."""
+    chord = "CTRL+" * ctrl + "SHIFT+" * shift + name
+    name = chord if chord in BY_NAME else name
     if key := BY_NAME.get(name):
         key.do(viewer, name)

@@ -35,7 +35,8 @@ class ViewsList:
         imgui, weights = ui.imgui, viewer.renderer.weights
         row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
         size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
-        imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size)
+        if not imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size):
+            return  # no row of it would be seen
         imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch)
         imgui.table_setup_column("weight", imgui.TableColumnFlags_.width_fixed)
         for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):

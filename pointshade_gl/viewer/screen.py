@@ -20,7 +20,7 @@ from ..scene_shading import shaded
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
-from .text import draw_line, draw_table
+from .text import draw_message, draw_table
 from .views import Views
 from .window import Window
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .viewer import Viewer
 
 MARKER = 7.0  # radius, pixels at scale 1
+BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
 
 
@@ -76,6 +77,16 @@ class Screen:
         with self.window:
             return self.renderer.render(**render_arguments(viewer, camera), samples=samples)
 
+    def find_surface(self, viewer: Viewer, camera: Camera, x: float, y: float) -> tuple[float, float, float] | None:
+        """The point that the window shows at a pixel, or next to it: view axes; None if there is none."""
+        pose = viewer.pose @ viewer.state.pose(viewer.stage)
+        with self.window:
+            found = self.renderer.find_surface(x, y, camera, pose, round(BESIDE * self.window.scale))
+        if found is None:
+            return None
+        u, v, z = found
+        return (u - camera.cx) / camera.fx * z, (v - camera.cy) / abs(camera.fy) * z, z
+
     def release(self) -> None:
         with self.window:
             if self._panel is not None:
@@ -87,7 +98,7 @@ class Screen:
         self.gl.release()  # closes the window, too
 
     def _marker(self, state: State, stage: Stage, camera: Camera) -> Marker | None:
-        if not state.lit or state.look.shading == "none":
+        if not state.is_lit:
             return None
         x, y = marker_place(state, stage, camera)
         radius = MARKER * self.window.scale
@@ -98,7 +109,7 @@ class Screen:
         scale = self.window.scale
         if message:
             margin = round(10 * scale)
-            line = self._drawing("message", draw_line, message, scale, camera.width - 2 * margin)
+            line = self._drawing("message", draw_message, message, scale, max(camera.width - 2 * margin, 1))
             self._present.lay_over(self.gl.screen, line, margin, margin)
         if with_help:
             table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)

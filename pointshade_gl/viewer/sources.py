@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..checks import check_fps, items_of, shown
+from ..files.sequences import FrameSequence
 from ..frame import Frame
 from ..scene import Scene
 from ..wording import option
@@ -26,6 +27,13 @@ def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
         got = "a single frame" if isinstance(source, Frame) else f"a {type(source).__name__}"
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is {got}: leave it out")
     return list(found or ())
+
+
+def check_posed(sources: Iterable[Any]) -> None:
+    """Raises ValueError for a sequence without poses among several sources."""
+    for source in sources:
+        if isinstance(source, FrameSequence) and not source.posed:
+            raise ValueError(f"{source.folder} has no poses: several INPUTs are merged by their poses")
 
 
 def check_rates(fps: Any, count: int) -> list[float | None]:

@@ -70,6 +70,12 @@ class Stage:
         upright = np.diag([1.0, np.sign(c.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
 
+    def is_as(self, other: Stage) -> bool:
+        """Whether it is the same place."""
+        return self.radius == other.radius and all(
+            np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
+        )
+
     @classmethod
     def _of_scene(cls, scene: Scene) -> Stage:
         pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
@@ -82,9 +88,10 @@ class Stage:
 class State:
     """Everything that decides what the window shows, except the frame and the window's size.
 
-    yaw, pitch    degrees around the object, as in `orbit_pose`
-    distance      from the object's middle, 1 = that of the frame's own camera
-    pan           shift of the object's middle in the picture, in focal lengths
+    yaw, pitch    degrees around the pivot, as in `orbit_pose`
+    distance      from the pivot, 1 = that of the object's middle from the frame's own camera
+    pan           shift of the pivot in the picture, in focal lengths
+    pivot         what orbits turn around: from the object's middle, in view axes of the frame's own camera
     light_at      the light's place on the window, rims from the object's middle, y down
     light_reach   factor on the light's distance from the object's middle
     light_mode    whether the light follows the mouse while no button is down
@@ -100,6 +107,7 @@ class State:
     pitch: float = 0.0
     distance: float = 1.0
     pan: Pair = (0.0, 0.0)
+    pivot: tuple[float, float, float] = (0.0, 0.0, 0.0)
     light_at: Pair = UPPER_LEFT
     light_reach: float = 1.0
     light_mode: bool = True
@@ -121,6 +129,7 @@ class State:
             checked(check_number, name, NEAREST)
         for name in ("pan", "light_at"):
             checked(_check_pair, name)
+        checked(check_point, "pivot")
         checked(check_color, "light_color")
         checked(check_number, "light_intensity", 0)
         for name in ("light_mode", "lit", "shadows", "help", "panel"):
@@ -133,6 +142,11 @@ class State:
     def point_size(self) -> float:
         """The splats' size in source pixels."""
         return 1.0 if self.look.size is None or self.look.fills else float(np.asarray(self.look.size))
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether a light is seen."""
+        return self.lit and self.look.shading != "none"
 
     def with_look(self, **changes: Any) -> State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""
@@ -153,7 +167,17 @@ class State:
         return replace(self, pan=(self.pan[0] + dx / focal, self.pan[1] + dy / focal))
 
     def zoomed(self, steps: float) -> State:
-        return replace(self, distance=min(max(self.distance / WHEEL**steps, 0.05), 20.0))
+        nearest, farthest = min(0.05, self.distance), max(20.0, self.distance)  # a pivot may lie beyond both
+        return replace(self, distance=min(max(self.distance / WHEEL**steps, nearest), farthest))
+
+    def with_pivot(self, point: Sequence[float] | NDArray[np.float64], stage: Stage) -> State:
+        """The same picture and light; orbits turn around another point in front of the viewer: (3,), view axes."""
+        x, y, z = check_point(point, "pivot")
+        turned = _turn(self) @ ((x, y, z) - self.seen_pivot(stage))
+        middle = stage.pivot / stage.pivot[2]
+        pivot = tuple(map(float, self.pivot + turned))
+        pan = float(x / z - middle[0]), float(y / z - middle[1])
+        return replace(self, pivot=pivot, distance=float(z / stage.pivot[2]), pan=pan)
 
     def light_reached(self, steps: float) -> State:
         """The light moved away from the object (steps above 0) or nearer to it."""
@@ -176,7 +200,7 @@ class State:
         to_view = stage.upright @ pose[:3, :3].T
         if light.position is None:
             return state.with_light_direction(-to_view @ np.array(at_upper_left(light, pose).direction))
-        place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_pivot(stage)
+        place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_middle(stage)
         reach = max(float(np.linalg.norm(place)) / stage.radius, 1e-3)
         return replace(state, light_reach=reach).with_light_direction(place)
 
@@ -198,16 +222,20 @@ class State:
         return math.hypot(*self.light_at) > 1
 
     def seen_pivot(self, stage: Stage) -> NDArray[np.float64]:
-        """(3,) the object's middle, view axes."""
+        """(3,) what orbits turn around, view axes."""
         shift = np.array([*self.pan, 0.0])
         return (stage.pivot + shift * stage.pivot[2]) * self.distance
+
+    def seen_middle(self, stage: Stage) -> NDArray[np.float64]:
+        """(3,) the object's middle, view axes: the light moves around it."""
+        return self.seen_pivot(stage) - _turn(self).T @ self.pivot
 
     def pose(self, stage: Stage) -> NDArray[np.float64]:
         """(4, 4) of the viewer, to the axes of the frame's camera."""
         turn = _turn(self)
         pose = np.eye(4)
         pose[:3, :3] = stage.upright @ turn @ stage.upright
-        pose[:3, 3] = stage.upright @ (stage.pivot - turn @ self.seen_pivot(stage))
+        pose[:3, 3] = stage.upright @ (stage.pivot + self.pivot - turn @ self.seen_pivot(stage))
         return pose
 
     def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
@@ -215,7 +243,7 @@ class State:
 
         kind  says whether it is a point light, a spot or directional, and has its cone, attenuation and shadow switch
         """
-        place = self.seen_pivot(stage) + self.towards * stage.radius * self.light_reach
+        place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
         x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
         dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
@@ -229,17 +257,14 @@ class State:
 
     def middle(self, stage: Stage, camera: Camera) -> Pair:
         """The object's middle in pixels, kept inside the picture, so that the light stays within reach."""
-        x, y, z = self.seen_pivot(stage)
+        x, y, z = self.seen_middle(stage)
+        z = max(z, NEAREST * stage.pivot[2])  # behind the viewer it is at the side where it left the picture
         u, v = camera.fx * x / z + camera.cx, abs(camera.fy) * y / z + camera.cy
         return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
 
-    def reset_view(self) -> State:
-        """Viewer and light as at the start; the look stays."""
-        fresh = State()
-        return replace(
-            self, yaw=fresh.yaw, pitch=fresh.pitch, distance=fresh.distance, pan=fresh.pan,
-            light_at=fresh.light_at, light_reach=fresh.light_reach,
-        )  # fmt: skip
+    def reset_view(self, start: State) -> State:
+        """View and light as in another state; the look, the help and the panel stay."""
+        return replace(start, look=self.look, help=self.help, panel=self.panel)
 
 
 def _check_pair(value: Any, name: str) -> Pair:

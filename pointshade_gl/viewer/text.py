@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,16 +13,30 @@ BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186,
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
-def draw_line(text: str, scale: float, width: float = math.inf) -> NDArray[np.uint8]:
-    """A line, or several, on a dark strip: (h, w, 4) uint8. Where one is too wide, its middle is left out."""
+def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
+    """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
     font = ImageFont.load_default(POINTS * scale)
-    pad, high = round(7 * scale), round(1.3 * POINTS * scale)
-    lines = [_shortened(line, font, width - 2 * pad) for line in text.split("\n")]
-    image = Image.new("RGBA", (round(max(map(font.getlength, lines))) + 2 * pad, high * len(lines) + pad), BACKDROP)
-    draw = ImageDraw.Draw(image)
-    for k, line in enumerate(lines):
-        draw.text((pad, pad / 2 + (k + 0.5) * high), line, BRIGHT, font, anchor="lm")
+    pad = round(7 * scale)
+    parts = [line for part in text.split("\n") for line in _broken(part, font, width - 2 * pad)]
+    lines = [_shortened(line, font, width - 2 * pad) for line in parts]
+    wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
+    line = round(1.3 * POINTS * scale)
+    image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
+    for k, part in enumerate(lines):
+        ImageDraw.Draw(image).text((pad, (pad + line) / 2 + k * line), part, BRIGHT, font, anchor="lm")
     return np.asarray(image)
+
+
+def _broken(text: str, font: Any, width: float) -> list[str]:
+    """The text in lines; only a word that is longer alone is wider."""
+    lines = [""]
+    for word in text.split(" "):
+        longer = f"{lines[-1]} {word}" if lines[-1] else word
+        if lines[-1] and font.getlength(longer) > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def _shortened(line: str, font: Any, width: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -21,8 +22,10 @@ from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
 from .command import Typed, render_line
-from .controls import Mouse, press_key
+from .controls import STAYS, Mouse, press_key
+from .dropped import read_dropped
 from .events import Event
+from .history import History, Moment
 from .lights import titles
 from .messages import Messages
 from .panel import MISSING
@@ -41,6 +44,10 @@ from .window import Window, window_size
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
+OF_SOURCE = (
+    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
+    "_history",
+)  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
@@ -93,40 +100,27 @@ class Viewer:
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
         rates = check_rates(fps, 1 + len(others))
-        count = VIEWS if views is None else check_views(views)
+        self._count = VIEWS if views is None else check_views(views)
+        self._rate = rates[0]
         check_flag(panel, "panel")
         self.typed = None if typed is None else check_type(typed, Typed, "typed")
         self._events: list[Event] = []
         self._messages = Messages()
         self._mouse = Mouse()
+        self._has_placed = False  # the last click has placed the light
         self._shown: Any = None
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         self._refining = Refining()
         self.rate = Rate()  # of the pictures that differ
         self.drawn = 0  # how often the window was drawn
-        self._light_names: Sequence[str] = ()
         with ExitStack() as undo:
             self._recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self._recorder:
                 undo.callback(self._recorder.close)
-            self._playing = Playing(source, others, rates, count, self._messages.skip)
-            undo.callback(self._playing.close)
-            self.frame: Shown = self._playing.first(merge=views is not None)
-            self.state = state
-            if isinstance(self.frame, Scene):
-                self.first_scene = self.frame
-                self.state = replace(self.state, shadows=True)
-                self._light_names = () if lights else self.frame.light_names
-                lights = lights or self.frame.lights
-            self.stage = Stage.of(self._own)
-            if lights:
-                self.state = self.state.with_light(lights[0], self.stage, self.pose)
-            if any(light.shadow for light in lights):
-                self.state = replace(self.state, shadows=True)
-            self.held = lights[0] if lights else OWN_LIGHT  # the kind of light that the mouse holds
-            self.light_number = 0  # of the lights, which one the mouse holds
-            self.lights = tuple(lights[1:])
+            self._playing = Playing(source, others, rates, self._count, self._messages.skip)
+            undo.callback(lambda: self._playing.close())
+            self._set_up(self._playing.first(merge=views is not None), state, lights)
             size = size or window_size(self._own_camera)
             self.window = Window(title, size, self._events.append)
             undo.callback(self.window.release)
@@ -139,6 +133,31 @@ class Viewer:
             if panel:
                 self.toggle_panel()
             self._close = undo.pop_all()
+
+    def _set_up(self, frame: Shown, state: State, lights: Sequence[Light]) -> None:
+        """Shows a frame or a scene, under its own lights unless others are given."""
+        self.frame: Shown = frame
+        self.first = frame  # of which the user may have hidden something since
+        self.state = state
+        self._light_names: Sequence[str] = ()
+        if isinstance(frame, Scene):
+            self.state = replace(self.state, shadows=True)
+            self._light_names = () if lights else frame.light_names
+            lights = lights or frame.lights
+        self.stage = Stage.of(self._own)
+        if lights:
+            self.state = self.state.with_light(lights[0], self.stage, self.pose)
+        if any(light.shadow for light in lights):
+            self.state = replace(self.state, shadows=True)
+        self.held = lights[0] if lights else OWN_LIGHT  # the kind of light that the mouse holds
+        self.lights = tuple(lights[1:])
+        self.light_number = 0  # of the lights, which one the mouse holds
+        self._start_here()
+
+    def _start_here(self) -> None:
+        """What is shown now is the start: R comes back to it, and nothing before it can be undone."""
+        self._start, self._start_pose = self._moment, self.pose
+        self._history = History(self._start)
 
     @property
     def renderer(self) -> Renderer:
@@ -159,6 +178,7 @@ class Viewer:
         """Shows the window until it is closed."""
         try:
             self.on_start()
+            self._start_here()
             while not self.window.is_closing:
                 self.step()
         finally:
@@ -193,14 +213,99 @@ class Viewer:
             return
         if self.on_event(event):
             return
+        self._history.follow(self._moment)
         on_panel = self.state.panel and self.screen.panel.handle(event)
         if event.kind == "refresh":
             self._shown = None
-        elif event.kind == "key" and not on_panel:
-            press_key(self, event.key)
-        elif self.camera and not on_panel:
-            self.state = self._mouse.handle(event, self.state, self.stage, self.camera)
-        self.window.hide_pointer(self.state.light_mode and not on_panel and self._mouse.drag in ("", "light"))
+        elif event.kind == "key":
+            if not on_panel:
+                press_key(self, event.key, event.ctrl, event.shift)
+                self._history.act(self._moment)
+        elif event.kind != "text" and self.camera:
+            is_away = on_panel or event.kind == "drop"  # with files in the hand the pointer was on its way, too
+            self._use_mouse(replace(event, kind="leave") if is_away else event, self.camera)
+        if event.kind == "drop":
+            self.open(event.paths)
+        follows = self.state.light_mode and self.state.is_lit and not on_panel
+        self.window.hide_pointer(follows and not self._mouse.turns)
+
+    def _use_mouse(self, event: Event, camera: Camera) -> None:
+        mouse = self._mouse
+        self.state = mouse.handle(event, self.state, self.stage, camera, self.window.scale)
+        if mouse.drag:
+            self._history.act(self._moment, ("drag", mouse.drags), pause=math.inf)
+        elif event.kind == "wheel":
+            self._history.act(self._moment, ("wheel", event.shift), event.time)
+        elif mouse.clicks == 1:
+            self._place_light()
+        if mouse.clicks == 2:
+            self._turn_around(camera, event.x, event.y)
+
+    def _place_light(self) -> None:
+        """The light stays where it is."""
+        self._has_placed = self.state.light_mode and self.state.is_lit
+        if self._has_placed:
+            self.state = replace(self.state, light_mode=False)
+            self.say(STAYS)
+            self._history.act(self._moment, "place", pause=-math.inf)
+
+    def _turn_around(self, camera: Camera, x: float, y: float) -> None:
+        """From now on orbits turn around the point that is seen at a pixel, or around the object's middle."""
+        if self._has_placed:  # by the first of the two clicks
+            self.state, self._has_placed = replace(self.state, light_mode=True), False
+            self._history.drop_step(self._moment)
+        found = self.screen.find_surface(self, camera, x, y)
+        point = self.state.seen_middle(self.stage) if found is None else found
+        self.say("drags turn around the object's middle" if found is None else "drags turn around this point")
+        if point[2] > 0:
+            pivoted = self.state.with_pivot(point, self.stage)
+            self.state = pivoted if found else replace(pivoted, pivot=State().pivot)
+        self._history.act(self._moment)
+
+    def open(self, paths: Sequence[str]) -> None:
+        """Shows what files or folders hold, as `pointshade view` would. If that fails, says why and shows the same."""
+        title = " and ".join(paths)
+        self.say(f"opening {title}")
+        if self.camera:
+            self._draw(self.camera)
+        before = {name: vars(self)[name] for name in OF_SOURCE}
+        try:
+            source, others, self.typed = read_dropped(paths)
+            self._playing = Playing(source, others, [self._rate] * (1 + len(others)), self._count, self._messages.skip)
+            self._set_up(self._playing.first(merge=False), self.state.reset_view(State()), ())
+            if self.camera:
+                self._draw(self.camera)
+        except (ValueError, TypeError, OSError, MemoryError) as error:
+            unused = self._playing
+            vars(self).update(before)
+            self.say(f"not opened: {error}")
+        else:
+            unused = before["_playing"]
+            self._playing.wake_by(self.window.wake)
+            self.window.name(f"pointshade: {title}")
+            self._messages.clear()
+        if unused is not self._playing:
+            unused.close()
+
+    @property
+    def _moment(self) -> Moment:
+        return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
+
+    def _go_to(self, moment: Moment) -> None:
+        self.state = self.state.reset_view(moment.state)
+        _, self.stage, self.held, self.lights, self.light_number = moment
+
+    def undo(self) -> None:
+        """Takes back the last change of view or lights."""
+        if moment := self._history.undo(self._moment):
+            self._go_to(moment)
+        self.say("undone" if moment else "nothing to undo")
+
+    def redo(self) -> None:
+        """Makes the change again that was undone last."""
+        if moment := self._history.redo(self._moment):
+            self._go_to(moment)
+        self.say("done again" if moment else "nothing to do again")
 
     @property
     def camera(self) -> Camera | None:
@@ -264,8 +369,13 @@ class Viewer:
         self.window.close()
 
     def reset(self) -> None:
-        """Resets view and light, around the middle of the current frame."""
-        self.stage, self.state = Stage.of(self._own), self.state.reset_view()
+        """View and lights as at the start, around the middle of the current frame."""
+        start, now = self._start, Stage.of(self._own)
+        stays = now.is_as(start.stage) and np.array_equal(self.pose, self._start_pose)
+        self._go_to(start._replace(stage=start.stage if stays else now))
+        if not stays and self.held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
+            light = start.state.light(start.stage, self._start_pose, start.held)
+            self.state = self.state.with_light(light, self.stage, self.pose)
 
     def toggle_panel(self) -> None:
         """Opens or closes the panel. Without its extra, says how to install it."""
@@ -356,10 +466,9 @@ class Viewer:
 
     def _most_samples(self, camera: Camera | None) -> int:
         """Of the picture as it is: a photograph seen as it was taken has no more than one, and stays sharp."""
-        start = State()
-        place = [(s.yaw, s.pitch, s.distance, s.pan) for s in (self.state, start)]
-        is_own = isinstance(self.frame, Frame) and camera == self._own_camera and place[0] == place[1]
-        return 1 if not self.state.is_lit and is_own else self.samples
+        is_own = isinstance(self.frame, Frame) and camera == self._own_camera
+        is_there = np.allclose(self.state.pose(self.stage), np.eye(4), rtol=0, atol=1e-9 * self.stage.radius)
+        return 1 if is_own and is_there and not self.state.is_lit else self.samples
 
     def _refining_patience(self, now: float) -> float | None:
         return self._refining.patience(self._picture(), now, self._most_samples(self.camera))
@@ -371,13 +480,15 @@ class Viewer:
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
-        return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.drag
+        return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._mouse.turns
 
     def _draw(self, camera: Camera) -> None:
         content, picture, now = self._content(), self._picture(), time.perf_counter()
         if not self._refining.shows(picture):
             self.rate.tick(now)
         samples = self._refining.following(picture, now, self._most_samples(camera))
-        self.screen.draw(self, camera, self._messages.text, self._mouse.drag not in ("orbit", "pan"), samples)
+        self._history.follow(self._moment)
+        self.screen.draw(self, camera, self._messages.text, not self._mouse.turns, samples)
+        self._history.act(self._moment, "panel", time.perf_counter())
         self._shown = content
         self.drawn += 1

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any
@@ -44,6 +45,10 @@ class Window:
         self._on_event = on_event
         self._held: list[ExitStack] = []  # what was current before each `with`
         self._pointer_hidden = False
+        self._pointer = (0.0, 0.0)  # by the last event that told it, screen coordinates
+        self._unseen = 0.0  # seconds in which events may have come that were seen later
+        self._looked = time.perf_counter()  # when `wait` ended
+        self._has_come = False  # an event, in this `wait`
         with kept(None):
             self.handle = self._create(title, self._fit_monitor(size))
         for set_callback, callback in (
@@ -53,7 +58,8 @@ class Window:
             (glfw.set_cursor_enter_callback, self._on_enter),
             (glfw.set_mouse_button_callback, self._on_button),
             (glfw.set_scroll_callback, self._on_wheel),
-            (glfw.set_window_refresh_callback, lambda _: on_event(Event("refresh"))),
+            (glfw.set_drop_callback, self._on_drop),
+            (glfw.set_window_refresh_callback, lambda _: self._tell("refresh")),
         ):
             set_callback(self.handle, callback)
 
@@ -134,6 +140,10 @@ class Window:
     def close(self) -> None:
         self.glfw.set_window_should_close(self.handle, True)
 
+    def name(self, title: str) -> None:
+        """Gives the window another title."""
+        self.glfw.set_window_title(self.handle, title)
+
     def copy(self, text: str) -> None:
         """Puts a text into the clipboard."""
         self.glfw.set_clipboard_string(None, text.replace("\0", ""))
@@ -153,6 +163,16 @@ class Window:
 
     def wait(self, seconds: float | None) -> None:
         """Sleeps until an event comes or the time is over, then handles events. None: no limit, 0: no sleep."""
+        unseen = time.perf_counter() - self._looked
+        self._unseen, self._has_come = self._unseen + unseen, False
+        try:
+            self._sleep(seconds)
+        except UnicodeDecodeError:  # of the name of a file that was dropped
+            self._tell("drop")
+        self._unseen -= 0.0 if self._has_come else unseen  # no event had been waiting
+        self._looked = time.perf_counter()
+
+    def _sleep(self, seconds: float | None) -> None:
         if seconds is None or seconds > 0:
             # GLFW sleeps through signals: Python must wake up now and then to notice Ctrl+C.
             self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
@@ -168,13 +188,17 @@ class Window:
         width, height = self.glfw.get_framebuffer_size(self.handle)
         return x * width / max(wide, 1), y * height / max(high, 1)
 
-    def _tell(self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None) -> None:
+    def _tell(
+        self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
+    ) -> None:
+        """Where the pointer was, the events before have told: asked now, it may have gone on."""
         glfw = self.glfw
-        x, y = self._pixel(*glfw.get_cursor_pos(self.handle))
+        x, y = self._pixel(*self._pointer)
         if mods is None:
             mods = self._held_modifiers()
         ctrl, shift = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER)), bool(mods & glfw.MOD_SHIFT)
-        self._on_event(Event(kind, key, x, y, steps, ctrl, shift))
+        self._has_come = True
+        self._on_event(Event(kind, key, x, y, steps, ctrl, shift, paths, time.perf_counter() - self._unseen))
 
     def _held_modifiers(self) -> int:
         glfw = self.glfw
@@ -191,12 +215,12 @@ class Window:
         self._tell("key", name, mods=mods)
 
     def _on_move(self, _: Any, x: float, y: float) -> None:
-        x, y = self._pixel(x, y)
-        self._on_event(Event("move", x=x, y=y))
+        self._pointer = x, y
+        self._tell("move")
 
     def _on_enter(self, _: Any, entered: int) -> None:
         if not entered:
-            self._on_event(Event("leave"))
+            self._tell("leave")
 
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
         if button < len(BUTTONS):
@@ -204,6 +228,9 @@ class Window:
 
     def _on_wheel(self, _: Any, dx: float, dy: float) -> None:
         self._tell("wheel", steps=dy or dx)  # macOS turns Shift+wheel sideways
+
+    def _on_drop(self, _: Any, paths: Sequence[str]) -> None:
+        self._tell("drop", paths=tuple(map(str, paths)))
 
 
 def window_size(camera: Camera) -> tuple[int, int]:

@@ -35,7 +35,7 @@ from .cli_options import (
 from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import rates_from, size_from, views_from
 from .cli_picture import PictureOptions
-from .cli_read import check_frame, check_look, check_stream, load, load_others, load_views
+from .cli_read import check_frame, check_look, check_stream, load, load_others, load_together, load_views
 from .notes import few_notes, print_note
 from .wording import as_command_line, option
 
@@ -82,6 +82,7 @@ def render(
     place: ViewOptions,
     picture: PictureOptions,
     film: FilmOptions,
+    more: MoreInputs = None,
     views: Views = None,
     explain: Explain = False,
     small: Small = False,
@@ -96,8 +97,16 @@ def render(
     from .files.film import check_series, is_series
     from .files.pictures import save_image
     from .scene import Scene
+    from .scene_shading import shaded
 
-    view = place.view(look)
+    view, inputs = place.view(look), more or []
+    check_folders(inputs)
+    if inputs and (
+        views is not None or (film.turntable is None and is_series(output)) or output.suffix.lower() == ".ply"
+    ):
+        raise ValueError(
+            f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {output}"
+        )
     if output.suffix.lower() == ".ply":
         if views is not None:
             raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
@@ -110,14 +119,17 @@ def render(
         check_series(output)
     else:
         _check_picture(output, film)
-    if views is not None:
+    if inputs:
+        source, names = load_together(frame, view.look, inputs)
+    elif views is not None:
         source, names = load_views(frame, view.look, views)
     else:
         source, names = load(frame, sequence=many and film.turntable is None, scene=True), []
     tell = explainer(explain, names)
-    if isinstance(source, Scene) and views is None:
-        check_look(view.look)
-    if picture.ground or (isinstance(source, Scene) and views is None):
+    is_scene = isinstance(source, Scene) and not names
+    if is_scene:
+        source = shaded(source, check_look(view.look))
+    if picture.ground or is_scene:
         view = replace(view, lights=look.lights(shadow=True))
     view = replace(view, finish=picture.finish(output, view, source, many, film.turntable == "camera"))
     if many:
@@ -201,9 +213,12 @@ def view(
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     """
+    from .cli_words import words_of
+    from .files.builtin import FRAMES
     from .frame import Frame
     from .scene import Scene
     from .viewer import Viewer
+    from .viewer.command import Typed
     from .viewer.panel import MISSING
     from .viewer.state import State
 
@@ -219,8 +234,10 @@ def view(
     source = load(frame, sequence=True, scene=not (views or inputs))
     others = load_others(frame, source, inputs)
     if isinstance(source, Scene):
-        check_look(replace(state.look, shading="phong"))  # another shading is for all its objects
+        check_look(state.look)
     check_stream(state.look, bool(others) or not isinstance(source, Frame))
+    words = words_of(frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0]))
+    named = 0 if words[0].startswith("--") else 1
     viewer = Viewer(
         source,
         title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
@@ -232,6 +249,7 @@ def view(
         views=count,
         record=window.record,
         panel=window.panel,
+        typed=Typed((*words[:named], *inputs), tuple(words[named:])),
     )
     if not isinstance(source, Scene):
         asked = any(light.shadow for light in look.lights())

@@ -16,7 +16,7 @@ import typer
 
 from .cli_completion import complete_input, one_of
 from .cli_mistakes import check_exist, check_input
-from .cli_parse import picture_size_from
+from .cli_parse import picture_size_from, pose_from
 from .files.depth_kinds import KINDS
 from .files.limits import MAX_PIXELS
 from .notes import silence
@@ -33,8 +33,9 @@ Small = Annotated[bool, typer.Option("--small", help="Take longer to write a sma
 Views = Annotated[
     str | None,
     typer.Option(
-        metavar="N|all",
-        help="Merge N evenly chosen frames of a sequence with poses, or all, into one object.",
+        metavar="N|all|N,N...",
+        help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
+        "object.",
         rich_help_panel=VIEW,
     ),
 ]
@@ -110,14 +111,22 @@ class FrameOptions:
         bool,
         typer.Option("--allow-outside", help="Let files name others outside their folder.", rich_help_panel=FRAME),
     ] = False
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N[,N...]",
+            help="One frame of a sequence, counted from 0; of several INPUTs one number for each.",
+            rich_help_panel=FRAME,
+        ),
+    ] = None
     max_pixels: Annotated[
         int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
     ] = MAX_PIXELS
 
     @property
     def load_options(self) -> dict[str, Any]:
-        """All but the input, by name, as arguments of `load_any`."""
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name != "input"}
+        """All but what is read, by name, as arguments of `load_any`."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("input", "frame")}
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
@@ -139,10 +148,11 @@ class ViewOptions:
         typer.Option(metavar="N", help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW),
     ] = 0.0
     pose: Annotated[
-        Path | None,
+        str | None,
         typer.Option(
-            metavar="FILE",
-            help="4x4 camera-to-world matrix in a file, instead of yaw, pitch and dolly.",
+            metavar="FILE|tx,ty,tz,qx,qy,qz,qw",
+            help="Camera-to-world, instead of yaw, pitch and dolly: a matrix of 4x4 or 3x4, or a place and a "
+            "quaternion, in a file or here.",
             rich_help_panel=VIEW,
         ),
     ] = None
@@ -157,11 +167,9 @@ class ViewOptions:
 
     def view(self, look: LookOptions) -> View:
         """The View, with a look and its lights. Raises ValueError or OSError."""
-        from .files.pose_files import load_pose
         from .view import View
 
-        check_exist(pose=self.pose)
-        pose = load_pose(self.pose) if self.pose else None
+        pose = None if self.pose is None else pose_from(self.pose)
         return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
 
 

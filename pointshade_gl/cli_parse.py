@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from .cli_mistakes import check_exist
+from .files.content import split_numbers
 from .wording import option
 
 
@@ -27,13 +33,39 @@ def picture_size_from(text: str | None) -> tuple[int, int] | str | None:
     return text if text in SIZES else size_from(text, SIZES)
 
 
-def views_from(text: str) -> int | None:
-    """How many views are merged; None for all. Raises ValueError for anything but 'all' and a number of 2 or more."""
+def views_from(text: str) -> int | tuple[int, ...] | None:
+    """How many views are merged; None for all; or the numbers of the frames.
+
+    Raises ValueError for anything but 'all', a number of 2 or more, and numbers with commas between them.
+    """
     if text == "all":
         return None
-    if not (text.isdecimal() and int(text) >= 2):
-        raise ValueError(f"{option('views')} takes a whole number of 2 or more, or 'all', got {text!r}")
-    return int(text)
+    parts = text.split(",")
+    if not all(part.isdecimal() for part in parts) or (len(parts) == 1 and int(text) < 2):
+        raise ValueError(
+            f"{option('views')} takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got {text!r}"
+        )
+    return int(text) if len(parts) == 1 else tuple(map(int, parts))
+
+
+def frames_from(text: str, count: int) -> list[int]:
+    """The number of a frame, or one for each of `count` inputs."""
+    expected = f"{option('frame')} takes the number of a frame, counted from 0"
+    expected += f", for each of {count} INPUTs" if count > 1 else ""
+    numbers = _numbers(text, count, ",", expected)
+    if any(number < 0 or number % 1 for number in numbers):
+        raise ValueError(f"{expected}, got {text!r}")
+    return [int(number) for number in numbers]
+
+
+def pose_from(text: str) -> NDArray[np.float64]:
+    """(4, 4) from numbers, or from a file that holds them. Raises OSError or ValueError."""
+    from .files.pose_files import load_pose, pose_of
+
+    if (numbers := split_numbers(text)) is not None and not Path(text).exists():
+        return pose_of(np.array(numbers), option("pose"))
+    check_exist(pose=text)
+    return load_pose(text)
 
 
 def rates_from(text: str, count: int) -> list[float]:

@@ -7,9 +7,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .cli_options import FrameOptions
+from .cli_parse import frames_from, views_from
 from .wording import option
 
 if TYPE_CHECKING:
+    from .frame import Frame
     from .look import Look
     from .scene import Scene
 
@@ -27,22 +29,48 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> An
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
     if is_scene(source):
+        if frame.frame is not None:
+            raise ValueError(f"{option('frame')} is one of a sequence, and {source} is a scene: leave it out")
         return load_any(source, **options)
+    if frame.frame is not None:
+        return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
     return (open_source if sequence else load_frame)(source, **options)
+
+
+def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tuple[Scene, list[str]]:
+    """One frame of each of several inputs, the first or that with the number given, as one object; and their names."""
+    check_frame(frame)
+    numbers = [0] * (1 + len(inputs)) if frame.frame is None else frames_from(frame.frame, 1 + len(inputs))
+    every = replace(frame, frame=None)
+    first = load(every, sequence=True)
+    others = load_others(every, first, inputs)
+    found = [_numbered(source, number) for source, number in zip((first, *others), numbers, strict=True)]
+    return _as_one(found, look), [str(frame.input), *inputs]
+
+
+def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
+    """Frames as one object; who looks is the first one's camera."""
+    from .scene import Node, PointObject, Scene
+
+    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+
+
+def _numbered(source: Any, number: int) -> Frame:
+    """A frame of a sequence by its number. A single frame is number 0."""
+    frames = source if isinstance(source, Sequence) else [source]
+    if number >= len(frames):
+        raise ValueError(f"{option('frame', number)}: there are {len(frames)} frames, counted from 0")
+    return frames[number]
 
 
 def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list[str]]:
     """Frames of a sequence as one object, and their numbers; who looks is the first one's camera."""
-    from .cli_parse import views_from
-    from .scene import Node, PointObject, Scene
     from .sources import views_of
 
     count = views_from(views)
     check_frame(frame)
     found = views_of(load(frame, sequence=True), count)
-    first, *others = found.values()
-    node = Node(PointObject(first, look=look, others=others))
-    return Scene((node,), first.picture_camera, first.pose), list(map(str, found))
+    return _as_one(list(found.values()), look), list(map(str, found))
 
 
 def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
@@ -73,12 +101,16 @@ def check_stream(look: Look, is_stream: bool) -> None:
         )
 
 
-def check_look(look: Look) -> None:
-    """Raises ValueError for options about the look of objects: those of a scene have their own."""
+def check_look(look: Look) -> str | None:
+    """The shading for all objects of a scene, None if each keeps its own.
+
+    Raises ValueError for other options about the look of objects: those of a scene have their own.
+    """
     from .look import Look
 
     given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
-    changed = [name for name in given if name != "material" and given[name] != plain[name]]
+    changed = [name for name in given if name not in ("material", "shading") and given[name] != plain[name]]
     if changed:
         options = ", ".join(map(option, changed))
         raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
+    return None if look.shading == plain["shading"] else look.shading

@@ -66,7 +66,9 @@ def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
     return load_scene(source, **options)
 
 
-def views_of(source: Frame | FrameSequence, count: int | None, note: Note = print_note) -> dict[int, Frame]:
+def views_of(
+    source: Frame | FrameSequence, count: int | Sequence[int] | None, note: Note = print_note
+) -> dict[int, Frame]:
     """Frames of a sequence that are drawn as one object, by their numbers: those that `choose_views` chooses.
 
     Those that cannot be read are left out; a note says so. Raises ValueError where fewer than two are left, for then
@@ -87,13 +89,16 @@ def views_of(source: Frame | FrameSequence, count: int | None, note: Note = prin
 
 
 def choose_views(
-    source: Sequence[Frame], count: int | None, note: Note = print_note, among: int | None = None
+    source: Sequence[Frame], count: int | Sequence[int] | None, note: Note = print_note, among: int | None = None
 ) -> list[int]:
     """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
 
+    count  or the numbers of the frames themselves; the others are not asked for
+
     among  a frame that is chosen in any case, if it has a pose
 
-    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two.
+    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two, and for a number
+    that no frame with a pose has.
     """
     posed, name = list(range(len(source))), "the source"
     if isinstance(source, FrameSequence):
@@ -102,6 +107,10 @@ def choose_views(
         note(f"{name}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
     if len(posed) < 2:
         raise ValueError(f"{name} has poses for {len(posed)} frames: {option('views')} needs two at least")
+    if count is not None and not isinstance(count, int):
+        if strange := [k for k in count if k not in posed]:
+            raise ValueError(f"{name} has no frame {strange[0]} with a pose: it has {len(source)}, counted from 0")
+        return list(dict.fromkeys(count))
     wanted = len(posed) if count is None else min(count, len(posed))
     if wanted > MOST_FRAMES:
         note(f"{name}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")

@@ -286,7 +286,7 @@ def test_a_light_for_a_scene_casts_shadows_as_the_scenes_own_do(tmp_path):
 @pytest.mark.parametrize(
     ("options", "named"),
     [
-        (["--shading", "flat", "--specular", "0.9"], "leave out --shading, --specular"),
+        (["--shading", "flat", "--specular", "0.9"], "leave out --specular"),
         (["--max-depth-step", "3%", "--noise", "kinect"], "leave out --max-depth-step, --noise"),
     ],
 )

@@ -148,10 +148,23 @@ def test_poses_of_every_form(tmp_path, suffix):
     np.testing.assert_allclose(ps.load_frame(depth=DEEP / 1000, fov=60, pose=path).pose, pose, atol=1e-12)
 
 
+@pytest.mark.parametrize("content", ["1 0 0 4\n0 1 0 5\n0 0 1 6", "4 5 6 0 0 0 1", "1305031.45 4 5 6 0 0 0 1"])
+def test_poses_of_three_rows_or_of_a_place_and_a_quaternion(tmp_path, content):
+    (tmp_path / "pose.txt").write_text(content)
+    expected = np.eye(4)
+    expected[:3, 3] = 4, 5, 6
+    np.testing.assert_allclose(load_pose(tmp_path / "pose.txt"), expected, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("1 0 0 0\n0 1 0 0\n0 0 1 0\n", r"pose\.txt must hold a 4x4 matrix, got 12 numbers"),
+        (
+            "1 0 0\n0 1 0\n0 0 1\n",
+            r"pose\.txt must hold a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw, got 9 numbers",
+        ),
+        ("1 2 3 0 0 0 2", r"pose\.txt must end with qx qy qz qw of length 1, got \[0.0, 0.0, 0.0, 2.0\]"),
+        ("1 2 3 0 0 0 0", r"pose\.txt must end with qx qy qz qw of length 1"),
         ("2 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1", r"pose\.txt must be camera-to-world"),
         ("-inf " * 16, r"pose\.txt must be finite"),
         ("one two", "must hold numbers only"),

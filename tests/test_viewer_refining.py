@@ -98,13 +98,18 @@ def test_the_panel_makes_the_light_larger(open_viewer):
     for _ in range(4):
         viewer.step(wait=False)
     assert viewer.held.radius == 0.1
-    sliders = []
-    viewer.screen.panel._slide = lambda label, value, low, high, **_: sliders.append(label) or value * 1.5
-    viewer.screen.panel._softness(viewer)
-    assert viewer.held.radius == 0.1 * 1.5 and sliders == ["radius"]
+    slide = viewer.screen.panel._widgets.slide
+    sizes = {"radius": 0.15, "angle": 3.0}
+
+    def slid(name, value, *others, **options):
+        return sizes[name] if name in sizes else slide(name, value, *others, **options)
+
+    viewer.screen.panel._widgets.slide = slid
+    shown(viewer)
+    assert viewer.held.radius == 0.15
     viewer.held = ps.Light(direction=(0, 0, 1), angle=2)
-    viewer.screen.panel._softness(viewer)
-    assert viewer.held.angle == 3 and sliders == ["radius", "angle"]
+    shown(viewer)
+    assert viewer.held.angle == 3
 
 
 def test_a_stream_is_shown_with_one_sample_a_frame(display):

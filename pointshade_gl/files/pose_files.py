@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import check_pose
+from ..wording import shown
 from .arrays import NUMPY, read_npy, read_numbers
 from .axes import from_matrices, from_quaternions, inverted
 from .colmap_binary import read_colmap_images
@@ -26,14 +27,27 @@ _COLUMNS = 64  # of a row, at most
 
 
 def load_pose(path: FilePath) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from a text file of 16 numbers, a JSON list or .npy; OpenCV axes.
+    """(4, 4) camera-to-world from a text file, a JSON list or .npy: numbers as for `pose_of`; OpenCV axes.
 
     Raises OSError if the path is not a file, ValueError if it does not hold a pose.
     """
-    numbers = read_numbers(path)
-    if numbers.size != 16:
-        raise ValueError(f"{path} must hold a 4x4 matrix, got {numbers.size} numbers")
-    return check_pose(numbers.reshape(4, 4), str(path))
+    return pose_of(read_numbers(path), str(path))
+
+
+def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """(4, 4) camera-to-world from 16 or 12 numbers of a matrix, row by row, or from tx ty tz qx qy qz qw, which a time
+    stamp may precede. Raises ValueError, naming it, for anything else.
+    """
+    if numbers.size in (12, 16):
+        return check_pose(from_matrices(numbers.reshape(1, -1))[0], name)
+    if numbers.size not in (7, 8):
+        raise ValueError(
+            f"{name} must hold a matrix of 4x4 or 3x4, or tx ty tz qx qy qz qw, got {numbers.size} numbers"
+        )
+    place, turn = numbers[None, -7:-4], numbers[None, -4:]
+    if not abs(np.linalg.norm(turn) - 1) < 0.01:
+        raise ValueError(f"{name} must end with qx qy qz qw of length 1, got {shown(turn[0].tolist())}")
+    return check_pose(from_quaternions(place, turn)[0], name)
 
 
 def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.float64]:

@@ -11,13 +11,14 @@ from ..files.known import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFF
 from ..files.listing import Item
 from ..files.picture_heads import is_deep_grey
 from ..sources import is_scene, load_any, open_source
+from .command import Typed
 from .sources import check_posed
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
 
-def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any]]:
-    """The frame, the sequence or the scene, and more sources of frames of the same thing.
+def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:
+    """The frame, the sequence or the scene, more sources of frames of the same thing, and how to type them.
 
     paths  a folder, a depth file or a scene; or the files of one frame: depth, colour, camera; or several folders
 
@@ -26,16 +27,19 @@ def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any]]:
     if not paths:
         raise ValueError("the name of what was dropped cannot be read")
     if len(paths) == 1:
-        return (load_any if is_scene(paths[0]) else open_source)(paths[0]), []
+        return (load_any if is_scene(paths[0]) else open_source)(paths[0]), [], Typed(tuple(paths))
     if all(Path(path).is_dir() for path in paths):
         first, *others = map(open_source, paths)
         check_posed((first, *others))
-        return first, others
-    return _frame_of([Path(path) for path in paths]), []
+        return first, others, Typed(tuple(paths))
+    files = _files_of([Path(path) for path in paths])
+    folder = files["depth"].parent
+    words = [word for name, path in files.items() for word in (f"--{name}", str(path))]
+    return load_frame(folder, **files), [], Typed((str(folder),), tuple(words))
 
 
-def _frame_of(paths: list[Path]) -> Any:
-    """A frame of single files: one depth, one colour picture at most, one camera at most."""
+def _files_of(paths: list[Path]) -> dict[str, Path]:
+    """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
     depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]
@@ -44,8 +48,8 @@ def _frame_of(paths: list[Path]) -> Any:
     if len(depths) != 1 or len(colors) > 1 or len(cameras) > 1:
         names = ", ".join(path.name for path in paths[:4]) + (", ..." if len(paths) > 4 else "")
         raise ValueError(f"{names}: drop the depth and the colour picture of one frame, a folder, or a scene")
-    depth, color, camera = (found[0].path if found else None for found in (depths, colors, cameras))
-    return load_frame(depths[0].path.parent, depth=depth, color=color, intrinsics=camera)
+    found = {"depth": depths, "color": colors, "intrinsics": cameras}
+    return {name: some[0].path for name, some in found.items() if some}
 
 
 def _is_depth(item: Item) -> bool:

@@ -21,7 +21,7 @@ class Playing:
 
     source, others  as for Viewer
     rates    frames per second of each source; None: as fast as they come
-    count    how many frames of a sequence are merged, None for all
+    count    how many frames of a sequence are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
     """
 
@@ -30,7 +30,7 @@ class Playing:
         source: Frame | Scene | Iterable[Frame],
         others: Sequence[Frame | Iterable[Frame]],
         rates: Sequence[float | None],
-        count: int | None,
+        count: int | Sequence[int] | None,
         skipped: Callable[[str], None],
     ):
         self._source = source

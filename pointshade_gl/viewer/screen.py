@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import moderngl
@@ -15,9 +14,9 @@ from numpy.typing import NDArray
 from ..camera import Camera
 from ..gpu.present import Marker, PresentPass
 from ..gpu.steps import Lap
-from ..mesh import Mesh
 from ..renderer import Renderer
-from ..scene import Node, PointObject, Scene
+from ..scene import Scene
+from ..scene_shading import shaded
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
@@ -140,22 +139,3 @@ def render_arguments(viewer: Viewer, camera: Camera) -> dict[str, Any]:
         return common | {"frame": shaded(frame, shading)}
     shown = state if state.lit else state.with_look(shading="none", unlight=False, remove_highlights=False)
     return common | {"frame": frame.shown if isinstance(frame, Views) else frame, **shown.look.options}
-
-
-@lru_cache(maxsize=4)
-def shaded(scene: Scene, shading: str | None) -> Scene:
-    """The scene with one shading model for all objects; None leaves each object its own."""
-    if shading is None:
-        return scene
-
-    def changes(node: Node) -> dict[str, Any]:
-        parts = node.content if isinstance(node.content, tuple) else (node.content,)
-        return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
-
-    return scene.with_every_node(changes)
-
-
-def _part_shaded(part: Any, shading: str) -> Any:
-    if isinstance(part, PointObject):
-        return replace(part, look=replace(part.look, shading=shading))
-    return replace(part, shading=shading) if isinstance(part, Mesh) else part

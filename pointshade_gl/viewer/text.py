@@ -17,7 +17,8 @@ def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
     """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
     font = ImageFont.load_default(POINTS * scale)
     pad = round(7 * scale)
-    lines = _broken(text, font, width - 2 * pad)
+    parts = [line for part in text.split("\n") for line in _broken(part, font, width - 2 * pad)]
+    lines = [_shortened(line, font, width - 2 * pad) for line in parts]
     wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
     line = round(1.3 * POINTS * scale)
     image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
@@ -36,6 +37,18 @@ def _broken(text: str, font: Any, width: float) -> list[str]:
         else:
             lines[-1] = longer
     return lines
+
+
+def _shortened(line: str, font: Any, width: float) -> str:
+    """The line, or as much of its beginning and its end as is no wider."""
+    if font.getlength(line) <= width:
+        return line
+    kept = next((n for n in range(len(line) - 1, 0, -1) if font.getlength(_cut(line, n)) <= width), 1)
+    return _cut(line, kept)
+
+
+def _cut(line: str, kept: int) -> str:
+    return f"{line[: kept // 3]}…{line[len(line) - (kept - kept // 3) :]}"
 
 
 def draw_table(

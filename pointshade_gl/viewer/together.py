@@ -41,6 +41,11 @@ class Together:
                 undo.callback(self._players[-1].close)
             self._close = undo.pop_all()
 
+    @property
+    def indices(self) -> list[int]:
+        """Of each source its frame's, as for Playback."""
+        return [player.index for player in self._players]
+
     def first(self) -> Views:
         """Waits for the first frame of each source. Raises ValueError for a source that has none."""
         frames = tuple(player.first() for player in self._players)

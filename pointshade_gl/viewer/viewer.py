@@ -21,6 +21,7 @@ from ..frame import Frame
 from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
+from .command import Typed, render_line
 from .controls import STAYS, Mouse, press_key
 from .dropped import read_dropped
 from .events import Event
@@ -28,6 +29,7 @@ from .history import History, Moment
 from .lights import titles
 from .messages import Messages
 from .panel import MISSING
+from .playback import Playback
 from .playing import Playing, Shown
 from .rate import Rate
 from .record import RATE, Recorder
@@ -35,6 +37,7 @@ from .refining import Refining
 from .screen import Screen
 from .sources import check_rates, check_sources
 from .state import OWN_LIGHT, Stage, State
+from .together import Together
 from .views import VIEWS, Views, check_views
 from .window import Window, window_size
 
@@ -42,7 +45,7 @@ GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 OF_SOURCE = (
-    "_playing", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
+    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
     "_history",
 )  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
@@ -61,10 +64,12 @@ class Viewer:
     others  more sources of frames of the same thing, as the source: they play at once and are drawn as one object, by
             their poses
     fps     frames of a stream per second, or of each source, in a sequence; None: as fast as they come
-    views   how many frames of a sequence, evenly chosen, or "all", are drawn as one object, by their poses, as soon as
-            they are read; the key M switches between that and playing. None plays at first, and M draws 8 as one object
+    views   how many frames of a sequence, evenly chosen, or "all", or their numbers: drawn as one object, by their
+            poses, as soon as they are read; the key M switches between that and playing. None plays at first, and M
+            draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
+    typed   how the command line names the source, so that the key P can tell the line that makes the same picture
 
     An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
     it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, then
@@ -83,9 +88,10 @@ class Viewer:
         lights: Sequence[Light] = (),
         others: Sequence[Frame | Iterable[Frame]] = (),
         fps: float | Sequence[float | None] | None = None,
-        views: int | str | None = None,
+        views: int | str | Sequence[int] | None = None,
         record: str | Path | None = None,
         panel: bool = False,
+        typed: Typed | None = None,
     ):
         others = check_sources(source, others, views)
         if not isinstance(title, str):
@@ -97,6 +103,7 @@ class Viewer:
         self._count = VIEWS if views is None else check_views(views)
         self._rate = rates[0]
         check_flag(panel, "panel")
+        self.typed = None if typed is None else check_type(typed, Typed, "typed")
         self._events: list[Event] = []
         self._messages = Messages()
         self._mouse = Mouse()
@@ -130,6 +137,7 @@ class Viewer:
     def _set_up(self, frame: Shown, state: State, lights: Sequence[Light]) -> None:
         """Shows a frame or a scene, under its own lights unless others are given."""
         self.frame: Shown = frame
+        self.first = frame  # of which the user may have hidden something since
         self.state = state
         self._light_names: Sequence[str] = ()
         if isinstance(frame, Scene):
@@ -262,7 +270,7 @@ class Viewer:
             self._draw(self.camera)
         before = {name: vars(self)[name] for name in OF_SOURCE}
         try:
-            source, others = read_dropped(paths)
+            source, others, self.typed = read_dropped(paths)
             self._playing = Playing(source, others, [self._rate] * (1 + len(others)), self._count, self._messages.skip)
             self._set_up(self._playing.first(merge=False), self.state.reset_view(State()), ())
             if self.camera:
@@ -398,23 +406,36 @@ class Viewer:
         if text:
             self.say(text)
 
+    @property
+    def playback(self) -> Playback | Together | None:
+        """What plays; None while nothing can."""
+        return self._playing.playback
+
     def save_picture(self) -> Path | None:
-        """Writes the picture, without marker and text, to a new file in the working directory, and prints its name."""
+        """Writes the picture, without marker, text and panel, to a new file in the working directory, and prints its
+        name and the command that makes the same, which also goes into the clipboard."""
         camera = self.window.fit(self._own_camera)
         if camera is None:
             return None
         path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
+        samples = self._most_samples(camera)
         try:
-            samples = self._most_samples(camera)
             save_image(path, self.screen.read(self, camera, samples))
-            if camera == self.camera:
-                self._refining.samples = samples
         except OSError as error:
             self.say(f"not saved: {error}")
             return None
-        sys.stdout.write(f"{path}\n")
-        self.say(f"saved {path}")
+        if camera == self.camera:
+            self._refining.samples = samples
+        self._tell_saved(path.absolute(), *render_line(self, camera, samples, path.name))
         return path
+
+    def _tell_saved(self, path: Path, line: str, left_out: str) -> None:
+        sys.stdout.write(f"{path}\n" + (f"{line}\n" if line else ""))
+        if line:
+            self.window.copy(line)
+        said = "the command that makes it is in the clipboard" if line else ""
+        said += f"; it leaves out: {left_out}" if line and left_out else left_out
+        self.say(f"saved {path}" + (f"\n{said}" if self.typed else ""))
 
     def release(self) -> None:
         """Closes the window, the stream and the film, and frees everything."""

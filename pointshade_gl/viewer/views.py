@@ -70,7 +70,7 @@ class Views:
 class Merger:
     """Makes Views of a sequence; threads read the frames while the window stays alive.
 
-    count    how many frames are merged, None for all
+    count    how many frames are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
     wake     called from the threads when a frame has been read; may be set later
     """
@@ -78,7 +78,7 @@ class Merger:
     def __init__(
         self,
         source: Sequence[Frame],
-        count: int | None = VIEWS,
+        count: int | Sequence[int] | None = VIEWS,
         skipped: Callable[[str], None] = lambda _: None,
         wake: Callable[[], None] = lambda: None,
     ):
@@ -131,6 +131,8 @@ class Merger:
             self._pool, self._jobs = None, {}
 
 
-def check_views(views: int | str) -> int | None:
-    """How many views are merged; None for "all". Raises ValueError for anything else than that or 2 and more."""
+def check_views(views: int | str | Sequence[int]) -> int | Sequence[int] | None:
+    """How many views are merged, or which; None for "all". Raises ValueError for anything else."""
+    if isinstance(views, tuple | list):
+        return tuple(check_count(k, f"{option('views')} must hold numbers of frames; each") for k in views)
     return None if views == "all" else check_count(views, f"{option('views')} must be 'all', or it", 2)

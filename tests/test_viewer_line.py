@@ -145,7 +145,7 @@ class TestScene:
         path = next(path for path, node in viewer.frame.every_node() if node.name == "column")
         viewer.frame = viewer.frame.with_node(path, visible=False)
         press(viewer, "P")
-        assert "hidden nodes are shown: column" in viewer._messages.text
+        assert "that these are hidden: column" in viewer._messages.text
 
 
 @pytest.fixture

@@ -66,11 +66,9 @@ def render_line(viewer: Viewer, camera: Camera, samples: int, output: str) -> tu
 def _source_words(viewer: Viewer, typed: Typed) -> tuple[list[str] | None, str]:
     """INPUT and what tells its frames apart; or None, and why there are none."""
     frame, playback, options = viewer.frame, viewer.playback, list(typed.options)
-    if isinstance(frame, Scene) and isinstance(viewer.first, Scene):
-        hidden = [node.name for _, node in frame.every_node() if not node.visible]
-        were = {node.name for _, node in viewer.first.every_node() if not node.visible}
-        missing = [name or "a node" for name in hidden if name not in were]
-        return [*typed.inputs, *options], f"hidden nodes are shown: {', '.join(missing)}" if missing else ""
+    if isinstance(frame, Scene):
+        hidden = _hidden(frame) - _hidden(viewer.first)
+        return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
     if isinstance(playback, Together) and isinstance(frame, Views):
         chosen = [k for k, on in enumerate(frame.on) if on]
         numbers = ",".join(str(max(playback.indices[k], 0)) for k in chosen)
@@ -83,6 +81,10 @@ def _source_words(viewer: Viewer, typed: Typed) -> tuple[list[str] | None, str]:
     if playback.index < 0:
         return None, "no command line names a frame of a live stream"
     return [*typed.inputs, *options, "--frame", str(playback.index)], ""
+
+
+def _hidden(scene: Any) -> set[str]:
+    return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
 def _own_camera(viewer: Viewer) -> Camera:

@@ -18,7 +18,7 @@ PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
 
 def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:
-    """The frame, the sequence or the scene, more sources of frames of the same thing, and how they would be typed.
+    """The frame, the sequence or the scene, more sources of frames of the same thing, and how to type them.
 
     paths  a folder, a depth file or a scene; or the files of one frame: depth, colour, camera; or several folders
 
@@ -27,18 +27,19 @@ def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:
     if not paths:
         raise ValueError("the name of what was dropped cannot be read")
     if len(paths) == 1:
-        return (load_any if is_scene(paths[0]) else open_source)(paths[0]), [], Typed((paths[0],))
+        return (load_any if is_scene(paths[0]) else open_source)(paths[0]), [], Typed(tuple(paths))
     if all(Path(path).is_dir() for path in paths):
         first, *others = map(open_source, paths)
         check_posed((first, *others))
         return first, others, Typed(tuple(paths))
     files = _files_of([Path(path) for path in paths])
-    words = (word for name, path in files.items() for word in (f"--{name}", str(path)))
-    return load_frame(files["depth"].parent, **files), [], Typed((), tuple(words))
+    folder = files["depth"].parent
+    words = [word for name, path in files.items() for word in (f"--{name}", str(path))]
+    return load_frame(folder, **files), [], Typed((str(folder),), tuple(words))
 
 
 def _files_of(paths: list[Path]) -> dict[str, Any]:
-    """Those of one frame, by what they are: one depth, one colour picture at most, one camera at most."""
+    """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
     depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]
@@ -48,7 +49,7 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
         names = ", ".join(path.name for path in paths[:4]) + (", ..." if len(paths) > 4 else "")
         raise ValueError(f"{names}: drop the depth and the colour picture of one frame, a folder, or a scene")
     found = {"depth": depths, "color": colors, "intrinsics": cameras}
-    return {name: items[0].path for name, items in found.items() if items}
+    return {name: some[0].path for name, some in found.items() if some}
 
 
 def _is_depth(item: Item) -> bool:

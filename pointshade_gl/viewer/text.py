@@ -14,10 +14,11 @@ POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
 def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
-    """Lines on a dark strip, broken where they are wider than `width` pixels: (h, w, 4) uint8."""
+    """A line on a dark strip, or several lines that are as wide as the window at most: (h, w, 4) uint8."""
     font = ImageFont.load_default(POINTS * scale)
     pad = round(7 * scale)
-    lines = [part for line in text.split("\n") for part in _broken(line, font, width - 2 * pad)]
+    parts = [line for part in text.split("\n") for line in _broken(part, font, width - 2 * pad)]
+    lines = [_shortened(line, font, width - 2 * pad) for line in parts]
     wide = min(round(max(map(font.getlength, lines))) + 2 * pad, width)
     line = round(1.3 * POINTS * scale)
     image = Image.new("RGBA", (max(wide, 1), len(lines) * line + pad), BACKDROP)
@@ -27,7 +28,7 @@ def draw_message(text: str, scale: float, width: int) -> NDArray[np.uint8]:
 
 
 def _broken(text: str, font: Any, width: float) -> list[str]:
-    """The text in lines. A single word that is too wide loses its middle."""
+    """The text in lines; only a word that is longer alone is wider."""
     lines = [""]
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}" if lines[-1] else word
@@ -35,7 +36,7 @@ def _broken(text: str, font: Any, width: float) -> list[str]:
             lines.append(word)
         else:
             lines[-1] = longer
-    return [_shortened(line, font, width) for line in lines]
+    return lines
 
 
 def _shortened(line: str, font: Any, width: float) -> str:

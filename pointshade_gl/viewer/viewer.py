@@ -22,7 +22,7 @@ from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
 from .command import Typed, render_line
-from .controls import STAYS, Mouse, press_key
+from .controls import STAYS, Mouse, press_key, when_seen
 from .dropped import read_dropped
 from .events import Event
 from .history import History, Moment
@@ -45,8 +45,8 @@ GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 OF_SOURCE = (
-    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start", "_start_pose",
-    "_history",
+    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names",
+    "_start", "_start_pose", "_history",
 )  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -351,7 +351,7 @@ class Viewer:
         self.held, self.lights, self.light_number = every[steps], (*every[steps + 1 :], *every[:steps]), number
         self.state = self.state.with_light(self.held, self.stage, self.pose)
         titles = self.light_titles
-        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}")
+        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}{when_seen(self.state)}")
 
     @property
     def light_titles(self) -> list[str]:

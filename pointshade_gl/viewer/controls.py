@@ -244,6 +244,7 @@ MOUSE = (
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
     ("double click", "turn around this point, or the object's middle"),
+    ("click, drag on the bar", "jump through a sequence"),
     ("drop files", "open a folder, a depth file, a scene, or depth and colour"),
 )
 KEYS = (
@@ -268,6 +269,9 @@ KEYS = (
         "step through a sequence",
         lambda viewer, name: viewer.step_frames(1 if name == "RIGHT" else -1),
     ),
+    Key(("HOME", "END"), "Home, End", "its first, its last frame", lambda viewer, name: viewer.jump(-(name == "END"))),
+    Key((",", "."), ", .", "play slower, faster", lambda viewer, name: viewer.change_rate(2.0 if name == "." else 0.5)),
+    Key(("O",), "O", "begin again at the end of a sequence, or stop", lambda viewer, _: viewer.toggle_loop()),
     Key(("M",), "M", "merge views of a sequence, or play it", lambda viewer, _: viewer.toggle_views()),
     Key(("H",), "H", "this help", _toggle_help),
     Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),

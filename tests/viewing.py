@@ -54,14 +54,14 @@ ROWS = "checkbox", "slider_float", "begin_combo", "color_edit3", "collapsing_hea
 
 
 def rows(viewer):
-    """Where the panel's rows are, by their labels: (x, y) of the middle of each."""
+    """Where the panel's rows are, by their labels: (x, y) at the left end of each."""
     imgui, found = viewer.screen.panel._imgui, {}
 
     def recorded(draw):
         def drawn(label, *others):
             result = draw(label, *others)
             (x, y), (width, height) = imgui.get_item_rect_min(), imgui.get_item_rect_size()
-            found[label.split("##")[0] or label.split("##")[1]] = x + min(width, 200) / 2, y + height / 2
+            found[label.split("##")[0] or label.split("##")[1]] = x + min(width / 2, 8), y + height / 2
             return result
 
         return drawn
@@ -79,7 +79,7 @@ def settle(viewer):
     """Until the panel has answered all that it was told."""
     for _ in range(4):
         viewer.step(wait=False)
-    while viewer._panel_settling():
+    while viewer._panel_settling() or viewer._events:
         viewer.step(wait=False)
 
 

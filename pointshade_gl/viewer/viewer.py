@@ -478,7 +478,7 @@ class Viewer:
         """Seconds that the next turn may sleep; None: no limit."""
         now = time.perf_counter()
         visible = self.camera is not None
-        if visible and (self._content() != self._shown or self._panel_settling()):
+        if self._events or (visible and (self._content() != self._shown or self._panel_settling())):
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 WIDTH, NARROWEST = 210.0, 150.0  # pixels at scale 1
 SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
-TALL = 700  # a window that is higher, in pixels at scale 1, has room for all sections
+TALL = 900  # a window that is higher, in pixels at scale 1, has room for all sections
 
 
 class Panel:

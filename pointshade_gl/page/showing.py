@@ -65,6 +65,7 @@ class Showing:
             "lights": lights[1:],
             "ambient": list(self.scene.ambient),
             "bounds": {"centre": self._at_home(pivot).tolist(), "radius": radius},
+            "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
         }
 

@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from ..checks import check_choice, check_path, shown
 from ..files.whole import check_place, written_whole
 from ..finish import Finish
 from ..frame import Frame
+from ..gpu.mesh_objects import PlacedMesh
 from ..ground import LIGHT as GROUND_LIGHT
 from ..light import check_lights
 from ..look import Look
@@ -26,12 +27,12 @@ from ..renderer import Renderer
 from ..scene import Scene
 from .coding import pack
 from .contents import surfaces_of
-from .parts import QUALITIES, Part, Quality, surface_part
+from .parts import QUALITIES, Part, Quality, mesh_part, surface_part
 from .shaders import shader_texts
 from .showing import Showing, look_of
 
 FOLDER = Path(__file__).resolve().parent
-SCRIPTS = "state.js", "decode.js", "programs.js", "lights.js", "draw.js", "controls.js"
+SCRIPTS = "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "take.js", "paint.js", "draw.js", "controls.js"
 SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
 
@@ -87,13 +88,13 @@ def arranged(source: Frame | Sequence[Frame] | Scene, options: dict[str, Any]) -
     return Showing(mover, scene, camera, np.asarray(home), turn, check_lights(lights), shading)
 
 
-def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Any:
+def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
-            for surface in surfaces_of(thing):
-                head, body = surface_part(surface, quality)
-                yield head | look_of(placed) | {"axes": showing.axes_of(surface.axes).tolist()}, body
+            meshes = [mesh_part(thing, quality)] if isinstance(thing, PlacedMesh) else []
+            for head, body in meshes or (surface_part(surface, quality) for surface in surfaces_of(thing)):
+                yield head | look_of(placed) | {"axes": showing.axes_of(head["axes"]).tolist()}, body
 
 
 def _css(options: dict[str, Any]) -> str | None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .files.realsense import RealSenseSource
     from .gltf import load_scene, save_scene
     from .live import live_set
+    from .page import show
     from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
@@ -57,6 +58,7 @@ __all__ = [
     "save_normals",
     "save_points",
     "save_scene",
+    "show",
 ]
 
 # Files are half of the package, and not every program reads or writes each kind: these are imported when first used.
@@ -73,6 +75,7 @@ _LATER = {
     "save_normals": ".files.maps",
     "save_points": ".files.points",
     "save_scene": ".gltf",
+    "show": ".page",
 }
 _MODULES = ("files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
 

@@ -18,8 +18,8 @@ def made(renderer):
 @pytest.fixture
 def notebook(browser, made):
     """The cell between others, so high that the notebook scrolls; and the page in it."""
-    above = below = '<p style="height: 100px; margin: 0">In [1]</p>' * 6
-    with browser.opened(f"<!doctype html><title>notebook</title>{below[:60]}{made._repr_html_()}{above}") as opened:
+    other = '<p style="height: 100px; margin: 0">In [1]</p>'
+    with browser.opened(f"<!doctype html><title>notebook</title>{other}{made._repr_html_()}{6 * other}") as opened:
         inside = opened.page.frame_locator("iframe")
         inside.locator("body.live").wait_for(timeout=60_000)
         yield opened, inside

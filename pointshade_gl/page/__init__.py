@@ -5,5 +5,5 @@ from .write import draw_page, write_page
 
 __all__ = ["draw_page", "page_of", "save_page", "write_page"]
 
-page_of = by_shared_renderer(draw_page)
-save_page = by_shared_renderer(write_page)
+page_of, save_page = by_shared_renderer(draw_page), by_shared_renderer(write_page)
+page_of.__name__, save_page.__name__ = "page_of", "save_page"  # as help() shows them

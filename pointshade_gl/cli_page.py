@@ -13,13 +13,14 @@ import typer
 from .cli_completion import one_of
 from .cli_options import FilmOptions, FrameOptions
 from .cli_output import open_renderer, report, spinner
+from .cli_picture import PICTURE
 from .wording import option
 
 if TYPE_CHECKING:
     from .renderer import Renderer
     from .view import View
 
-PAGE = "Page"
+
 NAMES = "exact", "small"  # of page/parts.py, which imports NumPy
 
 
@@ -38,11 +39,11 @@ class PageOptions:
             metavar="NAME",
             help="Of an .html: exact, or small (half as large, colours as JPEG).",
             autocompletion=one_of(NAMES),
-            rich_help_panel=PAGE,
+            rich_help_panel=PICTURE,
         ),
     ] = None
     title: Annotated[
-        str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PAGE)
+        str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PICTURE)
     ] = None
 
     def check(self, output: Path, film: FilmOptions) -> None:

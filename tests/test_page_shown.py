@@ -186,7 +186,9 @@ class TestWhereItCannotDraw:
         page.evaluate("pointshade.state = { ...pointshade.state, yaw: 20 }")
         page.wait_for_timeout(100)
         before = picture_of(page)
-        page.evaluate("window.loss = picture.getContext('webgl2').getExtension('WEBGL_lose_context'); loss.loseContext()")
+        page.evaluate(
+            "window.loss = picture.getContext('webgl2').getExtension('WEBGL_lose_context'); loss.loseContext()"
+        )
         page.wait_for_selector("body:not(.live)")
         assert shows_the_sphere(picture_of(page))
         page.keyboard.press("ArrowLeft")  # harmless

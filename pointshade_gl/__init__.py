@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .files.realsense import RealSenseSource
     from .gltf import load_scene, save_scene
     from .live import live_set
-    from .page import save_page
+    from .page import save_page, show
     from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
@@ -59,6 +59,7 @@ __all__ = [
     "save_page",
     "save_points",
     "save_scene",
+    "show",
 ]
 
 # Files are half of the package, and not every program reads or writes each kind: these are imported when first used.
@@ -76,6 +77,7 @@ _LATER = {
     "save_page": ".page",
     "save_points": ".files.points",
     "save_scene": ".gltf",
+    "show": ".page",
 }
 _MODULES = ("files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
 

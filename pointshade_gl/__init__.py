@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .files.realsense import RealSenseSource
     from .gltf import load_scene, save_scene
     from .live import live_set
-    from .page import show
+    from .page import save_page, show
     from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
@@ -56,6 +56,7 @@ __all__ = [
     "save_depth",
     "save_image",
     "save_normals",
+    "save_page",
     "save_points",
     "save_scene",
     "show",
@@ -73,6 +74,7 @@ _LATER = {
     "save_depth": ".files.maps",
     "save_image": ".files.pictures",
     "save_normals": ".files.maps",
+    "save_page": ".page",
     "save_points": ".files.points",
     "save_scene": ".gltf",
     "show": ".page",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .files.realsense import RealSenseSource
     from .gltf import load_scene, save_scene
     from .live import live_set
+    from .page import save_page, show
     from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
@@ -59,8 +60,10 @@ __all__ = [
     "save_depth",
     "save_image",
     "save_normals",
+    "save_page",
     "save_points",
     "save_scene",
+    "show",
 ]
 
 # Files are half of the package, and not every program reads or writes each kind: these are imported when first used.
@@ -75,8 +78,10 @@ _LATER = {
     "save_depth": ".files.maps",
     "save_image": ".files.pictures",
     "save_normals": ".files.maps",
+    "save_page": ".page",
     "save_points": ".files.points",
     "save_scene": ".gltf",
+    "show": ".page",
 }
 _MODULES = ("batch", "files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
 

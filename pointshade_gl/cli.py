@@ -37,6 +37,7 @@ from .cli_options import (
     spread,
 )
 from .cli_output import announce, explainer, fail, open_renderer, progress, report, spinner, warn_skipped
+from .cli_page import PageOptions, is_page
 from .cli_parse import rates_from, size_from, views_from
 from .cli_picture import PictureOptions
 from .cli_read import check_frame, check_look, check_stream, load, load_others, load_together, load_views
@@ -86,6 +87,7 @@ def render(
     place: ViewOptions,
     picture: PictureOptions,
     film: FilmOptions,
+    page: PageOptions,
     more: MoreInputs = None,
     views: Views = None,
     explain: Explain = False,
@@ -95,6 +97,7 @@ def render(
 ) -> None:
     """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
 
+    Write an .html to look at in a browser: there the light and the object can be moved.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
     Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
@@ -117,12 +120,17 @@ def render(
         picture.check_none(output)
         _write_points(output, frame, view, film, device, explainer(explain))
         return
-    many = film.turntable is not None or is_series(output)
+    as_page = is_page(output)
+    many = not as_page and (film.turntable is not None or is_series(output))
     check_stream(view.look, many and film.turntable is None)
-    if many:
+    if as_page:
+        page.check(output, film)
+    elif many:
         check_series(output)
     else:
         _check_picture(output, film)
+    if not as_page:
+        page.check_none(output)
     if inputs:
         source, names = load_together(frame, view.look, inputs)
     elif views is not None:
@@ -136,6 +144,9 @@ def render(
     if picture.ground or is_scene:
         view = replace(view, lights=look.lights(shadow=True))
     view = replace(view, finish=picture.finish(output, view, source, many, film.turntable == "camera"))
+    if as_page:
+        page.write(source, view, output, frame, device, tell)
+        return
     if many:
         _render_series(source, view, output, film, device, tell)
         return

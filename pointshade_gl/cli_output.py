@@ -62,7 +62,7 @@ def open_renderer(device: int) -> Iterator[Renderer]:
 def announce(renderer: Renderer) -> None:
     """A note if it runs on the CPU."""
     if renderer.context.is_software:
-        print_note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
+        print_note(SOFTWARE.format(renderer.context.renderer))
 
 
 @contextmanager

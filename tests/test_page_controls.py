@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -58,7 +59,7 @@ def assert_same(found, expected):
 
 
 def places(*ends, steps=8):
-    for (a, b), (c, d) in zip(ends, ends[1:], strict=False):
+    for (a, b), (c, d) in pairwise(ends):
         yield from ((a + (c - a) * k / steps, b + (d - b) * k / steps) for k in range(1, steps + 1))
 
 

@@ -102,22 +102,7 @@ class MeshBuffers(Owner):
 
     def __init__(self, context: moderngl.Context, mesh: Mesh, programs: MeshPrograms):
         super().__init__(context)
-        faces, positions, uv = mesh.faces, mesh.positions, mesh.uv
-        uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
-        if mesh.normals is None or mesh.shading == "flat":
-            positions, uv = positions[faces.ravel()], uv[faces.ravel()]
-            a, b, c = positions.reshape(-1, 3, 3).transpose(1, 0, 2)
-            normals = np.cross(b - a, c - a).repeat(3, 0)
-            faces = np.arange(len(positions), dtype=np.uint32)
-        else:
-            normals = mesh.normals
-        normals = np.where(
-            normals.any(-1, keepdims=True), normals, np.array((0, 0, 1), np.float32)
-        )  # of triangles without area
-        middle = positions
-        if mesh.shading == "flat":
-            middle = positions.reshape(-1, 3, 3).mean(1).repeat(3, 0)
-        vertices = np.concatenate([positions, normals, uv, middle], -1).astype("f4")
+        vertices, faces = mesh_vertices(mesh)
         with self._all_or_nothing():
             self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(44))
             self._faces = self._allocate(context.buffer, np.ascontiguousarray(faces).tobytes() or bytes(12))
@@ -138,6 +123,27 @@ class MeshBuffers(Owner):
         texture.build_mipmaps()
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         return texture
+
+
+def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 11) float32: position, normal, uv and where it is lit, of each corner; and the (m,) or (m, 3) corners of the
+    triangles, uint32."""
+    faces, positions, uv = mesh.faces, mesh.positions, mesh.uv
+    uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
+    if mesh.normals is None or mesh.shading == "flat":
+        positions, uv = positions[faces.ravel()], uv[faces.ravel()]
+        a, b, c = positions.reshape(-1, 3, 3).transpose(1, 0, 2)
+        normals = np.cross(b - a, c - a).repeat(3, 0)
+        faces = np.arange(len(positions), dtype=np.uint32)
+    else:
+        normals = mesh.normals
+    normals = np.where(
+        normals.any(-1, keepdims=True), normals, np.array((0, 0, 1), np.float32)
+    )  # of triangles without area
+    middle = positions
+    if mesh.shading == "flat":
+        middle = positions.reshape(-1, 3, 3).mean(1).repeat(3, 0)
+    return np.concatenate([positions, normals, uv, middle], -1).astype("f4"), faces
 
 
 def _camera(eye: Eye, view: np.ndarray) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def repeated(values: Whole, known: Known) -> Whole:
 
 def predicted(plane: Whole) -> Whole:
     """Each pixel by those on its left (a), above (b) and before that (c); the first one is 0."""
-    a, b, c = np.zeros((3, *plane.shape), plane.dtype)
+    a, b, c = (np.zeros_like(plane) for _ in range(3))
     a[:, 1:], b[1:], c[1:, 1:] = plane[:, :-1], plane[:-1], plane[:-1, :-1]
     b[0] = c[0] = a[0]
     a[1:, 0] = c[1:, 0] = b[1:, 0]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..gpu.grid_objects import ShownGrid
 from ..gpu.images import read_texture
 from ..gpu.objects import Thing
-from ..gpu.point_objects import ShownPoints, ShownSet
+from ..gpu.point_objects import Points, ShownPoints, ShownSet
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
@@ -52,7 +52,9 @@ def _read(
     if gain is not None:
         colors = _brightened(colors, gain)
     certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
-    sizes, is_round = (points.sizes, points.splat == "round") if isinstance(shown, ShownPoints) else (np.ones(1), False)
+    sizes, is_round = np.ones(1, np.float32), False
+    if isinstance(points, Points):
+        sizes, is_round = points.sizes, points.splat == "round"
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
     left, top, right, bottom = box = _box(depth, others)
     camera = points.source
@@ -72,13 +74,14 @@ def _read(
 def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
     dtype = np.uint16 if texture.dtype == "nu2" else np.uint8
     values = np.frombuffer(texture.read(alignment=1), dtype).reshape(texture.height, texture.width, -1)[..., :3]
-    return values if dtype == np.uint8 else np.rint(values / 257).astype(np.uint8)
+    return (values if dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
 
 
 def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
     if texture is None:
         return None
-    return np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, -1) / np.float32(65535)
+    values = np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, -1)
+    return (values / 65535).astype(np.float32)
 
 
 def _brightened(colors: NDArray[np.uint8], gain: NDArray[Any]) -> NDArray[np.uint8]:

@@ -171,7 +171,6 @@ function makeActions(current, change, start, camera, castsShadows) {
 function makePointers(canvas, stage, current, change) {
   let drag = ""; // "orbit", "pan", "light", "click" until it has moved, or "" while no button is down
   let began = null, last = null; // places of the mouse, CSS pixels
-  let grip = null; // of the mouse on the light: the camera of the last move, and how far they are apart, rims
   const fingers = new Map();
   let most = 0; // fingers of this touch
   let isTap = false;
@@ -192,13 +191,10 @@ function makePointers(canvas, stage, current, change) {
 
   // The light follows the mouse. If they are apart when the mouse takes it, the gap shrinks with each move.
   function followed(before, after) {
-    const { state, camera } = current();
+    const { state } = current();
     const from = rims(before), to = rims(after);
-    const slack = grip?.camera === camera && grip.left === state.lightAt ? grip.slack : plus(state.lightAt, times(from, -1));
-    const left = times(slack, Math.exp(-CATCH_UP * distance(from, to)));
-    const lightAt = plus(to, left);
-    grip = { camera, slack: left, left: lightAt };
-    return { ...state, lightAt };
+    const gap = plus(state.lightAt, times(from, -1));
+    return { ...state, lightAt: plus(to, times(gap, Math.exp(-CATCH_UP * distance(from, to)))) };
   }
 
   const placed = (place) => ({ ...current().state, lightAt: rims(place) });
@@ -232,7 +228,7 @@ function makePointers(canvas, stage, current, change) {
   }
 
   function leave() {
-    if (!drag) last = grip = null;
+    if (!drag) last = null;
   }
 
   const spread = (places) => {

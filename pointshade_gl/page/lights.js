@@ -1,6 +1,6 @@
 // Lights as the shaders read them (light.py). Positions and directions are in home axes.
 
-const LIGHT_UNIT = (v) => times(v, 1 / Math.hypot(...v));
+const unit = (v) => times(v, 1 / Math.hypot(...v));
 
 // Rows of 5 texels for each light, in the axes of a viewer with this pose. spans: see shadowViews.
 function lightRows(lights, pose, spans) {
@@ -9,11 +9,11 @@ function lightRows(lights, pose, spans) {
   lights.forEach((light, k) => {
     const row = rows.subarray(20 * k, 20 * k + 20);
     if (light.position) row.set([...applied(turn, plus(light.position, times(place, -1))), 1]);
-    else row.set([...applied(turn, LIGHT_UNIT(light.direction)), 0]);
+    else row.set([...applied(turn, unit(light.direction)), 0]);
     row.set(times(light.color, light.intensity), 4);
     row.set(light.attenuation, 8);
     if (light.position && light.direction) {
-      row.set(applied(turn, LIGHT_UNIT(light.direction)), 12);
+      row.set(applied(turn, unit(light.direction)), 12);
       row.set(light.cone.map((angle) => Math.cos(radians(angle))), 16);
     }
     row[15] = spans && spans[k] ? spans[k][0] : -1;

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import Mesh
+from ..gpu.mesh_objects import PlacedMesh, mesh_vertices
 from .coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane
 from .contents import Surface
 
@@ -28,7 +28,7 @@ class Quality(NamedTuple):
     jpeg: int | None
 
 
-QUALITIES = {"exact": Quality(1e-6, 12, None), "small": Quality(2e-5, 10, 92)}
+QUALITIES = {"exact": Quality(1e-6, 14, None), "small": Quality(2e-5, 10, 92)}
 
 
 def surface_part(surface: Surface, quality: Quality) -> Part:
@@ -60,13 +60,34 @@ def surface_part(surface: Surface, quality: Quality) -> Part:
         "hasRims": not surface.is_round and bool((sizes == 1).all()),
         "isRound": surface.is_round,
         "source": list(surface.intrinsics),
-        "axes": surface.axes.tolist(),
+        "axes": surface.axes,
         "scale": surface.scale,
     }
     body = [kinds.tobytes(), *(data for data, _ in planes), color_bytes]
     body += [certainty.tobytes()] if certainty is not None else []
     body += [sizes.tobytes()] if sizes.size > 1 else []
     return head, b"".join(body)
+
+
+def mesh_part(placed: PlacedMesh, quality: Quality) -> Part:
+    """A mesh, its corners as the renderer takes them."""
+    mesh = placed.mesh
+    vertices, faces = mesh_vertices(mesh)
+    head: dict[str, Any] = {
+        "kind": "mesh",
+        "vertices": len(vertices),
+        "corners": faces.size,
+        "baseColor": list(mesh.color),
+        "texture": None,
+        "axes": placed.world,
+        "scale": 1,
+    }
+    body = vertices.T.astype("<f4").tobytes() + faces.astype("<u4").tobytes()
+    if mesh.texture is not None:
+        every = np.ones(mesh.texture.shape[:2], np.bool_)
+        head["texture"], colors = _color_part(mesh.texture[..., :3], every, quality)
+        body += colors
+    return head, body
 
 
 def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Quality) -> Part:

@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
+from ..finish import Finish
 from ..frame import Frame
 from ..light import Light, at_upper_left
 from ..scene import Placed, Scene
 from ..shot import is_alone, material_of
 from ..viewer.state import Stage, State
+from .left_out import left_out
 
 Matrix = NDArray[np.float64]
 
@@ -34,12 +36,14 @@ class Showing:
     turn: tuple[float, float, float]
     lights: Sequence[Light]
     shading: str
+    finish: Finish
 
     @property
     def stage(self) -> Stage:
+        if isinstance(self.source, Scene):
+            return Stage.of(replace(self.source, pose=self.home))
         stage = Stage.of(self.source)
-        pivot = self.home[:3, :3].T @ (self.source.pivot - self.home[:3, 3])
-        return replace(stage, pivot=stage.upright @ pivot) if isinstance(self.source, Frame) else stage
+        return replace(stage, pivot=stage.upright @ self._at_home(self.source.pivot))
 
     def values(self) -> dict[str, Any]:
         """For the JSON: all but the things."""
@@ -65,8 +69,16 @@ class Showing:
             "lights": lights[1:],
             "ambient": list(self.scene.ambient),
             "bounds": {"centre": self._at_home(pivot).tolist(), "radius": radius},
+            "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
+            "background": self._background(),
+            "leftOut": self.left_out,
         }
+
+    @property
+    def left_out(self) -> list[str]:
+        """What the page does not show as `Renderer.render` does, in sentences."""
+        return list(left_out(self.scene, self.lights, self.finish))
 
     def start(self, stage: Stage) -> State:
         """The state in which the page begins: its first light is the one that is held."""
@@ -96,6 +108,13 @@ class Showing:
             "cone": list(light.cone),
             "shadow": light.shadow,
         }
+
+    def _background(self) -> str | None:
+        """As CSS writes colours."""
+        if self.finish.background is None:
+            return None
+        encoded = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055 for c in self.finish.background)
+        return f"rgb({', '.join(f'{255 * c:.0f}' for c in encoded)})"
 
     def _distance(self) -> float | None:
         """How far everything is taken to be for the near plane; None where that depends on who looks (shot.py)."""

@@ -6,8 +6,9 @@ import base64
 import html
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -15,33 +16,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import FilePath, Scenes, loaded, seen_by
-from ..checks import check_choice, check_path, shown
+from ..checks import check_choice, check_count, check_path, shown
 from ..files.whole import check_place, written_whole
 from ..finish import Finish
 from ..frame import Frame
+from ..gpu.mesh_objects import PlacedMesh
 from ..ground import LIGHT as GROUND_LIGHT
 from ..light import check_lights
 from ..look import Look
+from ..notes import print_note
 from ..renderer import Renderer
 from ..scene import Scene
+from ..wording import option
 from .coding import pack
 from .contents import surfaces_of
-from .parts import QUALITIES, Part, Quality, surface_part
+from .parts import QUALITIES, Part, Quality, mesh_part, surface_part
+from .reduced import reduced
 from .shaders import shader_texts
 from .showing import Showing, look_of
 
 FOLDER = Path(__file__).resolve().parent
-SCRIPTS = "state.js", "decode.js", "programs.js", "lights.js", "draw.js", "controls.js"
+SCRIPTS = (
+    "state.js",
+    "decode.js",
+    "programs.js",
+    "lights.js",
+    "shadows.js",
+    "take.js",
+    "paint.js",
+    "draw.js",
+    "controls.js",
+)
 SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
+LARGEST = 2048  # pixels a side: so many have the textures of every browser
+STRAIGHT = 0.0, 0.0, 0.0  # not turned
 
 Source = Frame | Sequence[Frame] | Scene | FilePath
 
 
-def write_page(renderer: Renderer, path: FilePath, source: Source, **options: Any) -> None:
-    """Writes what `draw_page` makes, completely or not at all."""
+def write_page(
+    renderer: Renderer,
+    path: FilePath,
+    source: Source,
+    *,
+    quality: str = "exact",
+    largest: int = LARGEST,
+    title: str | None = None,
+    **options: Any,
+) -> None:
+    """Writes a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
+
+    The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
+    Depths and normals are those that `render` draws with, "auto" smooths noise in the page, too.
+
+    path     ends with .html; it is written completely or not at all
+    source   as `render` takes it: a Frame, several in a sequence, a Scene, a path or a built-in name
+    quality  "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about half as
+             large, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees
+    largest  pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth
+    title    what the page calls itself; None is the name of a path, or "pointshade"
+    options  those of `render`: the page begins with the picture that it gives. The mouse holds the first light, the
+             others stay where they are. Samples and ground are those of the picture for browsers without WebGL 2.
+
+    Where something cannot be shown (the size of lights, grounds, triangles between pixels, the mean of several frames),
+    a note says so, and the page's help.
+
+    Raises ValueError or TypeError for arguments that do not fit, and OSError for a path that cannot be written.
+    """
     path = check_page_path(path)
-    text = draw_page(renderer, source, **options)
+    text = draw_page(renderer, source, quality=quality, largest=largest, title=title, **options)
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -55,54 +99,53 @@ def check_page_path(path: FilePath) -> Path:
 
 
 def draw_page(
-    renderer: Renderer, source: Source, *, quality: str = "exact", title: str = "pointshade", **options: Any
+    renderer: Renderer,
+    source: Source,
+    *,
+    quality: str = "exact",
+    largest: int = LARGEST,
+    title: str | None = None,
+    **options: Any,
 ) -> str:
-    """The page as a text."""
-    check_choice("quality", quality, tuple(QUALITIES))
-    if not isinstance(title, str):
+    """The text of the page that `save_page` writes."""
+    check_choice(option("quality"), quality, tuple(QUALITIES))
+    check_count(largest, "largest", 1, "of pixels ")
+    named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
+    if not isinstance(title, str | None):
         raise TypeError(f"title must be a text, got {shown(title)}")
-    source = loaded(source)
+    source = reduced(loaded(source), largest)
     still = renderer.render(source, **options)
-    showing = arranged(source, dict(options))
+    showing = arranged(source, options)
+    for sentence in showing.left_out:
+        print_note(f"in the page {sentence}")
     parts = list(_parts(renderer, showing, QUALITIES[quality]))
-    data = showing.values() | {"things": [head for head, _ in parts], "background": _css(options)}
-    body = b"".join(content for _, content in parts)
-    return _filled(title, still, data, body)
+    data = showing.values() | {"things": [head for head, _ in parts]}
+    return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
 
 
 def arranged(source: Frame | Sequence[Frame] | Scene, options: dict[str, Any]) -> Showing:
     """What a page of these options of `Renderer.render` shows first."""
-    look = Look(**{field.name: options[field.name] for field in fields(Look) if options.get(field.name) is not None})
+    given = {name: value for name, value in options.items() if value is not None}
+    look = Look(**{field.name: given[field.name] for field in fields(Look) if field.name in given})
     scene = Scenes().of(source, tuple(look.options.values()))
-    names = ("samples", "background", "ground")
-    finish = Finish(**{name: options[name] for name in names if name in options})
-    lights = options.get("light")
-    lights = lights if lights is not None else scene.lights or (GROUND_LIGHT if finish.ground else None)
-    turn = tuple(options.get(name, 0.0) for name in ("yaw", "pitch", "dolly"))
-    camera, seen = seen_by(source, scene, options.get("camera"), options.get("pose"), *turn)
-    mover = scene if isinstance(source, Scene) else scene.things[0].content.frame
-    is_own = isinstance(mover, Frame) and options.get("pose") is None
-    home, turn = (mover.pose, turn) if is_own else (seen, (0.0, 0.0, 0.0))
-    shading = "phong" if isinstance(source, Scene) else look.shading
-    return Showing(mover, scene, camera, np.asarray(home), turn, check_lights(lights), shading)
+    finish = Finish(**{field.name: given[field.name] for field in fields(Finish) if field.name in given})
+    lights = given.get("light", scene.lights or (GROUND_LIGHT if finish.ground else None))
+    turn = given.get("yaw", 0.0), given.get("pitch", 0.0), given.get("dolly", 0.0)
+    camera, seen = seen_by(source, scene, given.get("camera"), given.get("pose"), *turn)
+    if isinstance(source, Scene):
+        return Showing(scene, scene, camera, seen, STRAIGHT, check_lights(lights), "phong", finish)
+    frame = scene.things[0].content.frame
+    home, turn = (seen, STRAIGHT) if "pose" in given else (frame.pose, turn)
+    return Showing(frame, scene, camera, home, turn, check_lights(lights), look.shading, finish)
 
 
-def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Any:
+def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
-            for surface in surfaces_of(thing):
-                head, body = surface_part(surface, quality)
-                yield head | look_of(placed) | {"axes": showing.axes_of(surface.axes).tolist()}, body
-
-
-def _css(options: dict[str, Any]) -> str | None:
-    """The background as CSS writes colours."""
-    linear = Finish(background=options.get("background")).background
-    if linear is None:
-        return None
-    encoded = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055 for c in linear)
-    return f"rgb({', '.join(f'{255 * c:.0f}' for c in encoded)})"
+            meshes = [mesh_part(thing, quality)] if isinstance(thing, PlacedMesh) else []
+            for head, body in meshes or (surface_part(surface, quality) for surface in surfaces_of(thing)):
+                yield head | look_of(placed) | {"axes": showing.axes_of(head["axes"]).tolist()}, body
 
 
 def _filled(title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes) -> str:

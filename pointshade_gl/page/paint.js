@@ -1,0 +1,88 @@
+// One way to draw each kind of thing, by the shaders of the renderer.
+
+const SHADINGS = ["none", "flat", "gouraud", "phong"];
+const LIT_EARLY = ["flat", "gouraud"]; // of these: light points or corners, and mix that light
+const CORNERS = { position: [3, 0], normal: [3, 12], uv: [2, 24], lit_at: [3, 32] }; // of meshes: numbers, first byte
+
+// The uniforms of a thing's way into a view. Points have a unit of their own, `scale` of the world's.
+function warpOf({ axes, surface, source, scale }, camera, pose, near) {
+  const view = product(inverted(pose), axes);
+  for (let k = 0; k < 3; ++k) view[k][3] /= scale;
+  const target = [camera.fx, camera.fy, camera.cx, camera.cy], target_size = [camera.width, camera.height];
+  return { surface_map: surface, source, target, view, target_size, near: near / scale, first_id: 1 };
+}
+
+// What turns normals: the inverse of the view's transpose.
+function normalView(view) {
+  const [a, b, c] = rotation(view), cofactors = [cross(b, c), cross(c, a), cross(a, b)];
+  return cofactors.map((row) => times(row, 1 / dot(a, cofactors[0])));
+}
+
+class Painter {
+  constructor(gl, programs) {
+    Object.assign(this, { gl, programs, tables: {} });
+  }
+
+  // From now on a box (left, top, width, height) of a target is drawn to, the nearest stays.
+  begin(target, [left, top, width, height], depthTest) {
+    const gl = this.gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    gl.viewport(left, top, width, height);
+    if (depthTest) gl.enable(gl.DEPTH_TEST);
+    else gl.disable(gl.DEPTH_TEST);
+  }
+
+  // Runs a fragment shader on all pixels of a box.
+  fill(target, box, fragment, constants, inputs, depthTest = true) {
+    this.begin(target, box, depthTest);
+    this.programs.get("fullscreen.vert", fragment, constants).use(inputs);
+    this.gl.drawArrays(this.gl.TRIANGLES, 0, 3);
+  }
+
+  // Which source pixel each pixel of a view shows.
+  drawSplats(target, thing, warp) {
+    const gl = this.gl;
+    this.begin(target, [0, 0, ...warp.target_size], true);
+    gl.clearBufferiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    const splats = this.programs.get("splats.vert", "splats.frag"), size = splats.attribute("size");
+    splats.use({ ...warp, is_round: thing.isRound, has_rims: thing.hasRims });
+    if (thing.sizes) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, thing.sizes);
+      gl.enableVertexAttribArray(size);
+      gl.vertexAttribPointer(size, 1, gl.FLOAT, false, 0, 0);
+    } else gl.vertexAttrib1f(size, thing.size);
+    this.drawElements(gl.POINTS, thing.known);
+    gl.disableVertexAttribArray(size);
+    if (!thing.rims) return;
+    this.programs.get("rims.vert", "rims.frag").use(warp);
+    this.drawElements(gl.POINTS, thing.rims);
+  }
+
+  drawMesh(target, box, vertex, fragment, thing, inputs) {
+    const gl = this.gl;
+    this.begin(target, box, true);
+    const program = this.programs.get(vertex, fragment);
+    program.use(inputs);
+    gl.bindBuffer(gl.ARRAY_BUFFER, thing.corners);
+    const used = Object.entries(CORNERS).map(([name, layout]) => [program.attribute(name), ...layout]);
+    const places = used.filter(([place]) => place >= 0);
+    for (const [place, numbers, first] of places) {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, numbers, gl.FLOAT, false, 44, first);
+    }
+    this.drawElements(gl.TRIANGLES, thing.faces);
+    for (const [place] of places) gl.disableVertexAttribArray(place);
+  }
+
+  drawElements(kind, { buffer, count }) {
+    this.gl.bindBuffer(this.gl.ELEMENT_ARRAY_BUFFER, buffer);
+    this.gl.drawElements(kind, count, this.gl.UNSIGNED_INT, 0);
+  }
+
+  // A texture of rows of five texels.
+  table(name, rows) {
+    this.gl.deleteTexture(this.tables[name] || null);
+    return (this.tables[name] = makeTexture(this.gl, "rgba32f", 5, rows.length / 20, rows));
+  }
+}

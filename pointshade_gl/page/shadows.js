@@ -1,0 +1,65 @@
+// The cameras of the pictures that lights take for their shadows (shadow_views.py), and where those lie (gpu/shadows.py).
+
+const FAR_AWAY = 1000, CONTACT = 0.003, NEAREST = 0.002; // radii of the scene
+const SHADOW_SIDE = 1024, SHADOW_MAP = 8192; // pixels of a view, and of all of them side by side
+const SHADOW_RIM = 2; // pixels round a view that stay empty
+const WIDEST_VIEW = radians(70);
+const FACES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
+const minus = (a, b) => a.map((x, k) => x - b[k]);
+
+// The views that the lights take of what lies within a sphere, and which are each light's; toWorld turns home axes.
+function shadowViews(lights, { centre, radius }, toWorld) {
+  const looks = lights.map((one) => (one.shadow ? shadowDirections(one, centre, radius, toWorld) : []));
+  const count = looks.flat().length;
+  const side = Math.min(SHADOW_SIDE, Math.floor(SHADOW_MAP / Math.max(Math.ceil(Math.sqrt(count)), 1)));
+  const views = [], spans = [];
+  lights.forEach((one, k) => {
+    spans.push(looks[k].length ? [views.length, looks[k].length] : null);
+    for (const [direction, half] of looks[k]) views.push(shadowEye(one, direction, half, centre, radius, side, toWorld));
+  });
+  const columns = Math.max(Math.ceil(Math.sqrt(count)), 1);
+  views.forEach((view, k) => (view.first = [(k % columns) * side, Math.floor(k / columns) * side]));
+  return { views, spans, side, size: [columns * side, Math.ceil(count / columns) * side] };
+}
+
+// Where a light looks, and half the angle that it must see.
+function shadowDirections({ position, direction, cone }, centre, radius, toWorld) {
+  if (!position) return [[unit(direction), 0]];
+  const toCentre = minus(centre, position), away = Math.hypot(...toCentre), found = [];
+  if (direction) found.push([unit(direction), radians(cone[1])]);
+  if (away > radius) found.push([times(toCentre, 1 / away), Math.asin(radius / away)]);
+  const narrow = found.filter(([, half]) => half <= WIDEST_VIEW).sort((a, b) => a[1] - b[1]);
+  return narrow.length ? [narrow[0]] : FACES.map((face) => [applied(transposed(toWorld), face), Math.PI / 4]);
+}
+
+function shadowEye({ position }, direction, half, centre, radius, side, toWorld) {
+  let place = position, focal = (side / 2 - SHADOW_RIM) / Math.tan(half);
+  if (!position) {
+    const away = FAR_AWAY * radius;
+    place = minus(centre, times(direction, away));
+    focal = ((side / 2 - SHADOW_RIM) * (away - radius)) / radius;
+  }
+  const near = Math.max(dot(minus(centre, place), direction) - 1.1 * radius, NEAREST * radius), middle = (side - 1) / 2;
+  const camera = { fx: focal, fy: focal, cx: middle, cy: middle, width: side, height: side };
+  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact: CONTACT * radius };
+}
+
+// The pose of a camera that looks along a unit direction; similar directions give a similar roll.
+function lookingAlong(place, direction, toWorld) {
+  const z = applied(toWorld, direction);
+  const x = unit(cross(z, Math.abs(z[0]) > 0.7 ? [0, 1, 0] : [1, 0, 0]));
+  const turn = product(transposed(toWorld), transposed([x, cross(z, x), z]));
+  return [...turn.map((row, k) => [...row, place[k]]), [0, 0, 0, 1]];
+}
+
+// Rows of 5 texels for each view, for points in axes with this pose.
+function shadowRows(views, axes) {
+  const rows = new Float32Array(20 * Math.max(views.length, 1));
+  views.forEach(({ camera, pose, near, contact, first }, k) => {
+    const way = product(inverted(pose), axes).slice(0, 3).flat();
+    rows.set([...way, camera.fx, camera.cx, ...first, near, camera.width, contact, 0], 20 * k);
+  });
+  return rows;
+}

@@ -17,10 +17,12 @@ from hypothesis import settings
 
 import pointshade_gl as ps
 from pointshade_gl import cli
+from pointshade_gl.reference import grid_pass
 from pointshade_gl.wording import option
 
 from .browser import Browser, find_chromium
 from .compare import compare_images, difference_picture
+from .drivers import places_of_a_vertex
 from .shader_function import evaluate
 
 HERE = Path(__file__).resolve().parent
@@ -38,14 +40,21 @@ def pytest_addoption(parser):
 
 @pytest.fixture(scope="session")
 def renderer():
-    """One Renderer for the whole run. Without GL the test is skipped, unless POINTSHADE_REQUIRE_GL=1."""
+    """One Renderer for the whole run. Without GL the test is skipped, unless POINTSHADE_REQUIRE_GL=1.
+
+    POINTSHADE_DRIVER is a part of the driver's name for which the run is meant: on another one it fails.
+    """
     try:
         made = ps.Renderer()
     except ps.ContextError as error:
         if os.environ.get("POINTSHADE_REQUIRE_GL") == "1":
             raise
         pytest.skip(str(error))
-    yield made
+    wanted = os.environ.get("POINTSHADE_DRIVER", "")
+    assert wanted in made.context.renderer, f"this run is meant for {wanted}, {made.context.renderer} draws"
+    with pytest.MonkeyPatch.context() as mirror:
+        mirror.setattr(grid_pass, "SNAP", places_of_a_vertex(made))
+        yield made
     made.release()
 
 

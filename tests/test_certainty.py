@@ -14,6 +14,7 @@ from pointshade_gl.reference.surface_pass import certainty_by_noise, measure_noi
 
 from . import frames
 from .compare import compare_images
+from .drivers import need_compute
 from .test_shader_functions import F
 
 CAMERA = ps.Camera(262.5, 262.5, 159.5, 119.5, 320, 240)
@@ -126,8 +127,8 @@ def test_pictures_agree_with_the_mirror(renderer, true_depth, undoubting, name):
     """And are nearer to the picture of the true surface, of which the noise makes blotches."""
     options = dict(DRAWN[name])
     rasterizer = options.pop("rasterizer", None)
-    if rasterizer is None and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if rasterizer is None:
+        need_compute(renderer)
     light = options.pop("light", ps.Light(direction=(1, 1, 2)))
     frame, look = frame_of(stereo(true_depth)), Look(material=SHINY, **options)
     noise = measure_noise(frame.depth, 262.5)

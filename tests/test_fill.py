@@ -7,6 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.reference import gaps
 
 from . import frames
+from .drivers import need_compute
 from .test_sparse import PATTERNS, at_random, ground, kept, scan_lines
 
 F = np.float32
@@ -17,8 +18,8 @@ REACH = 6
 
 @pytest.fixture(scope="module", params=["points", "compute"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         yield made
 

@@ -10,6 +10,7 @@ from pointshade_gl.reference.surface_pass import surface_by_noise
 from pointshade_gl.reference.texels import depth_at
 
 from . import frames
+from .drivers import need_compute
 from .test_surface import assert_agree
 
 F = np.float32
@@ -136,8 +137,8 @@ def test_clean_depth_does_not_change(renderer, make):
 
 @pytest.fixture(params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         yield made
 

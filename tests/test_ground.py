@@ -12,6 +12,7 @@ from pointshade_gl.reference import camera, ground
 from pointshade_gl.reference.render import render as mirror_render
 
 from . import frames
+from .drivers import need_compute
 from .test_shader_functions import TARGET, light_views, occluders, turned
 
 SUN = ps.Light(direction=(0.5, 1, 0.4), shadow=True)
@@ -85,8 +86,8 @@ def test_ground_functions_are_those_of_the_mirror(gpu):
 
 @pytest.fixture(params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         made.name = request.param
         yield made

@@ -12,6 +12,7 @@ from pointshade_gl import shadow_views
 from pointshade_gl.gpu.passes import FullscreenPass
 
 from . import frames
+from .drivers import need_compute
 from .test_renderer import living_objects
 
 SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
@@ -108,9 +109,9 @@ def interrupted(nth):
 @pytest.mark.parametrize(
     ("rasterizer", "name"), [*(("compute", name) for name in CALLS), ("points", "flat"), ("points", "scene")]
 )
-def test_each_allocation_and_each_pass_fails_once(context, monkeypatch, rasterizer, failing, name):
-    if rasterizer == "compute" and context.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+def test_each_allocation_and_each_pass_fails_once(context, renderer, monkeypatch, rasterizer, failing, name):
+    if rasterizer == "compute":
+        need_compute(renderer)
     monkeypatch.setattr(shadow_views, "SHADOW_SIDE", 32)
     with context:
         with ps.Renderer(context, rasterizer=rasterizer) as renderer:

@@ -10,6 +10,7 @@ from pointshade_gl.reference.render import render as mirror_render
 
 from . import frames
 from .compare import compare_images
+from .drivers import places_of_a_vertex
 from .test_truth import CAMERA, score, source  # noqa: F401 - a fixture
 
 LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))
@@ -36,10 +37,13 @@ def drawn(image):
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
 def test_a_closer_look(renderer, golden, shading):
-    """One triangle covers several pixels, and the models differ; holes make single triangles."""
+    """One triangle covers several pixels, and the models differ; holes make single triangles.
+
+    The stored pictures have vertices at 256 places between pixels; at 16 another triangle shows at their edges.
+    """
     frame = frames.holes()
     pictures = both(renderer, frame, [LIGHT], turned(frame, 15, 5, 0.4), shading=shading)
-    golden(f"mesh_{shading}", *pictures, stored=shading in ("flat", "phong"))
+    golden(f"mesh_{shading}", *pictures, stored=shading in ("flat", "phong") and places_of_a_vertex(renderer) == 256)
 
 
 @pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
@@ -154,7 +158,8 @@ def test_from_another_view_its_depth_is_that_of_the_surface(renderer):
     normal, place = pose[:3, :3].T @ (0.5, 0.2, -1), pose[:3, :3].T @ ((0, 0, 1.5) - pose[:3, 3])
     seen = depth > 0
     assert 0.5 < seen.mean() < 1
-    np.testing.assert_allclose(depth[seen], (normal @ place / (rays @ normal))[seen], rtol=1e-5)
+    rtol = {256: 1e-5, 16: 4e-5}[places_of_a_vertex(renderer)]  # a vertex that is moved takes the plane with it
+    np.testing.assert_allclose(depth[seen], (normal @ place / (rays @ normal))[seen], rtol=rtol)
 
 
 def test_in_a_scene_it_is_the_same_at_any_scale_and_among_others(renderer):

@@ -11,6 +11,7 @@ from pointshade_gl.reference.render import render as mirror_render
 from pointshade_gl.reference.surface_pass import surface_by_noise
 
 from . import frames
+from .drivers import need_compute
 
 LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))
 
@@ -24,8 +25,8 @@ def vase():
 @pytest.fixture(params=["compute", "points"])
 def rasterizer(request, renderer):
     """A renderer for each rasteriser."""
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         made.name = request.param
         yield made
@@ -135,8 +136,7 @@ def test_another_size_and_the_default_light(rasterizer, golden):
 @pytest.mark.parametrize(("merge", "rims"), [(0, 0), (MERGE, 0.0003)])
 def test_both_rasterizers_cover_the_same_and_differ_only_where_splats_overlap(renderer, shading, merge, rims):
     """Neighbours overlap by a tenth of a source pixel: which one is seen there may differ, mixed values hardly."""
-    if renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    need_compute(renderer)
     with ps.Renderer(rasterizer="points") as points, ps.Renderer(rasterizer="compute", merge=merge) as compute:
         for frame in (vase(), frames.sphere(), frames.sphere_before_wall(), frames.step()):
             own, other = (r.render(frame, LIGHT, shading=shading).astype(int) for r in (points, compute))

@@ -7,12 +7,13 @@ import pytest
 import pointshade_gl as ps
 
 from . import frames
+from .drivers import need_compute
 
 
 @pytest.fixture(params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         made.kind = request.param
         made.expected = made.render(frames.sphere())

@@ -18,6 +18,7 @@ from pointshade_gl.shot import looking_distance
 
 from . import frames
 from .compare import compare_images
+from .drivers import need_compute
 from .test_pictures import vase
 from .view_sets import pose_at, three_views
 
@@ -28,8 +29,8 @@ BOARD = ps.Mesh([(-0.4, 0.3, 1), (0.4, 0.3, 1), (0.4, 0.3, 2), (-0.4, 0.3, 2)], 
 
 @pytest.fixture(scope="module", params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         made.name = request.param
         yield made

@@ -9,6 +9,8 @@ import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible, near_edge
 from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere_and_wall, trace
 
+from .drivers import need_compute
+
 CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
 GREY = (0.5, 0.45, 0.4)
 SPOT = ps.Light(
@@ -42,8 +44,8 @@ def source():
 
 @pytest.fixture(scope="module", params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         yield made
 

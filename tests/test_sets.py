@@ -17,6 +17,7 @@ from pointshade_gl.shot import looking_distance
 
 from . import frames
 from .compare import compare_images
+from .drivers import need_compute
 from .view_sets import noisy, pose_at, replaced, seen_from, three_views, write_views
 
 BETWEEN = pose_at(6, -2)
@@ -25,8 +26,8 @@ SUN = ps.Light(direction=(0.6, 0.5, 1), shadow=True)
 
 @pytest.fixture(scope="module", params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         yield request.param, made
 

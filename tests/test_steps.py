@@ -62,7 +62,8 @@ def test_only_what_changed_runs_again_and_the_picture_is_that_of_a_new_renderer(
 )
 def test_models_that_light_points_look_them_up_again(renderer, frame, shading, steps):
     phong = renderer.render(frame)
-    assert ran(renderer, frame, shading=shading)[0] == steps
+    at_once = shading == "flat" and renderer.context.gl.version_code < 430  # GL points are lit as they are drawn
+    assert ran(renderer, frame, shading=shading)[0] == ({"lit splats"} if at_once else steps)
     assert ran(renderer, frame, shading=shading, light=ps.Light(position=(1, 0, 0)))[0] == steps
     assert (renderer.render(frame) == phong).all()
 

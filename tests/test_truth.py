@@ -9,6 +9,8 @@ import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible, score_picture
 from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_and_wall, trace
 
+from .drivers import need_compute
+
 CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
 LIGHT = ps.Light(position=(-1.0, -1.0, -0.5))
 ESTIMATED = {"normals": "triangles-8", "max_depth_step": 0.05}
@@ -16,8 +18,8 @@ ESTIMATED = {"normals": "triangles-8", "max_depth_step": 0.05}
 
 @pytest.fixture(scope="module", params=["compute", "points"])
 def rasterizer(request, renderer):
-    if request.param == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if request.param == "compute":
+        need_compute(renderer)
     with ps.Renderer(rasterizer=request.param) as made:
         yield made
 

@@ -7,6 +7,8 @@ import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible
 from pointshade_gl.bench.tracing import as_frame, encode, plane, trace
 
+from .drivers import need_compute
+
 SOURCE = ps.Camera(262, 262, 159.5, 119.5, 320, 240)
 CAMERA = ps.Camera(131, 131, 79.5, 59.5, 160, 120)
 LOW, HIGH = np.array((-2.0, -1.3, -1.0)), np.array((2.0, 1.3, 6.0))  # of the room, metres
@@ -40,8 +42,8 @@ def source():
 @pytest.mark.parametrize("rasterizer", ["compute", "points"])
 def test_views_from_inside_a_room_show_the_room(renderer, rasterizer, source):
     """200 views. What is drawn has the colour of the wall that is there, and what the camera saw is drawn."""
-    if rasterizer == "compute" and renderer.context.gl.version_code < 430:
-        pytest.skip("the compute rasteriser needs OpenGL 4.3")
+    if rasterizer == "compute":
+        need_compute(renderer)
     frame, wrong = as_frame(source, SOURCE), []
     with ps.Renderer(rasterizer=rasterizer) as made:
         for seed in (1, 2):

@@ -12,7 +12,10 @@ import re
 
 import moderngl
 
-SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "microsoft basic render")
+SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (LLVM 15.0.6, 256 bits))"
+    "llvmpipe", "softpipe", "swrast", "software rasterizer", "swiftshader", "lavapipe", "microsoft basic render",
+    "apple software renderer", "gdi generic",
+)  # fmt: skip
 IMAGES = {  # pictures that are read texel by texel, and their formats
     "depth_map": "r32f",
     "patches": "rgba32f",

@@ -254,13 +254,13 @@ def _run(
 
 def _outcomes(todo: Sequence[Planned], workers: int | None, device: int) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
-    from .batch.workers import Failed, run_all, usable_cores
+    from .batch.workers import Failed, run_all
     from .cli_output import SOFTWARE, progress
     from .gpu.software import is_software
     from .notes import once, print_note
 
     tell, by_path = once(print_note), {one.job.path: one for one in todo}
-    running = run_all([one.job for one in todo], workers or usable_cores(), device)
+    running = run_all([one.job for one in todo], workers, device)
     with progress(len(todo), with_rate=True) as advance, closing(running):
         for job, outcome in running:
             if not isinstance(outcome, Failed):

@@ -223,14 +223,14 @@ def _run(
     from .batch.plan import Failure, split_done
     from .batch.workers import Failed
 
-    output = output.resolve()
-    manifest = Manifest(output, how.part())
+    folder = output.resolve()
+    manifest = Manifest(folder, how.part())
     todo, changed = (list(planned), []) if how.overwrite else split_done(planned, manifest, how.resume)
     if changed and not how.resume:
         path, what = changed[0]
         raise ValueError(
             f"{counted(len(changed), 'output')} in {output} came from another {what}, such as "
-            f"{path.relative_to(output)}: pass {option('resume', True)} to do these again, "
+            f"{path.relative_to(folder)}: pass {option('resume', True)} to do these again, "
             f"{option('overwrite', True)} to do all again, or another -o DIR"
         )
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
@@ -239,7 +239,7 @@ def _run(
             if isinstance(outcome, Failed):
                 counts["left out"] += outcome.kind == "left out"
                 if outcome.kind == "failed":
-                    failures.append(Failure(str(one.job.path.relative_to(output)), outcome.sentence))
+                    failures.append(Failure(str(one.job.path.relative_to(folder)), outcome.sentence))
             else:
                 manifest.add(outcome, one.made_from)
                 counts["written"] += 1

@@ -81,7 +81,7 @@ def on_ray(
     with connected(address, workers) as ray:
         cpus, gpus = (ray.cluster_resources().get(name, 0) for name in ("CPU", "GPU"))
         if gpus < num_gpus and address == LOCAL:
-            raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus', num_gpus)}")
+            raise ValueError(f"Ray finds {gpus:g} GPUs on this machine: leave out {option('num_gpus')}")
         count = workers or max(1, int(gpus / num_gpus if num_gpus else cpus))
         count = count if most is None else min(count, most)
         kind = ray.remote(_Worker).options(num_cpus=CPUS, num_gpus=num_gpus)

@@ -276,6 +276,7 @@ def _outcomes(
     todo: Sequence[Planned], output: Path, how: BatchOptions, device: int
 ) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
+    from .batch.cluster import silence_ray
     from .batch.jobs_on_ray import run_all_on_ray
     from .batch.workers import Failed, run_all
     from .cli_output import SOFTWARE, progress
@@ -287,6 +288,7 @@ def _outcomes(
     if how.ray is None:
         running = run_all(jobs, how.workers, device)
     else:
+        silence_ray()
         running = run_all_on_ray(jobs, output, how.ray, how.workers, how.num_gpus or 0, device)
     with progress(len(todo), with_rate=True) as advance, closing(running):
         for job, outcome in running:

@@ -49,11 +49,11 @@ def run_all(jobs: Sequence[Job], workers: int, device: int = 0) -> Generator[tup
     Raises ContextError if workers have no OpenGL, OSError if they die before they begin.
     """
     waiting, crew, stillborn = deque(map(_Task, jobs)), list[_Worker](), 0
-    _share_cores(min(workers, len(jobs)))
+    share = max(1, usable_cores() // max(1, min(workers, len(jobs))))
     try:
         while waiting or any(worker.task for worker in crew):
             while len(crew) < workers and sum(not worker.is_ready for worker in crew) < len(waiting):
-                crew.append(_Worker(device))
+                crew.append(_Worker(device, share))
             results = []
             for pipe in wait([worker.pipe for worker in crew]):
                 worker = next(one for one in crew if one.pipe is pipe)
@@ -109,11 +109,11 @@ class _Worker:
     cause     of its death
     """
 
-    def __init__(self, device: int):
+    def __init__(self, device: int, cores: int):
         context = get_context("spawn")
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs, device), name="pointshade-worker", daemon=True)
-        with _interrupts_held():
+        with _interrupts_held(), _drawing_threads(cores):
             self.process.start()
         theirs.close()
         self.task: _Task | None = None
@@ -174,10 +174,17 @@ def _serve(pipe: Connection, device: int) -> None:
             pipe.send(outcome_of(pipe.recv(), device))
 
 
-def _share_cores(workers: int) -> None:
-    """Software drivers draw in several threads: each worker's gets its share, unless the user has said how many."""
-    if workers > 1:
-        os.environ.setdefault("LP_NUM_THREADS", str(max(1, usable_cores() // workers)))
+@contextmanager
+def _drawing_threads(count: int) -> Iterator[None]:
+    """Inside, processes start whose software driver draws by so many threads, unless the user has said how many."""
+    if "LP_NUM_THREADS" in os.environ:
+        yield
+        return
+    os.environ["LP_NUM_THREADS"] = str(count)
+    try:
+        yield
+    finally:
+        del os.environ["LP_NUM_THREADS"]
 
 
 @contextmanager

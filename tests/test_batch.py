@@ -205,7 +205,7 @@ def test_folders_of_folders_are_mirrored_and_inputs_of_one_name_are_told_apart(b
             "vase.png",
             f"{above}/set/single.png",
             *(f"{above}/set/{name}/000{k}.png" for name in ("kitchen", "more/garden") for k in (0, 1)),
-            *(f"other/set/000{k}.png" for k in (0, 1)),
+            *(f"other/set/kitchen/000{k}.png" for k in (0, 1)),
         ]
     )
 

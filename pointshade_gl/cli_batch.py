@@ -247,9 +247,9 @@ def _run(
     manifest = Manifest(folder, how.part())
     todo, changed = (list(planned), []) if how.overwrite else split_done(planned, manifest, how.resume)
     if changed and not how.resume:
-        path, what = changed[0]
+        path, how_so = changed[0]
         raise ValueError(
-            f"{counted(len(changed), 'output')} in {output} came from another {what}, such as "
+            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
             f"{path.relative_to(folder)}: pass {option('resume', True)} to do these again, "
             f"{option('overwrite', True)} to do all again, or another -o DIR"
         )

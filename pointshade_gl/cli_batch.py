@@ -32,7 +32,7 @@ FAILED, INTERRUPTED = 3, 130  # exit codes
 Inputs = Annotated[
     list[str],
     typer.Argument(
-        metavar="INPUT...",
+        metavar="INPUT",
         help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, built-in names.",
         autocompletion=complete_input,
     ),
@@ -62,6 +62,24 @@ class BatchOptions:
         int | None,
         typer.Option(
             metavar="N", min=1, help="Processes that draw. Default: one for each core.", rich_help_panel=BATCH
+        ),
+    ] = None
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            metavar="local|ADDRESS",
+            help="Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
+            "Its machines must all see INPUT.",
+            rich_help_panel=BATCH,
+        ),
+    ] = None
+    num_gpus: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            help="With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
+            rich_help_panel=BATCH,
         ),
     ] = None
     shard: Annotated[
@@ -114,7 +132,7 @@ def batch(
     """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
 
     Each picture is the one that render makes of its frame alone. What is there and whole is skipped; what fails is
-    listed at the end (exit code 3). After Ctrl+C the same command with --resume goes on.
+    listed at the end (exit code 3). After Ctrl+C, the same command with --resume goes on.
     """
     started = time.perf_counter()
     try:
@@ -185,6 +203,8 @@ def _check(
     from .checks import check_choice
 
     check_choice(option("to"), how.to, KINDS)
+    if how.num_gpus is not None and how.ray is None:
+        raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
     if how.resume and how.overwrite:
         raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
     films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
@@ -227,15 +247,15 @@ def _run(
     manifest = Manifest(folder, how.part())
     todo, changed = (list(planned), []) if how.overwrite else split_done(planned, manifest, how.resume)
     if changed and not how.resume:
-        path, what = changed[0]
+        path, how_so = changed[0]
         raise ValueError(
-            f"{counted(len(changed), 'output')} in {output} came from another {what}, such as "
+            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
             f"{path.relative_to(folder)}: pass {option('resume', True)} to do these again, "
             f"{option('overwrite', True)} to do all again, or another -o DIR"
         )
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
-        for one, outcome in _outcomes(todo, how.workers, device):
+        for one, outcome in _outcomes(todo, output, how, device):
             if isinstance(outcome, Failed):
                 counts["left out"] += outcome.kind == "left out"
                 if outcome.kind == "failed":
@@ -252,15 +272,24 @@ def _run(
         raise typer.Exit(FAILED)
 
 
-def _outcomes(todo: Sequence[Planned], workers: int | None, device: int) -> Iterator[tuple[Planned, Done | Failed]]:
+def _outcomes(
+    todo: Sequence[Planned], output: Path, how: BatchOptions, device: int
+) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
-    from .batch.workers import Failed, run_all, usable_cores
+    from .batch.cluster import silence_ray
+    from .batch.jobs_on_ray import run_all_on_ray
+    from .batch.workers import Failed, run_all
     from .cli_output import SOFTWARE, progress
     from .gpu.software import is_software
     from .notes import once, print_note
 
     tell, by_path = once(print_note), {one.job.path: one for one in todo}
-    running = run_all([one.job for one in todo], workers or usable_cores(), device)
+    jobs = [one.job for one in todo]
+    if how.ray is None:
+        running = run_all(jobs, how.workers, device)
+    else:
+        silence_ray()
+        running = run_all_on_ray(jobs, output, how.ray, how.workers, how.num_gpus or 0, device)
     with progress(len(todo), with_rate=True) as advance, closing(running):
         for job, outcome in running:
             if not isinstance(outcome, Failed):

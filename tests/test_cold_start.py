@@ -18,7 +18,16 @@ with ps.Renderer() as renderer:
     ps.save_image(sys.argv[1], renderer.render(frame))
 print(*sys.modules)
 """
-NOT_NEEDED = ("numpy.ma", "PIL", "typer", "difflib", "ray", "pointshade_gl.batch", "pointshade_gl.gltf", "pointshade_gl.files.folders")
+NOT_NEEDED = (
+    "numpy.ma",
+    "PIL",
+    "typer",
+    "difflib",
+    "ray",
+    "pointshade_gl.batch",
+    "pointshade_gl.gltf",
+    "pointshade_gl.files.folders",
+)
 
 
 def test_a_first_picture_imports_no_readers_of_files(renderer, tmp_path):

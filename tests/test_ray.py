@@ -15,7 +15,6 @@ from pointshade_gl.batch.jobs_on_ray import run_all_on_ray
 from pointshade_gl.batch.map import map as map_frames
 from pointshade_gl.batch.on_ray import on_ray
 
-
 from . import frames
 
 

@@ -11,7 +11,10 @@ from pointshade_gl.batch.cluster import connected
 
 def test_without_ray_an_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(ValueError, match=r"^Ray is not installed: pip install 'pointshade-gl\[ray\]'$"), connected("local"):
+    with (
+        pytest.raises(ValueError, match=r"^Ray is not installed: pip install 'pointshade-gl\[ray\]'$"),
+        connected("local"),
+    ):
         pass
 
 

@@ -54,6 +54,11 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
         _restore(before)
 
 
+def silence_ray() -> None:
+    """For the command line: Ray, when it is imported, will print nothing of its own to stdout, such as a lost worker."""
+    os.environ.setdefault("RAY_DEDUP_LOGS_SKIP_REGEX", ".")
+
+
 @contextmanager
 def _no_reports() -> Iterator[None]:
     """A Ray that starts inside tells its makers nothing over the network, unless the user has decided about it."""

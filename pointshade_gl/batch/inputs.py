@@ -108,10 +108,11 @@ def _below(folder: Path, name: PurePosixPath, passed: set[str]) -> list[Source]:
         return [Source(str(folder), name)]
     others = [path for path in _folders(folder) if path.name.lower() not in parts]
     found = [source for path in others for source in _below(path, name / path.name, passed | {real})]
-    if len(found) > 1:
+    holds_more = files or len(inside) > 1  # perhaps camera and poses, beside the one folder that has frames
+    if len(found) > 1 or (found and not holds_more):
         return found
     if _UNPACKED & {item.name for item in files} or _has_frames(folder):
-        return [Source(str(folder), name)]  # camera and poses may lie beside the one folder that has frames
+        return [Source(str(folder), name)]
     if found:
         return found
     return [Source(str(item.path), name / item.path.stem) for item in files if item.suffix in _ALONE]

@@ -10,12 +10,10 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ..errors import ContextError
-from ..files.whole import hidden_beside, remove_hidden, written_whole
-from ..wording import as_command_line
+from ..files.whole import hidden_beside, written_whole
 from .jobs import Done, Job
 from .on_ray import on_ray
-from .workers import Failed, outcome_of
+from .workers import Failed, checked, outcome_of, remove_rest
 
 
 def run_all_on_ray(
@@ -37,25 +35,22 @@ def run_all_on_ray(
     """
     with _mark_in(output) as mark:
         make = partial(_make, mark=mark)
-        with closing(on_ray(make, jobs, address, workers, num_gpus, device, lost=_remove_rest)) as results:
+        with closing(on_ray(make, jobs, address, workers, num_gpus, device, lost=remove_rest)) as results:
             for number, result in results:
-                outcome, content = (Failed(str(result)), None) if isinstance(result, Exception) else result
-                if isinstance(outcome, Failed) and outcome.kind == "no GL":
-                    raise ContextError(outcome.sentence)
+                outcome, content = (result, None) if isinstance(result, Exception) else result
                 if content is not None:
                     _write(jobs[number].path, content)
-                yield jobs[number], outcome
+                yield jobs[number], checked(outcome)
 
 
 def _make(job: Job, device: int, mark: Path) -> tuple[Done | Failed, bytes | None]:
     """What became of a job, and the content of its file where this machine does not see the folder of the outputs."""
-    with as_command_line():
-        if mark.exists():
-            return _outcome(job, device), None
-        with TemporaryDirectory() as folder:
-            there = Path(folder, job.path.name)
-            outcome = _outcome(replace(job, path=there), device)
-            return (outcome._replace(path=job.path), there.read_bytes()) if isinstance(outcome, Done) else (outcome, None)
+    if mark.exists():
+        return _outcome(job, device), None
+    with TemporaryDirectory() as folder:
+        there = Path(folder, job.path.name)
+        outcome = _outcome(replace(job, path=there), device)
+        return (outcome._replace(path=job.path), there.read_bytes()) if isinstance(outcome, Done) else (outcome, None)
 
 
 def _outcome(job: Job, device: int) -> Done | Failed:
@@ -69,11 +64,6 @@ def _write(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with written_whole(path) as hidden:
         hidden.write_bytes(content)
-
-
-def _remove_rest(job: Job, ours: str) -> None:
-    """Removes what a worker that was killed has left of the job's file."""
-    remove_hidden(job.path.parent, ours)
 
 
 @contextmanager

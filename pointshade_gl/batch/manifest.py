@@ -25,6 +25,7 @@ _ENDS = {  # of whole files; of others their size must do
     ".gif": b";",
     ".html": b"</html>",
 }
+_OTHERWISE = {"version": "by another version", "options": "with other options"}
 Entry = dict[str, Any]
 
 
@@ -65,8 +66,9 @@ class Manifest:
 
 
 def differs(entry: Entry, made_from: Entry) -> str:
-    """What an output was made from that is another now, such as "options"; "" if all is the same."""
-    return next((name for name, value in made_from.items() if entry.get(name) != value), "")
+    """How an output was made otherwise than it would be now: "with other options"; "" if it was not."""
+    changed = (name for name, value in made_from.items() if entry.get(name) != value)
+    return next((_OTHERWISE.get(name, "from other input") for name in changed), "")
 
 
 def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> bool:

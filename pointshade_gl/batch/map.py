@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import FilePath, loaded
 from ..checks import check_count, check_flag, check_type, shown
+from ..errors import ContextError, ShaderError
 from ..files.builtin import builtin_folder
 from ..files.sequences import FrameSequence
-from ..frame import Frame
 from ..look import Look
 from ..notebook import Picture
 from ..notes import Note, once, print_note, taken
@@ -26,6 +26,7 @@ from ..sources import open_source
 from ..view import View
 from .jobs import Job, read
 from .on_ray import on_ray
+from .processes import on_processes
 
 AHEAD = 4  # pictures for each worker that may wait for their turn
 
@@ -72,7 +73,10 @@ def map(
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note = once(print_note)
     drawings = (Drawing(source, view) for source in _sources(frames, note))
-    results = on_ray(draw, drawings, ray, workers, num_gpus, device, AHEAD)
+    if ray is None:
+        results = on_processes(_drawn, drawings, workers, device, AHEAD)
+    else:
+        results = on_ray(_drawn, drawings, ray, workers, num_gpus, device, AHEAD)
     return _pictures(results, note, return_exceptions)
 
 
@@ -96,10 +100,9 @@ def _pictures(
                     raise result
                 yield result
             else:
-                picture, notes = result
-                for sentence in notes:
+                for sentence in result.notes:
                     note(sentence)
-                yield np.array(picture).view(Picture)  # what Ray hands out lies in its store, and is read-only
+                yield np.array(result.picture).view(Picture)  # what Ray hands out lies in its store, and is read-only
 
 
 def in_order(results: Generator[tuple[int, Any], None, None]) -> Generator[Any, None, None]:
@@ -122,8 +125,15 @@ class Drawing:
     view: View
 
 
-def draw(drawing: Drawing, device: int) -> tuple[NDArray[np.uint8], list[str]]:
-    """The picture (h, w, 4), and what there is to note about it. Each frame is judged alone: it is of no stream."""
+class Drawn(NamedTuple):
+    """A picture (h, w, 4), and what there is to note about it."""
+
+    picture: NDArray[np.uint8]
+    notes: list[str]
+
+
+def draw(drawing: Drawing, device: int) -> Drawn:
+    """The picture of a source, each frame judged alone: it is of no stream. Raises what `render` raises."""
     if isinstance(drawing.source, Exception):
         raise drawing.source
     with taken() as notes:
@@ -131,7 +141,17 @@ def draw(drawing: Drawing, device: int) -> tuple[NDArray[np.uint8], list[str]]:
         if not isinstance(source, Scene):
             source = [replace(frame, source=None) for frame in check_frames(source)]
         first = source if isinstance(source, Scene) else source[0]
-        return np.asarray(renderer_here(device).render(source, **drawing.view.of(first))), notes
+        return Drawn(np.asarray(renderer_here(device).render(source, **drawing.view.of(first))), notes)
+
+
+def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
+    """The same; what it raises is returned, as something that can be sent to another process."""
+    try:
+        return draw(drawing, device)
+    except (ValueError, TypeError, OSError, MemoryError, ContextError, ShaderError) as error:
+        return error
+    except Exception as error:
+        return RuntimeError(f"{type(error).__name__}: {error}")
 
 
 def _sources(frames: Iterable[Any] | FilePath, note: Note) -> Iterator[Any]:
@@ -144,13 +164,14 @@ def _sources(frames: Iterable[Any] | FilePath, note: Note) -> Iterator[Any]:
         else:
             yield opened
     elif isinstance(frames, FrameSequence):
-        yield from (_frame_or_error(frames, k) for k in range(len(frames)))
+        yield from (_or_error(frames.__getitem__, k) for k in range(len(frames)))
     else:
-        yield from frames
+        yield from (_or_error(list, one) if isinstance(one, FrameSequence) else one for one in frames)
 
 
-def _frame_or_error(frames: FrameSequence, k: int) -> Frame | Exception:
+def _or_error(read: Callable[[Any], Any], what: Any) -> Any:
+    """What is read here, as it cannot be read by workers; or why it cannot be read."""
     try:
-        return frames[k]
+        return read(what)
     except (ValueError, OSError) as error:
         return error

@@ -82,8 +82,8 @@ def split_done(
         entry = manifest.of(one.job.path)
         if not is_whole(one.job.path, entry, thoroughly):
             missing.append(one)
-        elif entry and (what := differs(entry, one.made_from)):
-            changed.append((one.job.path, what))
+        elif entry and (how_so := differs(entry, one.made_from)):
+            changed.append((one.job.path, how_so))
             if thoroughly:
                 missing.append(one)
     return missing, changed

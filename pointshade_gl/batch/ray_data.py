@@ -13,11 +13,12 @@ from ..frame import Frame
 from ..look import Look
 from ..notes import print_note
 from ..view import View
-from .map import Drawing, draw, check_view
+from .map import Drawing, check_view, draw
 from .on_ray import device_here
 
+
 class Stage:
-    """For `map_batches` of a Ray Dataset: each row gets a "picture", (h, w, 4) uint8, as `render` draws its frame alone.
+    """For `map_batches` of a Ray Dataset: each row gets a "picture", (h, w, 4) uint8, of its frame as `render` draws it.
 
     A row has a "path", of a frame's folder or file; or "depth", (h, w) floats in metres, and beside it, if there are,
     "color", (h, w, 3|4) uint8, "intrinsics", (fx, fy, cx, cy), and "pose", (4, 4) camera-to-world.
@@ -25,8 +26,8 @@ class Stage:
     look, view  as for `map`
     camera      of rows without intrinsics
 
-    It keeps no renderer, so it may be called from any thread; each thread has its own, on the GPU that Ray has handed to
-    the process.
+    It keeps no renderer, so it may be called from any thread: each thread has its own, on the GPU that Ray has handed
+    to the process.
 
     Raises ValueError where it is called with a row that cannot be drawn.
     """
@@ -42,12 +43,12 @@ class Stage:
 
     def _picture(self, number: int, row: dict[str, Any], device: int) -> NDArray[np.uint8]:
         try:
-            picture, notes = draw(Drawing(self._source(row), self._view), device)
+            drawn = draw(Drawing(self._source(row), self._view), device)
         except (ValueError, TypeError, OSError) as error:
             raise ValueError(f"row {number} of a batch: {error}") from error
-        for sentence in notes:
+        for sentence in drawn.notes:
             print_note(sentence)
-        return picture
+        return drawn.picture
 
     def _source(self, row: dict[str, Any]) -> Frame | str:
         if "path" in row:

@@ -1,0 +1,219 @@
+"""Worker processes of this machine: one that dies is replaced, and its task tried once more.
+
+Each is spawned, never forked, and makes its OpenGL context when it draws its first picture. Only the parent decides
+when they end: Ctrl+C in a terminal, which every process there gets, does not reach them.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
+from contextlib import contextmanager, suppress
+from functools import partial
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection, wait
+from typing import Any, NamedTuple
+
+from ..files.whole import OURS
+
+TRIES = 2  # of a task whose worker dies: something else may have used up the memory
+_PATIENCE = 5.0  # seconds that an idle worker has to end by itself
+_GONE = (EOFError, OSError)  # what a pipe raises when its other end is closed
+
+Function = Callable[[Any, int], Any]
+Lost = Callable[[Any, str], None]
+
+
+class Task(NamedTuple):
+    """A numbered piece of work."""
+
+    number: int
+    item: Any
+    tries: int = 1
+
+
+class Tasks:
+    """The items of an iterable as tasks, those first whose worker has died.
+
+    ahead  no item is taken that comes so many after the first one that is not done; None: no limit
+    """
+
+    def __init__(self, items: Iterable[Any], ahead: int | None):
+        self._coming, self._ahead, self._taken = iter(items), ahead, 0
+        self._again: deque[Task] = deque()
+        self._open: set[int] = set()  # what is taken, and not done
+
+    def next(self, is_idle: bool = True) -> Task | None:
+        """None if there is none for now; and none at all if nothing is being done.
+
+        is_idle  its worker has no other: what is tried again may kill whom it is given to
+        """
+        if self._again and is_idle:
+            return self._again.popleft()
+        if self._ahead is not None and self._taken - min(self._open, default=self._taken) >= self._ahead:
+            return None
+        for item in self._coming:
+            self._open.add(self._taken)
+            self._taken += 1
+            return Task(self._taken - 1, item)
+        return None
+
+    def done(self, task: Task, result: Any) -> tuple[int, Any]:
+        self._open.remove(task.number)
+        return task.number, result
+
+    def lost(self, task: Task, cause: str) -> list[tuple[int, Any]]:
+        """What a task comes to whose worker has died: nothing yet, or RuntimeError if it was tried TRIES times."""
+        if task.tries < TRIES:
+            self._again.append(task._replace(tries=task.tries + 1))
+            return []
+        return [self.done(task, RuntimeError(f"its worker process died {TRIES} times: {cause}"))]
+
+
+def no_rest(item: Any, ours: str) -> None:
+    """For functions that write no files."""
+
+
+def on_processes(
+    function: Function,
+    items: Iterable[Any],
+    workers: int | None = None,
+    device: int = 0,
+    ahead: int | None = None,
+    lost: Lost = no_rest,
+) -> Generator[tuple[int, Any], None, None]:
+    """Calls function(item, device) for all items in processes: (number of the item, result), as they are done.
+
+    In place of a result comes RuntimeError for an item whose worker died TRIES times. Items are taken from their
+    iterable when workers are free. After an exception, and where the consumer leaves early, the processes are ended at
+    once.
+
+    function  can be sent to a process, as the items can; it must give the same wherever and whenever it is called, and
+              return what goes wrong instead of raising it
+    workers   how many; None: one for each core
+    ahead     for each worker: no item is taken that comes so many after the first one that is not done; None: no limit
+    lost      called with an item and the beginning of the hidden files of the worker that died of it
+
+    Raises OSError if workers die before they begin.
+    """
+    most = workers or usable_cores()
+    count = min(most, len(items)) if isinstance(items, Sized) else most
+    start = partial(_Worker, function, device, max(1, usable_cores() // max(1, count)), lost)
+    tasks, crew, stillborn = Tasks(items, ahead and ahead * count), list[_Worker](), 0
+    results: list[tuple[int, Any]] = []
+    try:
+        crew += [start() for _ in range(count)]
+        while True:
+            for worker in crew:
+                if worker.is_ready and not worker.task and (task := tasks.next()):
+                    worker.give(task)
+            yield from results  # while the next ones are being made
+            if not any(worker.task for worker in crew) and (not crew or any(worker.is_ready for worker in crew)):
+                return
+            results = []
+            for pipe in wait([worker.pipe for worker in crew]):
+                worker = next(one for one in crew if one.pipe is pipe)
+                task = worker.task
+                is_told, message = worker.receive()
+                if task is not None:
+                    results += [tasks.done(task, message)] if is_told else tasks.lost(task, message)
+                if not is_told:
+                    stillborn += not worker.is_ready
+                    if stillborn > TRIES:
+                        raise OSError(f"worker processes die before they begin: {message}")
+                    crew[crew.index(worker)] = start()
+    finally:
+        with _interrupts_held():
+            for worker in crew:
+                worker.dismiss()
+            for worker in crew:
+                worker.end()
+
+
+def usable_cores() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class _Worker:
+    """A process, and the end of the pipe that leads to it.
+
+    task      what it works on
+    is_ready  it has begun, and its hidden files are known
+    """
+
+    def __init__(self, function: Function, device: int, threads: int, lost: Lost):
+        context = get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        arguments = theirs, function, device, threads
+        self.process = context.Process(target=_serve, args=arguments, name="pointshade-worker", daemon=True)
+        with _interrupts_held():
+            self.process.start()
+        theirs.close()
+        self.task: Task | None = None
+        self._lost, self._hidden = lost, ""
+
+    @property
+    def is_ready(self) -> bool:
+        return bool(self._hidden)
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        with suppress(OSError):  # it is dead: receive() will tell
+            self.pipe.send(task.item)
+
+    def receive(self) -> tuple[bool, Any]:
+        """True and the result of its task, or None if it has only begun; False and the cause if it is dead."""
+        try:
+            message = self.pipe.recv()
+        except _GONE:
+            return False, self.end()
+        if not self.is_ready:
+            self._hidden, message = message, None
+        self.task = None
+        return True, message
+
+    def dismiss(self) -> None:
+        """It ends by itself if it has no task; else now."""
+        self.pipe.close()
+        if self.task or not self.is_ready:
+            self.process.kill()
+
+    def end(self) -> str:
+        """Waits for its end, and removes what it has left. Returns the cause."""
+        self.process.join(_PATIENCE if not self.task else 0.1)
+        self.process.kill()
+        self.process.join()
+        if self.task:
+            self._lost(self.task.item, self._hidden)
+        code = self.process.exitcode or 0
+        return f"signal {-code} (is there enough memory?)" if code < 0 else f"exit code {code}"
+
+
+def _serve(pipe: Connection, function: Function, device: int, threads: int) -> None:
+    """What a worker does: a task after the other, until the parent closes the pipe, or is no more.
+
+    threads  of a software driver, which other workers need, too; unless the user has said how many
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # on Windows, where none can be held
+    os.environ.setdefault("LP_NUM_THREADS", str(threads))
+    with suppress(*_GONE):
+        pipe.send(OURS)
+        while True:
+            pipe.send(function(pipe.recv(), device))
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Inside, Ctrl+C waits. Processes that start inside never get one: they inherit that, unlike a handler."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # which would begin with the first process, and let interrupts through
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

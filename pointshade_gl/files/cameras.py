@@ -191,6 +191,6 @@ def _of_data_set(
 
 
 def _has_size(frames: Sequence[FrameFiles], size: Size) -> bool:
-    """Whether the first depth picture has this size, as far as its first bytes say it."""
-    found = png_size(frames[0].depth) if frames else None
-    return found in (None, size)
+    """Whether the first depth picture has this size, as far as its first bytes say it. One may be missing."""
+    first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)
+    return first is None or png_size(first) in (None, size)

@@ -16,6 +16,7 @@ _SAMPLE = 2**16  # pixels
 _DISTINCT = 50  # values, or their common divisor means nothing
 _KINECT_STEP = 1 / (8 * 0.075 * 580)  # of 1/z in 1/metres: an eighth of a pixel, 7.5 cm between the eyes, f = 580 px
 _SPREAD = 0.12  # focal lengths of Kinects and their kin differ by so much
+_STRAY = 100  # values below, centimetres in any unit, would ask for a lattice of any size
 _LEVELS = 600  # a Kinect has no more between 0.5 m and 10 m
 _KINECT_PIXELS = 640 * 480  # larger pictures are of stereo cameras, which measure evenly spaced 1/z, too
 _ALIGNED, _APART = 0.9, 0.6  # 1 if all values lie on a lattice, 0 if none does
@@ -73,7 +74,8 @@ def scale_of_values(values: NDArray[np.int64], counts: NDArray[np.int64], median
         return _TUM
     if values.size > _LEVELS or median < _TUM / 2 or pixels > _KINECT_PIXELS:
         return None
-    inverse, weight = 1 / values, counts / counts.sum()
+    seen = values >= _STRAY
+    inverse, weight = 1 / values[seen], counts[seen] / counts[seen].sum()
     spacing = _KINECT_STEP / _TUM
     if _lattice(inverse, weight, spacing) < _ALIGNED:
         return None

@@ -196,7 +196,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             raise ValueError(message) from None
         raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
-        raise
+        raise MemoryError(f"{name}: there is not enough memory to decode it") from None
     except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
         if str(error).startswith(f"{name} "):
             raise

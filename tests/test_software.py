@@ -5,7 +5,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.gpu.programs import build_compute, build_program
-from pointshade_gl.gpu.software import by_flat_inputs, by_images, reads_images
+from pointshade_gl.gpu.software import by_flat_inputs, by_images, is_software, reads_images
 from pointshade_gl.look import SHADINGS
 
 from . import frames
@@ -109,3 +109,15 @@ def test_pictures_of_known_format_become_images_and_no_line_moves():
     ]
     assert before
     assert by_images("uniform sampler2D other;\n") == ("uniform sampler2D other;\n", [])
+
+
+@pytest.mark.parametrize(
+    ("name", "answer"),
+    [
+        ("zink (SwiftShader Device (Subzero))", True), ("zink (llvmpipe (LLVM 15.0.6, 256 bits))", True),
+        ("Apple Software Renderer", True), ("GDI Generic", True), ("Microsoft Basic Render Driver", True),
+        ("zink (AMD Radeon RX 6600 (RADV NAVI23))", False), ("Apple M2", False),
+    ],
+)  # fmt: skip
+def test_software_drivers_are_known_by_their_names(name, answer):
+    assert is_software(name) == answer

@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -139,6 +140,25 @@ class TestLight:
         before = one.viewer.state.light_at
         one.travel((-50, 100), (400, 140))
         assert one.viewer.state.light_at == before
+
+    def test_a_window_that_draws_slowly_takes_no_pause_of_its_own_for_one_of_the_hand(self, hands, monkeypatch):
+        one = hands()
+        one.travel((160, 120), (70, 90))
+        one.rest()
+        held, draw = one.viewer.state.light_at, one.viewer.screen.draw
+        way = iter([(140, 90), (220, 90), (300, 90), (400, 90)])
+
+        def slowly(*arguments):
+            draw(*arguments)
+            if place := next(way, None):
+                one.point(*place)
+                one.server.sync()
+                time.sleep(0.4)
+
+        monkeypatch.setattr(one.viewer.screen, "draw", slowly)
+        one.point(80, 90)
+        one.look(8)
+        assert next(way, None) is None and one.viewer.state.light_at == held
 
     def test_a_click_keeps_it_and_l_lets_it_go(self, hands):
         one = hands()

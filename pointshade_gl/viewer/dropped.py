@@ -38,8 +38,8 @@ def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:
     return load_frame(folder, **files), [], Typed((str(folder),), tuple(words))
 
 
-def _files_of(paths: list[Path]) -> dict[str, Path]:
-    """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
+def _files_of(paths: list[Path]) -> dict[str, Any]:
+    """The files of a frame, paths by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
     depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]

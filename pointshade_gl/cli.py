@@ -32,7 +32,7 @@ from .cli_options import (
     WindowOptions,
     spread,
 )
-from .cli_output import explainer, fail, open_renderer, progress, report, spinner, warn_skipped
+from .cli_output import announce, explainer, fail, open_renderer, progress, report, spinner, warn_skipped
 from .cli_parse import rates_from, size_from, views_from
 from .cli_picture import PictureOptions
 from .cli_read import check_frame, check_look, check_stream, load, load_others, load_together, load_views
@@ -251,6 +251,7 @@ def view(
         panel=window.panel,
         typed=Typed((*words[:named], *inputs), tuple(words[named:])),
     )
+    announce(viewer.renderer)
     if not isinstance(source, Scene):
         asked = any(light.shadow for light in look.lights())
         viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on

@@ -53,9 +53,14 @@ def open_renderer(device: int) -> Iterator[Renderer]:
     from .renderer import Renderer
 
     with Renderer(device=device) as renderer:
-        if renderer.context.is_software:
-            print_note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
+        announce(renderer)
         yield renderer
+
+
+def announce(renderer: Renderer) -> None:
+    """A note if it runs on the CPU."""
+    if renderer.context.is_software:
+        print_note(f"{renderer.context.renderer} is a software renderer: pictures are right, but slow")
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """`pointshade view` as a user runs it: a process of its own, real events from the X server, pixels of its window."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -155,8 +156,13 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
     picture = tmp_path / "pointshade_0001.png"
     someone.wait_for(lambda: picture.exists() or None)
     someone.press("q")
-    assert someone.leave() == (0, "pointshade_0001.png\n", [])
-    with Image.open(picture) as image:
+    code, out, errors = someone.leave()
+    saved, line = out.splitlines()
+    assert (code, saved, errors) == (0, str(picture), []) and "--shading none" in line
+    again = [*shlex.split(line)[1:-1], "again.png"]
+    subprocess.run([sys.executable, "-m", "pointshade_gl", *again], check=True, cwd=tmp_path, timeout=PATIENCE)
+    with Image.open(picture) as image, Image.open(tmp_path / "again.png") as other:
+        assert np.abs(np.asarray(image).astype(int) - np.asarray(other)).max() <= 1
         unmoved = ps.render(frames.sphere(), camera=frames.CAMERA.fitted(*image.size), shading="none")[..., 3]
         assert np.count_nonzero(np.asarray(image)[..., 3] != unmoved) > 1000
 

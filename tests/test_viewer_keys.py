@@ -55,7 +55,7 @@ class TestKeys:
         viewer = open_viewer()
         press(viewer, "P", "1", "P")
         names = capsys.readouterr().out.split()
-        assert names == ["pointshade_0001.png", "pointshade_0002.png"]
+        assert names == [str(tmp_path / f"pointshade_000{k}.png") for k in (1, 2)]
         with Image.open(names[1]) as image:
             expected = ps.render(viewer.frame, camera=viewer.frame.camera.fitted(320, 240), shading="none")
             assert (np.asarray(image) == expected).all()

@@ -101,7 +101,9 @@ class TestWindow:
         assert ran["upload"] == ran["surface"] == 1 and ran["agreement"] == 2
         drawn = ps.render(viewer.frame.frames, camera=viewer.camera, pose=viewer.pose, shading="none")
         solid = drawn[..., 3] == 255
-        assert (picture[solid] == drawn[solid][:, :3]).all() and solid.mean() > 0.9
+        assert solid.mean() > 0.9
+        solid[-26:] = False  # there the strip tells the rate
+        assert (picture[solid] == drawn[solid][:, :3]).all()
 
     def test_it_plays_keeps_its_switches_and_m_says_that_it_is_merged(self, open_viewer):
         viewer = open_viewer(film(LEFT, 4), others=[film(RIGHT, 4), LEFT], fps=200)

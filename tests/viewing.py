@@ -50,6 +50,47 @@ def press(viewer, *names):
         viewer.handle(Event("key", name))
 
 
+ROWS = "checkbox", "slider_float", "begin_combo", "color_edit3", "collapsing_header", "radio_button"
+
+
+def rows(viewer):
+    """Where the panel's rows are, by their labels: (x, y) at the left end of each."""
+    imgui, found = viewer.screen.panel._imgui, {}
+
+    def recorded(draw):
+        def drawn(label, *others):
+            result = draw(label, *others)
+            (x, y), (width, height) = imgui.get_item_rect_min(), imgui.get_item_rect_size()
+            found[label.split("##")[0] or label.split("##")[1]] = x + min(width / 2, 8), y + height / 2
+            return result
+
+        return drawn
+
+    settle(viewer)
+    with pytest.MonkeyPatch.context() as instead:
+        for name in ROWS:
+            instead.setattr(imgui, name, recorded(getattr(imgui, name)))
+        viewer.handle(Event("refresh"))
+        viewer.step(wait=False)
+    return found
+
+
+def settle(viewer):
+    """Until the panel has answered all that it was told."""
+    for _ in range(4):
+        viewer.step(wait=False)
+    while viewer._panel_settling() or viewer._events:
+        viewer.step(wait=False)
+
+
+def click_row(viewer, label, **held):
+    """A click on a row of the panel."""
+    x, y = rows(viewer)[label]
+    for kind in ("move", "press", "release"):
+        viewer.handle(Event(kind, "" if kind == "move" else "left", x, y, **held))
+        settle(viewer)
+
+
 def quiet(viewer):
     """No message over the picture."""
     viewer._messages.clear()

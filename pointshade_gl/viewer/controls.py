@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..camera import Camera
 from ..estimators import METHODS
 from ..look import SHADINGS
+from ..scene import Scene
 from .dwell import Dwell
 from .events import Event
 from .state import Pair, Stage, State, rims_from
@@ -21,6 +22,9 @@ ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
 HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
 STAYS = "the light stays here: L lets it follow the mouse again"
+LATER = "; seen once lit again (B)"
+NOT_SHADED = "; seen once shaded (2, 3 or 4)"
+SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 DOUBLE = 0.4  # seconds between two clicks that are one double click
 assert set(ESTIMATORS) <= set(METHODS)
 
@@ -137,7 +141,7 @@ def _change(viewer: Viewer, text: str, state: State) -> None:
 def _toggle_light(viewer: Viewer, _: str) -> None:
     on = not viewer.state.light_mode
     text = "the light follows the mouse" if on else STAYS
-    _change(viewer, text, replace(viewer.state, light_mode=on))
+    _change(viewer, text + when_seen(viewer.state), replace(viewer.state, light_mode=on))
 
 
 def _choose_shading(viewer: Viewer, name: str) -> None:
@@ -146,37 +150,66 @@ def _choose_shading(viewer: Viewer, name: str) -> None:
 
 
 def _cycle_normals(viewer: Viewer, _: str) -> None:
-    before = viewer.state.look.normals
-    following = ESTIMATORS.index(before) + 1 if before in ESTIMATORS else 0
+    if _has_own_looks(viewer):
+        return
+    look = viewer.state.look
+    following = ESTIMATORS.index(look.normals) + 1 if look.normals in ESTIMATORS else 0
     normals = ESTIMATORS[following % len(ESTIMATORS)]
-    _change(viewer, f"normals: {normals}", viewer.state.with_look(normals=normals))
+    is_flat_mesh = look.splat == "mesh" and look.shading == "flat"
+    when = "; flat triangles have normals of their own" if is_flat_mesh else when_seen(viewer.state)
+    _change(viewer, f"normals: {normals}{when}", viewer.state.with_look(normals=normals))
 
 
 def _compare(viewer: Viewer, _: str) -> None:
-    lit = not viewer.state.lit
-    _change(viewer, "lit" if lit else "unlit, as photographed", replace(viewer.state, lit=lit))
+    state = viewer.state
+    if state.look.shading == "none" and not (state.look.unlight or state.look.remove_highlights):
+        viewer.say("this is the unlit picture already: 2, 3 or 4 light it")
+        return
+    _change(viewer, "unlit, as photographed" if state.lit else "lit", replace(state, lit=not state.lit))
 
 
 def _resize_points(viewer: Viewer, name: str) -> None:
+    if _has_own_looks(viewer):
+        return
     if viewer.state.look.splat == "mesh":
         viewer.say("a mesh has no point size")
         return
     factor = 1.25 if name in ("+", "=") else 1 / 1.25
-    size = round(min(max(viewer.state.point_size * factor, 0.25), 8.0), 2)
+    size = round(min(max(viewer.state.point_size * factor, SMALLEST), LARGEST), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
-    _change(viewer, f"point size: {size:g} pixels of the frame", viewer.state.with_look(size=size))
+    end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(size, "")
+    _change(viewer, f"point size: {size:g} pixels of the frame{end}", viewer.state.with_look(size=size))
 
 
 def _toggle_unlight(viewer: Viewer, _: str) -> None:
     on = not viewer.state.look.unlight
     text = "the light in the picture is divided out" if on else "the colours are those of the picture"
-    _change(viewer, text, viewer.state.with_look(unlight=on))
+    _recolour(viewer, text, unlight=on)
 
 
 def _toggle_highlights(viewer: Viewer, _: str) -> None:
     on = not viewer.state.look.remove_highlights
     text = "the highlights in the picture are taken out" if on else "the highlights in the picture stay"
-    _change(viewer, text, viewer.state.with_look(remove_highlights=on))
+    _recolour(viewer, text, remove_highlights=on)
+
+
+def _recolour(viewer: Viewer, text: str, **changes: bool) -> None:
+    """Other colours of a frame's surfaces, which also show without shading."""
+    if not _has_own_looks(viewer):
+        _change(viewer, text + ("" if viewer.state.lit else LATER), viewer.state.with_look(**changes))
+
+
+def _has_own_looks(viewer: Viewer) -> bool:
+    """Whether a key does nothing, because the objects of a scene have a look of their own. Says so."""
+    if isinstance(viewer.frame, Scene):
+        viewer.say("the objects of a scene have a look of their own")
+        return True
+    return False
+
+
+def when_seen(state: State) -> str:
+    """When a change of the light is seen, to end a message; "" if it is now."""
+    return "" if state.is_lit else NOT_SHADED if state.lit else LATER
 
 
 def _leave(viewer: Viewer, name: str) -> None:
@@ -197,8 +230,8 @@ def _reset(viewer: Viewer, _: str) -> None:
 
 def _toggle_shadows(viewer: Viewer, _: str) -> None:
     on = not viewer.state.shadows
-    none = on and not any(light.shadow for light in (viewer.held, *viewer.lights))
-    text = "shadows on, but no light casts any" if none else "shadows on" if on else "shadows off"
+    casts = any(light.shadow for light in (viewer.held, *viewer.lights))
+    text = f"shadows {'on' if on else 'off'}" + (when_seen(viewer.state) if casts else ", but no light casts any")
     _change(viewer, text, replace(viewer.state, shadows=on))
 
 
@@ -211,6 +244,7 @@ MOUSE = (
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
     ("double click", "turn around this point, or the object's middle"),
+    ("click, drag on the bar", "jump through a sequence"),
     ("drop files", "open a folder, a depth file, a scene, or depth and colour"),
 )
 KEYS = (
@@ -226,7 +260,7 @@ KEYS = (
     Key(("R",), "R", "reset view and lights", _reset),
     Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view or lights", lambda viewer, _: viewer.undo()),
     Key(("CTRL+SHIFT+Z", "CTRL+Y"), "Ctrl+Shift+Z, Ctrl+Y", "redo it", lambda viewer, _: viewer.redo()),
-    Key(("P",), "P", "save a picture", lambda viewer, _: viewer.save_picture()),
+    Key(("P",), "P", "save a picture; tell the command that makes it", lambda viewer, _: viewer.save_picture()),
     Key(("G",), "G", "open or close the panel", lambda viewer, _: viewer.toggle_panel()),
     Key(("SPACE",), "space", "pause or play a sequence", lambda viewer, _: viewer.pause()),
     Key(
@@ -235,6 +269,9 @@ KEYS = (
         "step through a sequence",
         lambda viewer, name: viewer.step_frames(1 if name == "RIGHT" else -1),
     ),
+    Key(("HOME", "END"), "Home, End", "its first, its last frame", lambda viewer, name: viewer.jump(-(name == "END"))),
+    Key((",", "."), ", .", "play slower, faster", lambda viewer, name: viewer.change_rate(2.0 if name == "." else 0.5)),
+    Key(("O",), "O", "begin again at the end of a sequence, or stop", lambda viewer, _: viewer.toggle_loop()),
     Key(("M",), "M", "merge views of a sequence, or play it", lambda viewer, _: viewer.toggle_views()),
     Key(("H",), "H", "this help", _toggle_help),
     Key(("Q", "ESCAPE"), "Q, Esc", "quit", _leave),

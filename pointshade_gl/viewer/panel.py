@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 WIDTH, NARROWEST = 210.0, 150.0  # pixels at scale 1
 SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
-TALL = 700  # a window that is higher, in pixels at scale 1, has room for all sections
+TALL = 900  # a window that is higher, in pixels at scale 1, has room for all sections
 
 
 class Panel:
@@ -62,8 +62,9 @@ class Panel:
         return self._input.is_deciding
 
     def width(self, width: int) -> int:
-        """Pixels that it takes from a window of that width; 0 while it is collapsed."""
-        return round(self._width(width)) if self._is_open else 0
+        """Pixels that it takes from a window of that width; 0 while it is collapsed, or if nothing would be left."""
+        taken = round(self._width(width))
+        return taken if self._is_open and taken < width else 0
 
     def _width(self, width: int) -> float:
         return min(WIDTH * self.scale, max(SHARE * width, NARROWEST * self.scale), width)

@@ -12,6 +12,7 @@ from ..checks import check_fps, shown
 from ..frame import Frame
 from ..wording import option
 
+SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
 
 
@@ -38,6 +39,7 @@ class Playback:
         self._thread: threading.Thread | None = None
         self.index = -1  # of the current frame in a Sequence, otherwise -1
         self.is_paused = False
+        self.loops = True  # a Sequence begins again at its end
         self._start()
 
     def first(self) -> Frame:
@@ -52,9 +54,14 @@ class Playback:
         if (self.is_paused and not self._owed) or now < self._due:
             return None
         try:
-            frame = self._take(self._queue.get_nowait())
+            item = self._queue.get_nowait()
         except queue.Empty:
             return None
+        if item is None and self.total:  # the end of one that does not loop
+            self.close()
+            self.is_paused = True
+            return None
+        frame = self._take(item)
         self._owed = max(self._owed - 1, 0)
         late = now - self._due > self._pause  # then the rate restarts from now: lost time is not made up
         self._due = (now if late else self._due) + self._pause
@@ -66,11 +73,35 @@ class Playback:
             return None
         return max(self._due - now, 0.0)
 
+    @property
+    def total(self) -> int | None:
+        """How many frames there are; None where nobody knows."""
+        return len(self._source) if isinstance(self._source, Sequence) else None
+
+    @property
+    def rate(self) -> float | None:
+        """Frames per second; None: as fast as they come."""
+        return 1 / self._pause if self._pause else None
+
+    def change_rate(self, factor: float) -> None:
+        """Plays faster (a factor above 1) or slower."""
+        if self.rate is None and factor > 1:
+            return
+        rate = max((self.rate or USUAL / factor) * factor, SLOWEST)
+        self._pause = 1 / rate if rate <= FASTEST else 0.0
+
     def toggle(self) -> None:
         """Pauses, or continues after the current frame."""
         self.is_paused = not self.is_paused
         if not self.is_paused and self._thread is None:
-            self._start(self.index + 1)
+            self._start(self._following)
+
+    def toggle_loop(self) -> None:
+        """Whether a Sequence begins again at its end, or pauses there."""
+        self.loops = not self.loops
+        if self._thread is not None:  # it may have read the beginning already, or have ended
+            self.close()
+            self._start(self._following if self.loops else self.index + 1)
 
     def step(self, direction: int) -> Frame | None:
         """Pauses and steps one frame forwards or back, past unreadable frames. A camera only goes forwards."""
@@ -79,17 +110,35 @@ class Playback:
             self._owed += direction > 0
             return None
         self.close()
+        return self._read_near(self.index + direction, direction)
+
+    def seek(self, index: int) -> Frame | None:
+        """The frame of a Sequence with this number, or the next readable one. Playing goes on there."""
+        self.close()
+        frame = self._read_near(index, 1)
+        self._queue = queue.Queue(maxsize=1)
+        if not self.is_paused:
+            self._start(self.index + 1)
+        return frame
+
+    def _read_near(self, index: int, direction: int) -> Frame | None:
+        assert isinstance(self._source, Sequence)
         count = len(self._source)
-        for way in range(1, count + 1):
-            index = (self.index + way * direction) % count
+        for way in range(count):
+            found = (index + way * direction) % count
             try:
-                frame = _checked(self._source[index])
+                frame = _checked(self._source[found])
             except (ValueError, OSError) as error:
                 self._skipped(str(error))
                 continue
-            self.index = index
+            self.index = found
             return frame
         return None
+
+    @property
+    def _following(self) -> int:
+        """The number of the next frame of a Sequence: after the last the first."""
+        return (self.index + 1) % (self.total or 1)
 
     def close(self) -> None:
         """Stops the thread."""
@@ -143,7 +192,7 @@ class Playback:
                         return
                     came = True
                     hand_over((source.index_of(frame) if isinstance(source, _From) else -1, frame))
-            if not numbered or stop.is_set():
+            if not numbered or stop.is_set() or not self.loops:
                 return
             if not came and index == 0:
                 raise ValueError(f"none of the {len(source)} frames can be read")  # type: ignore[arg-type]

@@ -8,6 +8,7 @@ from dataclasses import replace
 from ..frame import Frame
 from ..scene import Scene
 from .playback import Playback
+from .timeline import Strip, strip_of
 from .together import Together
 from .views import Merger, Views
 
@@ -95,8 +96,56 @@ class Playing:
         if not self._plays(shown):
             return None, MERGED
         new = self.playback.step(direction)
-        text = f"frame {self.playback.index}" if self.playback.index >= 0 else "paused"
+        total = self.playback.total
+        text = f"frame {self.playback.index} of 0 to {total - 1}" if total else "paused"
         return new and _as_switched(new, shown), text
+
+    def seek(self, shown: Shown, index: int) -> Answer:
+        """Shows the frame with this number, counted from the end if it is below 0."""
+        if not (sequence := self._sequence(shown)):
+            return None, self._why_none(shown, "jump to")
+        total = sequence.total
+        assert total is not None
+        return sequence.seek(index % total), f"frame {sequence.index} of 0 to {total - 1}"
+
+    def change_rate(self, shown: Shown, factor: float) -> str:
+        """Plays faster (a factor above 1) or slower; what to say."""
+        if self.playback is None or not self._plays(shown):
+            return self._why_none(shown, "play")
+        if isinstance(self.playback, Playback) and self.playback.total is None:
+            return "a live stream comes at its own rate"
+        self.playback.change_rate(factor)
+        rate = self.playback.rate
+        return "as fast as they come" if rate is None else f"{rate:g} frames per second"
+
+    def toggle_loop(self, shown: Shown) -> str:
+        """Whether a sequence begins again at its end; what to say."""
+        if not (sequence := self._sequence(shown)):
+            return self._why_none(shown, "repeat")
+        sequence.toggle_loop()
+        return "the sequence begins again at its end" if sequence.loops else "the sequence stops at its end"
+
+    def strip(self, shown: Shown, arriving: float | None) -> Strip | None:
+        """What the timeline shows; None where frames do not play."""
+        return strip_of(self.playback, arriving) if self._plays(shown) else None
+
+    def total(self, shown: Shown) -> int | None:
+        """How many frames the timeline is for; None: it has no bar."""
+        sequence = self._sequence(shown)
+        return sequence.total if sequence else None
+
+    def _sequence(self, shown: Shown) -> Playback | None:
+        """What plays, if its frames have numbers."""
+        playback = self.playback
+        return playback if isinstance(playback, Playback) and playback.total and self._plays(shown) else None
+
+    def _why_none(self, shown: Shown, what: str) -> str:
+        if self.playback is None:
+            return f"a single frame: nothing to {what}"
+        if not self._plays(shown):
+            return MERGED
+        several = isinstance(self.playback, Together)
+        return "several sources have no frames in common" if several else "the frames of a live stream have no numbers"
 
     def toggle_views(self, shown: Shown) -> Answer:
         """Draws several frames of a sequence as one object, or plays them again."""

@@ -20,7 +20,8 @@ from ..scene_shading import shaded
 from .controls import KEYS, MOUSE
 from .panel import Panel
 from .state import Stage, State, marker_place
-from .text import draw_message, draw_table
+from .text import draw_message, draw_strip, draw_table
+from .timeline import HEIGHT
 from .views import Views
 from .window import Window
 
@@ -64,7 +65,7 @@ class Screen:
             began = time.perf_counter()
             marker = self._marker(state, viewer.stage, camera) if marked else None
             self._present.draw(self.gl.screen, picture, marker)
-            self._draw_text(message, state.help, camera)
+            self._draw_text(message, state.help, camera, self._draw_strip(viewer, camera))
             if state.panel:
                 self.gl.finish()
                 self._present_lap = Lap((time.perf_counter() - began) * 1e3, None)
@@ -105,12 +106,23 @@ class Screen:
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
-    def _draw_text(self, message: str, with_help: bool, camera: Camera) -> None:
+    def _draw_strip(self, viewer: Viewer, camera: Camera) -> int:
+        """The timeline, if frames play: its height in pixels."""
+        strip, scale = viewer.strip, self.window.scale
+        if strip is None:
+            return 0
+        high, wide = round(HEIGHT * scale), max(camera.width - viewer.panel_width, 1)
+        drawing = self._drawing("strip", draw_strip, *strip, scale, wide, high)
+        self._present.lay_over(self.gl.screen, drawing, 0, 0)
+        return high
+
+    def _draw_text(self, message: str, with_help: bool, camera: Camera, above: int) -> None:
+        """above: how many pixels at the bottom are taken"""
         scale = self.window.scale
         if message:
             margin = round(10 * scale)
             line = self._drawing("message", draw_message, message, scale, max(camera.width - 2 * margin, 1))
-            self._present.lay_over(self.gl.screen, line, margin, margin)
+            self._present.lay_over(self.gl.screen, line, margin, margin + above)
         if with_help:
             table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)
             x, y = (camera.width - table.width) // 2, (camera.height - table.height) // 2

@@ -51,6 +51,20 @@ def _cut(line: str, kept: int) -> str:
     return f"{line[: kept // 3]}…{line[len(line) - (kept - kept // 3) :]}"
 
 
+def draw_strip(text: str, share: float | None, scale: float, width: int, high: int) -> NDArray[np.uint8]:
+    """A line of text, and below it a bar that is filled to a share (None: no bar): (high, width, 4) uint8."""
+    font, bar = ImageFont.load_default(0.8 * POINTS * scale), round(5 * scale)
+    pad = round(10 * scale)
+    wide = width if share is not None else min(round(font.getlength(text)) + 2 * pad, width)
+    image = Image.new("RGBA", (max(wide, 1), high), (*BACKDROP[:3], 150))
+    draw = ImageDraw.Draw(image)
+    draw.text((pad, (high - bar) / 2), _shortened(text, font, width - 2 * pad), BRIGHT, font, anchor="lm")
+    if share is not None:
+        draw.rectangle((0, high - bar, width, high), (90, 94, 102, 230))
+        draw.rectangle((0, high - bar, round(share * width), high), (255, 214, 140, 255))
+    return np.asarray(image)
+
+
 def draw_table(
     sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float, width: int, height: int
 ) -> NDArray[np.uint8]:

@@ -20,7 +20,7 @@ class Together:
     skipped, wake  as for Playback
     """
 
-    index = -1  # there is no common number
+    index, total = -1, None  # there is no common number
 
     def __init__(
         self,
@@ -69,6 +69,16 @@ class Together:
         """Pauses all sources, or continues them."""
         for player in self._players:
             player.toggle()
+
+    def change_rate(self, factor: float) -> None:
+        """Plays all sources faster (a factor above 1) or slower."""
+        for player in self._players:
+            player.change_rate(factor)
+
+    @property
+    def rate(self) -> float | None:
+        """Of the first source; None: as fast as its frames come."""
+        return self._players[0].rate
 
     def step(self, direction: int) -> Views | None:
         """Pauses all sources, and steps each one frame forwards or back."""

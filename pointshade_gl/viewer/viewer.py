@@ -21,7 +21,7 @@ from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
 from .command import Typed, render_line
-from .controls import press_key
+from .controls import press_key, when_seen
 from .dropped import read_dropped
 from .events import Event
 from .history import History, Moment
@@ -37,11 +37,13 @@ from .refining import Refining
 from .screen import Screen
 from .sources import check_rates, check_sources
 from .state import OWN_LIGHT, Stage, State
+from .timeline import Strip, Timeline
 from .together import Together
 from .views import VIEWS, Views, check_views
 from .window import Window, window_size
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
+SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 OF_SOURCE = (
@@ -111,6 +113,8 @@ class Viewer:
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         self._refining = Refining()
+        self._arriving = Rate()  # of the frames of a stream
+        self._timeline = Timeline()
         self.rate = Rate()  # of the pictures that differ
         self.drawn = 0  # how often the window was drawn
         with ExitStack() as undo:
@@ -127,7 +131,8 @@ class Viewer:
             self.screen = Screen(self.window)
             undo.callback(self.screen.release)
             self._began = self._next_frame = time.perf_counter()
-            self._messages.say(GREETING, GREETING_SECONDS)
+            slow = SOFTWARE if self.renderer.context.is_software else ""
+            self._messages.say(GREETING + slow, GREETING_SECONDS)
             self._film_camera = self._own_camera.fitted(*size)
             if panel:
                 self.toggle_panel()
@@ -190,10 +195,13 @@ class Viewer:
         for event in events:
             self.handle(event)
         now = time.perf_counter()
+        if (wanted := self._timeline.take()) is not None:
+            self._follow(self._playing.seek(self.frame, wanted)[0], "")
         if self._playing.is_merging:
             self._follow(*self._playing.merged(self._messages.text))
-        elif frame := self._playing.advance(self.frame, now):
+        elif not self._timeline.is_dragged and (frame := self._playing.advance(self.frame, now)):
             self.frame = frame
+            self._arriving.tick(now)
         if self._animates:
             self.on_frame(now - self._began)
             self._next_frame = now + 1 / DISPLAY_RATE
@@ -213,7 +221,8 @@ class Viewer:
         if self.on_event(event):
             return
         self.history.follow(self.moment)
-        on_panel = self.state.panel and self.screen.panel.handle(event)
+        on_timeline = self._timeline.handle(event, *self._timeline_place)
+        on_panel = on_timeline or (self.state.panel and self.screen.panel.handle(event))
         if event.kind == "refresh":
             self._shown = None
         elif event.kind == "key":
@@ -225,7 +234,8 @@ class Viewer:
             self._pointing.handle(self, replace(event, kind="leave") if is_away else event, self.camera)
         if event.kind == "drop":
             self.open(event.paths)
-        follows = self.state.light_mode and self.state.is_lit and not on_panel
+        over = on_panel or self._timeline.is_over(event, *self._timeline_place)
+        follows = self.state.light_mode and self.state.is_lit and not over
         self.window.hide_pointer(follows and not self._pointing.turns)
 
     def open(self, paths: Sequence[str]) -> None:
@@ -277,10 +287,10 @@ class Viewer:
     @property
     def camera(self) -> Camera | None:
         """The frame's camera, fitted to the window beside the panel; None while the window is minimised."""
-        return self.window.fit(self._own_camera, self._panel_width)
+        return self.window.fit(self._own_camera, self.panel_width)
 
     @property
-    def _panel_width(self) -> int:
+    def panel_width(self) -> int:
         """Pixels beside which the picture is shown. A film does not change when the panel opens."""
         return self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self._recorder else 0
 
@@ -318,7 +328,7 @@ class Viewer:
         self.held, self.lights, self.light_number = every[steps], (*every[steps + 1 :], *every[:steps]), number
         self.state = self.state.with_light(self.held, self.stage, self.pose)
         titles = self.light_titles
-        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}")
+        self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}{when_seen(self.state)}")
 
     @property
     def light_titles(self) -> list[str]:
@@ -361,6 +371,29 @@ class Viewer:
     def step_frames(self, direction: int) -> None:
         """Pauses a stream and steps one frame forwards (1) or back (-1)."""
         self._follow(*self._playing.step(self.frame, direction))
+
+    def jump(self, index: int) -> None:
+        """Shows the frame of a sequence with this number, counted from the end if it is below 0."""
+        self._follow(*self._playing.seek(self.frame, index))
+
+    def change_rate(self, factor: float) -> None:
+        """Plays frames faster (a factor above 1) or slower."""
+        self.say(self._playing.change_rate(self.frame, factor))
+
+    def toggle_loop(self) -> None:
+        """Whether a sequence begins again at its end."""
+        self.say(self._playing.toggle_loop(self.frame))
+
+    @property
+    def strip(self) -> Strip | None:
+        """What the timeline shows; None where frames do not play."""
+        return self._playing.strip(self.frame, self._arriving.per_second)
+
+    @property
+    def _timeline_place(self) -> tuple[int | None, float, float, float]:
+        """For how many frames the timeline has room, in how large a picture, at which scale."""
+        width, height = self.window.picture_size
+        return self._playing.total(self.frame), width - self.panel_width, height, self.window.scale
 
     def toggle_views(self) -> None:
         """Draws several frames of a sequence as one object, or plays them again."""
@@ -412,11 +445,11 @@ class Viewer:
         """Seconds that the next turn may sleep; None: no limit."""
         now = time.perf_counter()
         visible = self.camera is not None
-        if visible and (self._content() != self._shown or self._panel_settling()):
+        if self._events or (visible and (self._content() != self._shown or self._panel_settling())):
             return 0
         reasons = [
             max(self._next_frame - now, 0.0) if self._animates and visible else None,
-            self._playing.patience(self.frame, now),
+            None if self._timeline.is_dragged else self._playing.patience(self.frame, now),
             self._recorder.patience(now) if self._recorder else None,
             self._refining_patience(now) if visible else None,
             self._messages.patience(now),
@@ -447,7 +480,8 @@ class Viewer:
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
-        return self.state, self.lights, self.held, self.frame, window, self._messages.text, self._pointing.turns
+        shown = self._messages.text, self._pointing.turns, self.strip
+        return self.state, self.lights, self.held, self.frame, window, *shown
 
     def _draw(self, camera: Camera) -> None:
         content, picture, now = self._content(), self._picture(), time.perf_counter()

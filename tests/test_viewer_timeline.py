@@ -164,7 +164,7 @@ class TestNothingToShow:
             press(viewer, name)
             assert word in viewer._messages.text
         mouse(viewer, "press", 160, BAR)
-        assert viewer._mouse.drag == "orbit"
+        assert viewer._pointing.drag == "orbit"
 
     @pytest.mark.parametrize("name", ["HOME", "END", ",", ".", "O"])
     def test_a_single_frame_has_none_and_says_so(self, open_viewer, name):

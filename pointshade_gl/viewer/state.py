@@ -208,6 +208,11 @@ class State:
         return np.array([side * math.cos(around), side * math.sin(around), -math.cos(angle)])
 
     @property
+    def is_lit(self) -> bool:
+        """Whether the light is seen: otherwise the picture shows the frame's own colours."""
+        return self.lit and self.look.shading != "none"
+
+    @property
     def is_behind(self) -> bool:
         return math.hypot(*self.light_at) > 1
 

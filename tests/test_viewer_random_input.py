@@ -26,7 +26,7 @@ if not sys.platform.startswith("linux"):
 from .hands import Hands
 
 MINUTES = float(os.environ.get("POINTSHADE_RANDOM_MINUTES", "0"))
-SEED, EVENTS = 4, 120  # things that are done in a round
+SEED, EVENTS = 4, 100  # things that are done in a round
 KEYS = ("l", "1", "2", "3", "4", "b", "n", "plus", "minus", "s", "u", "x", "Tab", "r", "p", "g", "space", "Left",
         "Right", "m", "h", "q", "Escape", "z", "y", "F5", "Return", "BackSpace", "5")  # fmt: skip
 ALLOWED = 40  # MB: the driver and malloc keep some
@@ -145,7 +145,7 @@ def test_anything_at_all_leaves_no_error_and_nothing_grows(display, files, tmp_p
     one, start, found = Hands(viewer), viewer.state, []
     began = time.monotonic()
     try:
-        while len(found) < 2 or time.monotonic() < began + 60 * MINUTES:
+        while len(found) < 2 or time.monotonic() - began < 60 * MINUTES:
             anything = Anything(one, files, SEED + (len(found) if MINUTES else 0))
             for _ in range(EVENTS):
                 anything.act()

@@ -324,13 +324,13 @@ class TestDrop:
     def test_what_cannot_be_shown_is_said_and_the_old_thing_stays(self, hands, tmp_path, names):
         one = hands(SCENE)
         one.key("Tab")
-        before, picture = one.viewer._moment, seen(one)
+        before, picture = one.viewer.moment, seen(one)
         for name in names:
             if name != "nothing":
                 (tmp_path / name).write_text("a few words")
         one.drop(*(tmp_path / name for name in names))
         assert one.viewer._messages.text.startswith("not opened: ") and names[0] in one.viewer._messages.text
-        assert one.viewer._moment == before and one.viewer.frame.lights == SCENE.lights
+        assert one.viewer.moment == before and one.viewer.frame.lights == SCENE.lights
         assert (seen(one) == picture).all()
         one.key("z", "Control_L")
         assert one.viewer._messages.text == "undone"

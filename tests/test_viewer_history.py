@@ -91,20 +91,20 @@ class TestUndo:
             lambda: press(viewer, "B"),
             lambda: press(viewer, "R"),
         ]
-        moments, pictures = [viewer._moment], [shown(quiet(viewer))]
+        moments, pictures = [viewer.moment], [shown(quiet(viewer))]
         for step in steps:
             step()
-            assert not viewer._moment.shows(moments[-1])
-            moments.append(viewer._moment)
+            assert not viewer.moment.shows(moments[-1])
+            moments.append(viewer.moment)
             pictures.append(shown(quiet(viewer)))
         for expected, picture in zip(moments[-2::-1], pictures[-2::-1], strict=True):
             undo(viewer)
-            assert viewer._moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
+            assert viewer.moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
         undo(viewer)
         assert viewer._messages.text == "nothing to undo"
         for k, (expected, picture) in enumerate(zip(moments[1:], pictures[1:], strict=True)):
             (viewer.handle(Event("key", "Y", ctrl=True)) if k % 2 else redo(viewer))
-            assert viewer._moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
+            assert viewer.moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
         redo(viewer)
         assert viewer._messages.text == "nothing to do again"
 
@@ -182,7 +182,7 @@ class TestReset:
     )
     def test_r_brings_back_exactly_what_was_there_at_the_start(self, open_viewer, source, options):
         viewer = open_viewer(source, **options)
-        start, picture = viewer._moment, shown(quiet(viewer))
+        start, picture = viewer.moment, shown(quiet(viewer))
         move(viewer, (160, 120), (60, 60))
         press(viewer, "TAB", "L", "S")
         drag(viewer, (160, 120), (200, 100))
@@ -195,7 +195,7 @@ class TestReset:
         press(viewer, "B")
         viewer.state = replace(viewer.state, light_color=(1, 0, 0), light_intensity=2)
         press(viewer, "R")
-        assert viewer._moment == start
+        assert viewer.moment == start
         assert (shown(quiet(viewer)) == picture).all()
 
     def test_r_keeps_the_look_the_help_and_the_panel(self, open_viewer):

@@ -39,7 +39,7 @@ def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:
 
 
 def _files_of(paths: list[Path]) -> dict[str, Any]:
-    """The files of a frame, paths by the names of options: one depth, one colour picture at most, one camera at most."""
+    """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
     depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]

@@ -143,11 +143,6 @@ class State:
         """The splats' size in source pixels."""
         return 1.0 if self.look.size is None or self.look.fills else float(np.asarray(self.look.size))
 
-    @property
-    def is_lit(self) -> bool:
-        """Whether a light is seen."""
-        return self.lit and self.look.shading != "none"
-
     def with_look(self, **changes: Any) -> State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""
         return replace(self, look=replace(self.look, **changes))
@@ -211,6 +206,11 @@ class State:
         around = math.atan2(self.light_at[1], self.light_at[0])
         side = math.sin(angle)
         return np.array([side * math.cos(around), side * math.sin(around), -math.cos(angle)])
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether a light is seen."""
+        return self.lit and self.look.shading != "none"
 
     @property
     def is_behind(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -22,7 +21,7 @@ from ..light import Light, check_lights
 from ..renderer import Renderer
 from ..scene import Scene
 from .command import Typed, render_line
-from .controls import STAYS, Mouse, press_key, when_seen
+from .controls import press_key, when_seen
 from .dropped import read_dropped
 from .events import Event
 from .history import History, Moment
@@ -31,6 +30,7 @@ from .messages import Messages
 from .panel import MISSING
 from .playback import Playback
 from .playing import Playing, Shown
+from .pointing import Pointing
 from .rate import Rate
 from .record import RATE, Recorder
 from .refining import Refining
@@ -47,8 +47,8 @@ SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
 OF_SOURCE = (
-    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names",
-    "_start", "_start_pose", "_history",
+    "_playing", "typed", "first", "frame", "state", "stage", "held", "lights", "light_number", "_light_names", "_start",
+    "_start_pose", "history",
 )  # fmt: skip
 DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
@@ -108,8 +108,7 @@ class Viewer:
         self.typed = None if typed is None else check_type(typed, Typed, "typed")
         self._events: list[Event] = []
         self._messages = Messages()
-        self._mouse = Mouse()
-        self._has_placed = False  # the last click has placed the light
+        self._pointing = Pointing()
         self._shown: Any = None
         self._animates = type(self).on_frame is not Viewer.on_frame
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
@@ -161,8 +160,8 @@ class Viewer:
 
     def _start_here(self) -> None:
         """What is shown now is the start: R comes back to it, and nothing before it can be undone."""
-        self._start, self._start_pose = self._moment, self.pose
-        self._history = History(self._start)
+        self._start, self._start_pose = self.moment, self.pose
+        self.history = History(self._start)
 
     @property
     def renderer(self) -> Renderer:
@@ -221,7 +220,7 @@ class Viewer:
             return
         if self.on_event(event):
             return
-        self._history.follow(self._moment)
+        self.history.follow(self.moment)
         on_timeline = self._timeline.handle(event, *self._timeline_place)
         on_panel = on_timeline or (self.state.panel and self.screen.panel.handle(event))
         if event.kind == "refresh":
@@ -229,48 +228,15 @@ class Viewer:
         elif event.kind == "key":
             if not on_panel:
                 press_key(self, event.key, event.ctrl, event.shift)
-                self._history.act(self._moment)
+                self.history.act(self.moment)
         elif event.kind != "text" and self.camera:
             is_away = on_panel or event.kind == "drop"  # with files in the hand the pointer was on its way, too
-            self._use_mouse(replace(event, kind="leave") if is_away else event, self.camera)
+            self._pointing.handle(self, replace(event, kind="leave") if is_away else event, self.camera)
         if event.kind == "drop":
             self.open(event.paths)
         over = on_panel or self._timeline.is_over(event, *self._timeline_place)
         follows = self.state.light_mode and self.state.is_lit and not over
-        self.window.hide_pointer(follows and not self._mouse.turns)
-
-    def _use_mouse(self, event: Event, camera: Camera) -> None:
-        mouse = self._mouse
-        self.state = mouse.handle(event, self.state, self.stage, camera, self.window.scale)
-        if mouse.drag:
-            self._history.act(self._moment, ("drag", mouse.drags), pause=math.inf)
-        elif event.kind == "wheel":
-            self._history.act(self._moment, ("wheel", event.shift), event.time)
-        elif mouse.clicks == 1:
-            self._place_light()
-        if mouse.clicks == 2:
-            self._turn_around(camera, event.x, event.y)
-
-    def _place_light(self) -> None:
-        """The light stays where it is."""
-        self._has_placed = self.state.light_mode and self.state.is_lit
-        if self._has_placed:
-            self.state = replace(self.state, light_mode=False)
-            self.say(STAYS)
-            self._history.act(self._moment, "place", pause=-math.inf)
-
-    def _turn_around(self, camera: Camera, x: float, y: float) -> None:
-        """From now on orbits turn around the point that is seen at a pixel, or around the object's middle."""
-        if self._has_placed:  # by the first of the two clicks
-            self.state, self._has_placed = replace(self.state, light_mode=True), False
-            self._history.drop_step(self._moment)
-        found = self.screen.find_surface(self, camera, x, y)
-        point = self.state.seen_middle(self.stage) if found is None else found
-        self.say("drags turn around the object's middle" if found is None else "drags turn around this point")
-        if point[2] > 0:
-            pivoted = self.state.with_pivot(point, self.stage)
-            self.state = pivoted if found else replace(pivoted, pivot=State().pivot)
-        self._history.act(self._moment)
+        self.window.hide_pointer(follows and not self._pointing.turns)
 
     def open(self, paths: Sequence[str]) -> None:
         """Shows what files or folders hold, as `pointshade view` would. If that fails, says why and shows the same."""
@@ -298,7 +264,8 @@ class Viewer:
             unused.close()
 
     @property
-    def _moment(self) -> Moment:
+    def moment(self) -> Moment:
+        """View and lights as they are."""
         return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
 
     def _go_to(self, moment: Moment) -> None:
@@ -307,13 +274,13 @@ class Viewer:
 
     def undo(self) -> None:
         """Takes back the last change of view or lights."""
-        if moment := self._history.undo(self._moment):
+        if moment := self.history.undo(self.moment):
             self._go_to(moment)
         self.say("undone" if moment else "nothing to undo")
 
     def redo(self) -> None:
         """Makes the change again that was undone last."""
-        if moment := self._history.redo(self._moment):
+        if moment := self.history.redo(self.moment):
             self._go_to(moment)
         self.say("done again" if moment else "nothing to do again")
 
@@ -513,24 +480,16 @@ class Viewer:
     def _content(self) -> tuple[Any, ...]:
         """Everything that the window's content depends on. Another size of the window is another camera."""
         window = self.camera, self.window.scale
-        return (
-            self.state,
-            self.lights,
-            self.held,
-            self.frame,
-            window,
-            self._messages.text,
-            self._mouse.turns,
-            self.strip,
-        )
+        shown = self._messages.text, self._pointing.turns, self.strip
+        return self.state, self.lights, self.held, self.frame, window, *shown
 
     def _draw(self, camera: Camera) -> None:
         content, picture, now = self._content(), self._picture(), time.perf_counter()
         if not self._refining.shows(picture):
             self.rate.tick(now)
         samples = self._refining.following(picture, now, self._most_samples(camera))
-        self._history.follow(self._moment)
-        self.screen.draw(self, camera, self._messages.text, not self._mouse.turns, samples)
-        self._history.act(self._moment, "panel", time.perf_counter())
+        self.history.follow(self.moment)
+        self.screen.draw(self, camera, self._messages.text, not self._pointing.turns, samples)
+        self.history.act(self.moment, "panel", time.perf_counter())
         self._shown = content
         self.drawn += 1

@@ -12,7 +12,7 @@ from pointshade_gl.viewer.timeline import HEIGHT
 
 from . import frames
 from .view_sets import pose_at, seen_from
-from .viewing import Spoilt, move, press, quiet, settle, shown
+from .viewing import Spoilt, drag, move, press, quiet, settle, shown
 
 FILM = [seen_from(pose_at(yaw)) for yaw in range(-10, 10, 2)]  # ten frames
 BAR = 240 - HEIGHT / 2
@@ -163,8 +163,8 @@ class TestNothingToShow:
         for name, word in (("HOME", "no numbers"), (",", "its own rate"), ("O", "no numbers")):
             press(viewer, name)
             assert word in viewer._messages.text
-        mouse(viewer, "press", 160, BAR)
-        assert viewer._pointing.drag == "orbit"
+        drag(viewer, (160, BAR), (200, BAR))
+        assert viewer.state.yaw != 0
 
     @pytest.mark.parametrize("name", ["HOME", "END", ",", ".", "O"])
     def test_a_single_frame_has_none_and_says_so(self, open_viewer, name):

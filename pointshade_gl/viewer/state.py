@@ -209,7 +209,7 @@ class State:
 
     @property
     def is_lit(self) -> bool:
-        """Whether the light is seen: otherwise the picture shows the frame's own colours."""
+        """Whether a light is seen."""
         return self.lit and self.look.shading != "none"
 
     @property

@@ -3,13 +3,15 @@
 import shutil
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.state import DEGREES, State, marker_place
+from pointshade_gl.viewer import window
+from pointshade_gl.viewer.state import DEGREES, State
 
 from . import frames
 from .view_sets import pose_at, seen_from
@@ -30,11 +32,13 @@ SCENE = ps.Scene(
 
 
 @pytest.fixture
-def hands(display, open_viewer):
+def hands(display, open_viewer, monkeypatch):
     """hands(source, ...): at a window of their own."""
     if not display:
         pytest.skip("moves the pointer: not on anybody's own screen, needs Xvfb")
     made = []
+    clock = SimpleNamespace(perf_counter=lambda: made[-1].clock if made else time.perf_counter())
+    monkeypatch.setattr(window, "time", clock)
 
     def begin(*source, **options):
         made.append(Hands(open_viewer(*source, **options)))
@@ -48,10 +52,6 @@ def hands(display, open_viewer):
 def seen(one):
     """The picture without text."""
     return shown(quiet(one.viewer)).astype(int)
-
-
-def marker(viewer):
-    return marker_place(viewer.state, viewer.stage, viewer.camera)
 
 
 def surface_at(viewer, x, y):
@@ -153,7 +153,7 @@ class TestLight:
             if place := next(way, None):
                 one.point(*place)
                 one.server.sync()
-                time.sleep(0.4)
+                one.clock += 0.4
 
         monkeypatch.setattr(one.viewer.screen, "draw", slowly)
         one.point(80, 90)

@@ -23,11 +23,6 @@ class Pointing:
         self._has_placed = False  # the last click has placed the light
 
     @property
-    def drag(self) -> str:
-        """What the button that is down does; "" if none is."""
-        return self._mouse.drag
-
-    @property
     def turns(self) -> bool:
         """Whether the mouse moves the viewer."""
         return self._mouse.turns

@@ -38,7 +38,7 @@ class Anything:
 
     def __init__(self, hands, files, seed):
         self.hands, self.files, self.rng = hands, files, np.random.default_rng(seed)
-        self.viewer, self.held = hands.viewer, set()
+        self.viewer = hands.viewer
 
     def act(self):
         """One thing, the likely ones more often; now and then the window looks."""

@@ -123,11 +123,7 @@ def _is_same(light: Light, other: Light) -> bool:
         a, b = getattr(light, name), getattr(other, name)
         if name == "direction" and a is not None and b is not None:
             a, b = (np.array(one) / np.linalg.norm(one) for one in (a, b))
-        if a is None or b is None:
-            same = a is b
-        else:
-            same = np.allclose(a, b, rtol=1e-6, atol=1e-6)
-        if not same:
+        if not (a is b if a is None or b is None else np.allclose(a, b, rtol=1e-6, atol=1e-6)):
             return False
     return True
 

@@ -45,6 +45,7 @@ class Panel:
         style.scale_all_sizes(self.scale)
         style.font_scale_main = self.scale
         style.window_border_size = 0
+        style.hover_flags_for_tooltip_mouse = 0  # at once: no pictures come to wait for
         style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
         imgui.backends.opengl3_init("#version 330")
         self._input = PanelInput(imgui, window)

@@ -186,7 +186,7 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
 def test_a_number_is_typed_into_the_panel_and_esc_closes_only_what_is_open(user, folder, open_viewer, tmp_path):
     """P tells the number that was typed."""
     pytest.importorskip("imgui_bundle")
-    at = rows(open_viewer(load_frame(folder), size=(640, 480), panel=True))
+    at = rows(open_viewer(load_frame(folder), size=(640, 480), panel=True, title="another"))
     someone = user(folder, "--size", "640x480", "--panel")
     someone.wait_for(lambda: someone.see()[:, :400].max() > 100 or None)
     dark = someone.see()

@@ -186,15 +186,17 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
 def test_a_number_is_typed_into_the_panel_and_esc_closes_only_what_is_open(user, folder, open_viewer, tmp_path):
     """P tells the number that was typed."""
     pytest.importorskip("imgui_bundle")
-    at = rows(open_viewer(load_frame(folder), size=(640, 480), panel=True))
+    at = rows(open_viewer(load_frame(folder), size=(640, 480), panel=True, title="another"))
     someone = user(folder, "--size", "640x480", "--panel")
     someone.wait_for(lambda: someone.see()[:, :400].max() > 100 or None)
+    dark = someone.see()
     someone.click(at["ambient"], ctrl=True)
     for name in ("0", "period", "6", "s", "q", "Return"):
         someone.press(name)
+    someone.wait_for(lambda: np.abs(someone.see() - dark)[:, :400].mean() > 3 or None)
     before = someone.see()
     someone.click(at["colour"])
-    someone.wait_for(lambda: np.abs(someone.see() - before)[:, :400].mean() > 10 or None)
+    someone.wait_for(lambda: np.abs(someone.see() - before)[300:, :400].mean() > 5 or None)
     someone.press("Escape")
     someone.wait_for(lambda: np.abs(someone.see() - before)[300:, :400].mean() < 3 or None)
     someone.press("p")

@@ -123,8 +123,7 @@ def _is_same(light: Light, other: Light) -> bool:
         a, b = getattr(light, name), getattr(other, name)
         if name == "direction" and a is not None and b is not None:
             a, b = (np.array(one) / np.linalg.norm(one) for one in (a, b))
-        same = a is b if a is None or b is None else np.allclose(a, b, rtol=1e-06, atol=1e-06)
-        if not same:
+        if not (a is b if a is None or b is None else np.allclose(a, b, rtol=1e-6, atol=1e-6)):
             return False
     return True
 

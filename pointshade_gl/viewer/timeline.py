@@ -35,7 +35,7 @@ def strip_of(playback: Playback | Together | None, arriving: float | None) -> St
     asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
     loop = "loops" if playback.loops else "plays once"
     state = f", {'paused' if playback.is_paused else loop}"
-    return Strip(f"frame {playback.index} of 0 to {total - 1}, {asked}{state}", (playback.index + 1) / total)
+    return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}{state}", (playback.index + 1) / total)
 
 
 class Timeline:

@@ -18,11 +18,12 @@ VERSION = 5  # of XDND, by which files are dropped
 class Hands:
     """Moves the pointer, presses buttons and keys, drops files. The viewer sees nothing of it before `look`.
 
-    Places are pixels of the window.
+    Places are pixels of the window. Its events are told the time of `clock`, which only goes on while hands move or
+    rest: how busy the machine is decides nothing.
     """
 
     def __init__(self, viewer):
-        self.viewer, self.server = viewer, Display()
+        self.viewer, self.server, self.clock = viewer, Display(), time.perf_counter()
         glfw = viewer.window.glfw
         self.window = self.server.create_resource_object("window", glfw.get_x11_window(viewer.window.handle))
         glfw.set_window_pos(viewer.window.handle, 100, 100)
@@ -46,10 +47,9 @@ class Hands:
 
     def rest(self, seconds=0.35):
         """The viewer goes on, the hands do nothing."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
-            self.look(1)
-            time.sleep(0.01)
+        self.look()
+        self.clock += seconds
+        self.look()
 
     def point(self, x, y):
         """The pointer is elsewhere at once."""
@@ -62,7 +62,7 @@ class Hands:
             for share in np.linspace(0, 1, steps + 1):
                 self.point(*(np.array(start) * (1 - share) + np.array(end) * share))
                 self.look(1)
-                time.sleep(seconds / steps)
+                self.clock += seconds / steps
 
     def button(self, name, *kinds):
         """kinds: "press", "release"."""

@@ -13,9 +13,11 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
+from pointshade_gl import load_frame
 
 from . import frames
 from .view_sets import pose_at, replaced, seen_from, write_views
+from .viewing import rows
 
 if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
@@ -95,6 +97,20 @@ class User:
         xtest.fake_input(self.server, kind, number)
         self.server.sync()
 
+    def click(self, place, ctrl=False):
+        """The left button, at pixels of the window."""
+        size = self.window.get_geometry()
+        control = self.server.keysym_to_keycode(XK.XK_Control_L)
+        self.move(*[np.array(place) / (size.width, size.height) + d for d in ((0.02, 0.02), (0.001, 0.001))])
+        time.sleep(0.5)
+        if ctrl:
+            xtest.fake_input(self.server, X.KeyPress, control)
+        self.button(1, X.ButtonPress)
+        self.button(1, X.ButtonRelease)
+        if ctrl:
+            xtest.fake_input(self.server, X.KeyRelease, control)
+        self.server.sync()
+
     def leave(self):
         """Exit code, output and errors without the notes."""
         out, err = self.process.communicate(timeout=PATIENCE)
@@ -165,6 +181,53 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
         assert np.abs(np.asarray(image).astype(int) - np.asarray(other)).max() <= 1
         unmoved = ps.render(frames.sphere(), camera=frames.CAMERA.fitted(*image.size), shading="none")[..., 3]
         assert np.count_nonzero(np.asarray(image)[..., 3] != unmoved) > 1000
+
+
+def test_a_number_is_typed_into_the_panel_and_esc_closes_only_what_is_open(user, folder, open_viewer, tmp_path):
+    """P tells the number that was typed."""
+    pytest.importorskip("imgui_bundle")
+    at = rows(open_viewer(load_frame(folder), size=(640, 480), panel=True, title="another"))
+    someone = user(folder, "--size", "640x480", "--panel")
+    someone.wait_for(lambda: someone.see()[:, :400].max() > 100 or None)
+    dark = someone.see()
+    someone.click(at["ambient"], ctrl=True)
+    for name in ("0", "period", "6", "s", "q", "Return"):
+        someone.press(name)
+    someone.wait_for(lambda: np.abs(someone.see() - dark)[:, :400].mean() > 3 or None)
+    before = someone.see()
+    someone.click(at["colour"])
+    someone.wait_for(lambda: np.abs(someone.see() - before)[300:, :400].mean() > 5 or None)
+    someone.press("Escape")
+    someone.wait_for(lambda: np.abs(someone.see() - before)[300:, :400].mean() < 3 or None)
+    someone.press("p")
+    someone.wait_for(lambda: (tmp_path / "pointshade_0001.png").exists() or None)
+    someone.press("Escape")
+    code, out, errors = someone.leave()
+    assert (code, errors) == (0, []) and "--ambient 0.6 " in out and "shadow" not in out
+
+
+def test_a_sequence_is_put_to_a_frame_by_its_bar(user, tmp_path):
+    walk = write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in (-8, -4, 0, 4, 8)])
+    someone = user(walk, "--depth-scale", "1000", "--fps", "1", "--size", "640x480")
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    someone.press("space")
+    someone.click((300, 475))
+    someone.press("p")
+    someone.wait_for(lambda: (tmp_path / "pointshade_0001.png").exists() or None)
+    someone.press("q")
+    code, out, errors = someone.leave()
+    assert (code, errors) == (0, []) and "--frame 2 " in out
+
+
+def test_a_software_renderer_is_announced_as_render_announces_it(user, folder, tmp_path):
+    someone = user(folder)
+    someone.wait_for(lambda: someone.see().max() > 100 or None)
+    someone.press("q")
+    errors = someone.process.communicate(timeout=PATIENCE)[1]
+    command = [sys.executable, "-m", "pointshade_gl", "render", str(folder), "-o", str(tmp_path / "out.png")]
+    rendered = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE).stderr
+    told = [[line for line in text.splitlines() if "software renderer" in line] for text in (errors, rendered)]
+    assert told[0] == told[1]
 
 
 def test_the_window_s_own_button_closes_it(user, folder):

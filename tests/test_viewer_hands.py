@@ -2,13 +2,16 @@
 
 import shutil
 import sys
+import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.state import DEGREES, State, marker_place
+from pointshade_gl.viewer import window
+from pointshade_gl.viewer.state import DEGREES, State
 
 from . import frames
 from .view_sets import pose_at, seen_from
@@ -29,11 +32,13 @@ SCENE = ps.Scene(
 
 
 @pytest.fixture
-def hands(display, open_viewer):
+def hands(display, open_viewer, monkeypatch):
     """hands(source, ...): at a window of their own."""
     if not display:
         pytest.skip("moves the pointer: not on anybody's own screen, needs Xvfb")
     made = []
+    clock = SimpleNamespace(perf_counter=lambda: made[-1].clock if made else time.perf_counter())
+    monkeypatch.setattr(window, "time", clock)
 
     def begin(*source, **options):
         made.append(Hands(open_viewer(*source, **options)))
@@ -47,10 +52,6 @@ def hands(display, open_viewer):
 def seen(one):
     """The picture without text."""
     return shown(quiet(one.viewer)).astype(int)
-
-
-def marker(viewer):
-    return marker_place(viewer.state, viewer.stage, viewer.camera)
 
 
 def surface_at(viewer, x, y):
@@ -139,6 +140,25 @@ class TestLight:
         before = one.viewer.state.light_at
         one.travel((-50, 100), (400, 140))
         assert one.viewer.state.light_at == before
+
+    def test_a_window_that_draws_slowly_takes_no_pause_of_its_own_for_one_of_the_hand(self, hands, monkeypatch):
+        one = hands()
+        one.travel((160, 120), (70, 90))
+        one.rest()
+        held, draw = one.viewer.state.light_at, one.viewer.screen.draw
+        way = iter([(140, 90), (220, 90), (300, 90), (400, 90)])
+
+        def slowly(*arguments):
+            draw(*arguments)
+            if place := next(way, None):
+                one.point(*place)
+                one.server.sync()
+                one.clock += 0.4
+
+        monkeypatch.setattr(one.viewer.screen, "draw", slowly)
+        one.point(80, 90)
+        one.look(8)
+        assert next(way, None) is None and one.viewer.state.light_at == held
 
     def test_a_click_keeps_it_and_l_lets_it_go(self, hands):
         one = hands()

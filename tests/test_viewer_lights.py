@@ -104,7 +104,7 @@ def test_s_says_when_no_light_casts_shadows(open_viewer):
     press(viewer, "S")
     assert viewer._messages.text == "shadows on, but no light casts any"
     press(viewer, "S")
-    assert viewer._messages.text == "shadows off"
+    assert viewer._messages.text == "shadows off, but no light casts any"
 
 
 def test_frames_under_lights_without_shadows_start_without(open_viewer):

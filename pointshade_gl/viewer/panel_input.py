@@ -43,8 +43,11 @@ class PanelInput:
         """A field is written into, or a list or a colour is open."""
         return self._io.want_text_input or self._has_popup
 
-    def handle(self, event: Event) -> bool:
-        """Passes an event on. Returns whether it was meant for the panel."""
+    def handle(self, event: Event, is_over: bool) -> bool:
+        """Passes an event on. Returns whether it was meant for the panel.
+
+        is_over  the pointer is over the panel: imgui itself knows only after the next picture
+        """
         io = self._io
         if event.kind in ("key", "text"):
             return self._handle_key(event)
@@ -58,8 +61,8 @@ class PanelInput:
         if event.kind == "wheel":
             io.add_mouse_wheel_event(0.0, event.steps)
         if event.kind == "press":
-            self.is_deciding = io.want_capture_mouse
-        return io.want_capture_mouse and event.kind in ("move", "press", "wheel")
+            self.is_deciding = is_over or io.want_capture_mouse
+        return (is_over or io.want_capture_mouse) and event.kind in ("move", "press", "wheel")
 
     def _handle_key(self, event: Event) -> bool:
         if not self.takes_keys:

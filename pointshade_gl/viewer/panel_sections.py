@@ -30,7 +30,8 @@ def show_light(ui: Widgets, viewer: Viewer) -> None:
     follows = ui.tick("follows the mouse (L)", state.light_mode)
     shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
     _held(ui, viewer, shadows)
-    color = tuple(imgui.color_edit3("colour", list(state.light_color), imgui.ColorEditFlags_.no_inputs)[1])
+    changed, picked = imgui.color_edit3("colour", list(state.light_color), imgui.ColorEditFlags_.no_inputs)
+    color = tuple(picked) if changed else state.light_color  # untouched it stays exactly what it was
     intensity = ui.slide("intensity", state.light_intensity, 0.0, BRIGHTEST, logarithmic=True)
     reach = ui.slide(
         "distance", state.light_reach, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True

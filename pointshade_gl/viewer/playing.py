@@ -97,7 +97,7 @@ class Playing:
             return None, MERGED
         new = self.playback.step(direction)
         total = self.playback.total
-        text = f"frame {self.playback.index} of 0 to {total - 1}" if total else "paused"
+        text = f"frame {self.playback.index} (0 to {total - 1})" if total else "paused"
         return new and _as_switched(new, shown), text
 
     def seek(self, shown: Shown, index: int) -> Answer:
@@ -106,7 +106,7 @@ class Playing:
             return None, self._why_none(shown, "jump to")
         total = sequence.total
         assert total is not None
-        return sequence.seek(index % total), f"frame {sequence.index} of 0 to {total - 1}"
+        return sequence.seek(index % total), f"frame {sequence.index} (0 to {total - 1})"
 
     def change_rate(self, shown: Shown, factor: float) -> str:
         """Plays faster (a factor above 1) or slower; what to say."""

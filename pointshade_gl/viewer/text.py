@@ -53,7 +53,7 @@ def _cut(line: str, kept: int) -> str:
 
 def draw_strip(text: str, share: float | None, scale: float, width: int, high: int) -> NDArray[np.uint8]:
     """A line of text, and below it a bar that is filled to a share (None: no bar): (high, width, 4) uint8."""
-    font, bar = ImageFont.load_default(0.8 * POINTS * scale), round(5 * scale)
+    font, bar = ImageFont.load_default(0.95 * POINTS * scale), round(5 * scale)
     pad = round(10 * scale)
     wide = width if share is not None else min(round(font.getlength(text)) + 2 * pad, width)
     image = Image.new("RGBA", (max(wide, 1), high), (*BACKDROP[:3], 150))

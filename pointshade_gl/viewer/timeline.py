@@ -27,13 +27,15 @@ def strip_of(playback: Playback | Together | None, arriving: float | None) -> St
     if playback is None:
         return None
     rate = "paused" if playback.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
+    if isinstance(playback, Together):
+        return Strip(rate, None)
     total = playback.total
     if total is None:
-        return Strip(rate if isinstance(playback, Together) else f"live, {rate}", None)
+        return Strip(f"live, {rate}", None)
     asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
     loop = "loops" if playback.loops else "plays once"
     state = f", {'paused' if playback.is_paused else loop}"
-    return Strip(f"frame {playback.index} of 0 to {total - 1}, {asked}{state}", (playback.index + 1) / total)
+    return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}{state}", (playback.index + 1) / total)
 
 
 class Timeline:

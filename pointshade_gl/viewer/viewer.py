@@ -195,8 +195,7 @@ class Viewer:
         for event in events:
             self.handle(event)
         now = time.perf_counter()
-        if (wanted := self._timeline.take()) is not None:
-            self._follow(self._playing.seek(self.frame, wanted)[0], "")
+        self._seek()
         if self._playing.is_merging:
             self._follow(*self._playing.merged(self._messages.text))
         elif not self._timeline.is_dragged and (frame := self._playing.advance(self.frame, now)):
@@ -221,6 +220,8 @@ class Viewer:
         if self.on_event(event):
             return
         self.history.follow(self.moment)
+        if event.kind != "move":  # of many moves only the last counts
+            self._seek()
         on_timeline = self._timeline.handle(event, *self._timeline_place)
         on_panel = on_timeline or (self.state.panel and self.screen.panel.handle(event))
         if event.kind == "refresh":
@@ -375,6 +376,11 @@ class Viewer:
     def jump(self, index: int) -> None:
         """Shows the frame of a sequence with this number, counted from the end if it is below 0."""
         self._follow(*self._playing.seek(self.frame, index))
+
+    def _seek(self) -> None:
+        """Shows the frame that was chosen on the timeline."""
+        if (wanted := self._timeline.take()) is not None:
+            self._follow(self._playing.seek(self.frame, wanted)[0], "")
 
     def change_rate(self, factor: float) -> None:
         """Plays frames faster (a factor above 1) or slower."""

@@ -50,7 +50,7 @@ class Opened:
         """What the page shows, after all events."""
         return self.page.evaluate("new Promise(requestAnimationFrame).then(() => pointshade.state)")
 
-    def fingers(self, *paths, steps: int = 6) -> None:
+    def fingers(self, *paths, steps: int = 3) -> None:
         """Fingers that go down one after the other, along straight lines ((x, y), (x, y)) at once, and leave."""
         session = self.page.context.new_cdp_session(self.page)
 

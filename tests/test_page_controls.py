@@ -58,7 +58,7 @@ def assert_same(found, expected):
     assert (as_state(found).light_mode, found["lit"]) == (expected.light_mode, expected.lit)
 
 
-def places(*ends, steps=8):
+def places(*ends, steps=5):
     for (a, b), (c, d) in pairwise(ends):
         yield from ((a + (c - a) * k / steps, b + (d - b) * k / steps) for k in range(1, steps + 1))
 

@@ -1,4 +1,4 @@
-"""What a page is to whoever opens it: complete in itself, readable, reachable, and a picture wherever it cannot draw."""
+"""What a page is to whoever opens it: complete in itself, readable, reachable, and a picture where it cannot draw."""
 
 import io
 
@@ -14,11 +14,12 @@ pytestmark = [pytest.mark.browser, pytest.mark.gl]
 TITLE = 'a <b>sphere</b> & "more"'
 CONTRAST = """([front, back]) => {
   const canvas = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+  const linear = (c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
   const luminance = (name) => {
     canvas.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(name);
     canvas.fillRect(0, 0, 1, 1);
-    const linear = [...canvas.getImageData(0, 0, 1, 1).data].map((c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4));
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+    const [red, green, blue] = [...canvas.getImageData(0, 0, 1, 1).data].map((c) => linear(c / 255));
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
   };
   const [low, high] = [luminance(front), luminance(back)].sort((a, b) => a - b);
   return (high + 0.05) / (low + 0.05);
@@ -186,9 +187,8 @@ class TestWhereItCannotDraw:
         page.evaluate("pointshade.state = { ...pointshade.state, yaw: 20 }")
         page.wait_for_timeout(100)
         before = picture_of(page)
-        page.evaluate(
-            "window.loss = picture.getContext('webgl2').getExtension('WEBGL_lose_context'); loss.loseContext()"
-        )
+        page.evaluate("window.loss = picture.getContext('webgl2').getExtension('WEBGL_lose_context')")
+        page.evaluate("loss.loseContext()")
         page.wait_for_selector("body:not(.live)")
         assert shows_the_sphere(picture_of(page))
         page.keyboard.press("ArrowLeft")  # harmless

@@ -24,7 +24,7 @@ class Cell:
         """A frame whose scripts run, and that can reach neither the notebook nor anything else."""
         return (
             f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" sandbox="allow-scripts" '
-            f'allow="fullscreen" style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
+            f'allowfullscreen style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
         )
 
     def __repr__(self) -> str:

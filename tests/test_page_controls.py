@@ -235,9 +235,9 @@ class TestFingers:
         assert (state.yaw, state.pitch, state.light_mode) == (0, 0, True)
 
     def test_the_light_goes_where_one_touches(self, shown):
-        shown.fingers(((400, 300), (401, 300)))
+        shown.fingers(((400, 300), (400, 300)))
         state, camera = as_state(shown.state), camera_of(shown)
-        assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 400.5, 299.5, camera))
+        assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 399.5, 299.5, camera))
         assert state.light_mode
 
     def test_two_turn_the_object(self, shown):

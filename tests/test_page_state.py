@@ -32,7 +32,7 @@ ACTIONS = {  # arguments of each, drawn at random
 }
 SCRIPT = """
 const names = { orbited, panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
-  reset_view: (state) => resetView(state),
+  reset_view: (state) => resetView(state, START),
   light_mode: (state, lightMode) => ({ ...state, lightMode }), light_at: (state, lightAt) => ({ ...state, lightAt }) };
 const { stage, camera, place, kinds } = value;
 let state = START;
@@ -54,6 +54,8 @@ def plain(value):
 
 
 def after(state, name, given):
+    if name == "reset_view":
+        return State()
     if name in ("light_mode", "light_at"):
         return replace(state, **{name: given[0] if name == "light_mode" else tuple(given[0])})
     return getattr(state, name)(*given)
@@ -97,7 +99,7 @@ def test_it_starts_as_the_window_does_and_its_numbers_are_the_window_s():
     state = State()
     names = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
     names |= {"lightColor": "light_color", "lightIntensity": "light_intensity"}
-    assert start.pop("shading") == state.look.shading
+    assert start.pop("shading") == state.look.shading and start.pop("pivot") == [0, 0, 0]
     assert start == {name: plain(getattr(state, names.get(name, name))) for name in start}
     assert numbers == [getattr(viewer_state, name) for name in ("RIM", "FARTHEST", "DEGREES", "WHEEL")]
 

@@ -106,5 +106,6 @@ def code_colors(colors: NDArray[np.uint8], known: Known) -> bytes:
 
 
 def pack(data: bytes) -> bytes:
-    """As DecompressionStream("deflate") unpacks it."""
-    return zlib.compress(data, 9)
+    """As DecompressionStream("deflate") unpacks it. The highest level takes five times as long to save 2 %."""
+    packer = zlib.compressobj(6, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_FILTERED)
+    return packer.compress(data) + packer.flush()

@@ -110,7 +110,7 @@ function control(canvas, data) {
   }
 
   const actions = makeActions(() => state, change, start, data.camera, castsShadows);
-  const pointers = makePointers(canvas, data.stage, () => ({ state, camera, ratio }), change);
+  const pointers = makePointers(data.stage, () => ({ state, camera, ratio, drawing }), change);
   listenToPointers(canvas, pointers, isEmbedded);
   listenToKeys(actions);
   listenToButtons(actions);
@@ -168,9 +168,11 @@ function makeActions(current, change, start, camera, castsShadows) {
 }
 
 // Turns moves, buttons, fingers and the wheel into changes of the state. The light never jumps when the mouse takes it.
-function makePointers(canvas, stage, current, change) {
+function makePointers(stage, current, change) {
   let drag = ""; // "orbit", "pan", "light", "click" until it has moved, or "" while no button is down
   let began = null, last = null; // places of the mouse, CSS pixels
+  let isClick = false; // whether the button has come up where it went down
+  let beforeClick = null; // the state
   const fingers = new Map();
   let most = 0; // fingers of this touch
   let isTap = false;
@@ -221,10 +223,26 @@ function makePointers(canvas, stage, current, change) {
   }
 
   function release(place) {
-    if (drag === "click") change({ ...placed(place), lightMode: false }, "the light stays here; L lets it follow");
+    isClick = drag === "click";
     drag = "";
     last = place;
     document.body.classList.remove("dragging");
+  }
+
+  // A click keeps the light. The second one of a double click sets what orbits turn around instead.
+  function click(place, count) {
+    if (!isClick) return;
+    if (count === 2) return turnAround(place);
+    beforeClick = current().state;
+    change({ ...placed(place), lightMode: false }, "the light stays here; L lets it follow");
+  }
+
+  function turnAround(place) {
+    const { camera, ratio, drawing } = current(), [x, y] = inPixels(place, ratio);
+    const z = drawing ? drawing.depthAt(Math.round(x), Math.round(y)) : 0;
+    const point = [((x - camera.cx) / camera.fx) * z, ((y - camera.cy) / Math.abs(camera.fy)) * z, z];
+    const pivot = z ? point : seenMiddle(beforeClick, stage);
+    if (pivot[2] > 0) change(withPivot(beforeClick, pivot, stage), z ? "turns around this point" : "turns around the middle");
   }
 
   function leave() {
@@ -261,7 +279,7 @@ function makePointers(canvas, stage, current, change) {
   }
 
   const wheel = (steps, isShift) => change((isShift ? lightReached : zoomed)(current().state, steps));
-  return { press, move, release, leave, touch, drawFinger, lift, wheel };
+  return { press, move, release, click, leave, touch, drawFinger, lift, wheel };
 }
 
 function listenToPointers(canvas, pointers, isEmbedded) {
@@ -284,6 +302,7 @@ function listenToPointers(canvas, pointers, isEmbedded) {
     if (isFinger(event)) pointers.lift(event.pointerId, place(event));
     else if (!event.buttons) pointers.release(place(event));
   });
+  on("click", (event) => pointers.click(place(event), event.detail));
   on("pointercancel", (event) => (isFinger(event) ? pointers.lift(event.pointerId) : pointers.leave()));
   on("pointerleave", (event) => isFinger(event) || pointers.leave());
   on("mousedown", (event) => event.button === 1 && event.preventDefault()); // the browser's own scrolling

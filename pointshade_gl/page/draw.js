@@ -50,6 +50,15 @@ class Drawing {
     return pixels;
   }
 
+  // How far away is what the last picture shows at a pixel, along the viewer's axis; 0 where it shows nothing.
+  depthAt(x, y) {
+    const gl = this.gl, surface = new Float32Array(4);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.surfaces);
+    gl.readPixels(x, y, 1, 1, gl.RGBA, gl.FLOAT, surface);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return Math.abs(surface[3]);
+  }
+
   fit(width, height) {
     const gl = this.gl;
     if (this.size[0] === width && this.size[1] === height) return;

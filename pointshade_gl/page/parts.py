@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gpu.mesh_objects import PlacedMesh, mesh_vertices
-from .coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane
+from .coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane, repeated
 from .contents import Surface
 
 Part = tuple[dict[str, Any], bytes]
@@ -28,7 +28,7 @@ class Quality(NamedTuple):
     jpeg: int | None
 
 
-QUALITIES = {"exact": Quality(1e-6, 14, None), "small": Quality(2e-5, 10, 92)}
+QUALITIES = {"exact": Quality(1e-6, 14, None), "small": Quality(2e-5, 10, 95)}
 
 
 def surface_part(surface: Surface, quality: Quality) -> Part:
@@ -94,10 +94,12 @@ def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Qu
     """The picture: without loss, of the points alone where each has its own pixel; or as a JPEG."""
     height, width = colors.shape[:2]
     head: dict[str, Any] = {"width": width, "height": height}
-    if quality.jpeg is not None and colors.size > 3:
+    is_cut = colors.shape[:2] == known.shape
+    if quality.jpeg is not None:
+        if is_cut:  # what nobody sees must not blur what is beside it
+            colors = np.stack([repeated(plane, known) for plane in np.moveaxis(colors, -1, 0)], -1)
         data = encoded_jpeg(colors, quality.jpeg)
         return head | {"jpeg": len(data)}, data
-    is_cut = colors.shape[:2] == known.shape
     kept = known if is_cut else np.ones((height, width), np.bool_)
     return head | {"ofPoints": is_cut}, code_colors(colors, kept)
 

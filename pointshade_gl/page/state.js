@@ -5,8 +5,9 @@ const RIM = 0.5; // share of the picture's smaller side between the object's mid
 const FARTHEST = (175 / 180) * Math.PI; // radians from the viewer's direction
 const DEGREES = 120; // around the object, for a drag across the picture's smaller side
 const WHEEL = 1.1; // factor on distances per step of the wheel
+const LEAST = 1e-6; // of a distance: it must not be 0
 const START = {
-  yaw: 0, pitch: 0, distance: 1, pan: [0, 0],
+  yaw: 0, pitch: 0, distance: 1, pan: [0, 0], pivot: [0, 0, 0],
   lightAt: [-0.3, -0.3], lightReach: 1, lightMode: true, lightColor: [1, 1, 1], lightIntensity: 1,
   lit: true, shadows: false, shading: "phong",
 };
@@ -38,7 +39,15 @@ function panned(state, dx, dy, focal) {
 }
 
 function zoomed(state, steps) {
-  return { ...state, distance: limited(state.distance / WHEEL ** steps, 0.05, 20) };
+  const nearest = Math.min(0.05, state.distance), farthest = Math.max(20, state.distance); // a pivot may lie beyond both
+  return { ...state, distance: limited(state.distance / WHEEL ** steps, nearest, farthest) };
+}
+
+// The same picture and light; orbits turn around another point in front of the viewer, view axes.
+function withPivot(state, point, stage) {
+  const turned = applied(turn(state), plus(point, times(seenPivot(state, stage), -1)));
+  const [x, y, z] = point, [u, v, depth] = stage.pivot;
+  return { ...state, pivot: plus(state.pivot, turned), distance: z / depth, pan: [x / z - u / depth, y / z - v / depth] };
 }
 
 function lightReached(state, steps) {
@@ -64,24 +73,30 @@ function isBehind(state) {
   return Math.hypot(...state.lightAt) > 1;
 }
 
-// The object's middle, view axes.
+// What orbits turn around, view axes.
 function seenPivot(state, stage) {
   const shift = times([...state.pan, 0], stage.pivot[2]);
   return times(plus(stage.pivot, shift), state.distance);
+}
+
+// The object's middle, view axes: the light moves around it.
+function seenMiddle(state, stage) {
+  return plus(seenPivot(state, stage), times(applied(transposed(turn(state)), state.pivot), -1));
 }
 
 // 4x4 of the viewer, to the axes of the frame's camera.
 function pose(state, stage) {
   const turned = turn(state);
   const turning = product(product(stage.upright, turned), stage.upright);
-  const place = applied(stage.upright, plus(stage.pivot, times(applied(turned, seenPivot(state, stage)), -1)));
+  const way = times(applied(turned, seenPivot(state, stage)), -1);
+  const place = applied(stage.upright, plus(plus(stage.pivot, state.pivot), way));
   return [...turning.map((row, k) => [...row, place[k]]), [0, 0, 0, 1]];
 }
 
 // The light in the world, directed at the object's middle. The kind says which of position and direction it has.
 function light(state, stage, framePose, kind) {
   const direction = towards(state);
-  const place = plus(seenPivot(state, stage), times(direction, stage.radius * state.lightReach));
+  const place = plus(seenMiddle(state, stage), times(direction, stage.radius * state.lightReach));
   const viewer = product(framePose, pose(state, stage));
   const toWorld = product(rotation(viewer), stage.upright);
   const hasDirection = !kind.position || kind.direction;
@@ -96,15 +111,15 @@ function light(state, stage, framePose, kind) {
 
 // The object's middle in pixels, kept inside the picture, so that the light stays within reach.
 function middle(state, stage, camera) {
-  const [x, y, z] = seenPivot(state, stage);
+  const [x, y, depth] = seenMiddle(state, stage);
+  const z = Math.max(depth, LEAST * stage.pivot[2]); // behind the viewer it is at the side where it left the picture
   const u = (camera.fx * x) / z + camera.cx, v = (Math.abs(camera.fy) * y) / z + camera.cy;
   return [limited(u, 0, camera.width - 1), limited(v, 0, camera.height - 1)];
 }
 
-// Viewer and light as at the start; all else stays.
-function resetView(state, start = START) {
-  const { yaw, pitch, distance, pan, lightAt, lightReach } = start;
-  return { ...state, yaw, pitch, distance, pan, lightAt, lightReach };
+// View and light as in another state; the shading stays.
+function resetView(state, start) {
+  return { ...start, shading: state.shading };
 }
 
 // The place of the light, in rims, that a pixel of the picture stands for.

@@ -66,7 +66,7 @@ def likeness(actual, expected):
 
 def check(opened, points, source, views, least=PSNR, given=None, **look):
     """The page shows the views as `render` does."""
-    own = source.framed() if isinstance(source, ps.Scene) else source
+    own = source.framed() if isinstance(source, ps.Scene) else source[0] if isinstance(source, list) else source
     camera = own.camera if isinstance(source, ps.Scene) else own.picture_camera
     for changes, size in views:
         picture, place, lights = drawn(opened, changes, size, given)
@@ -181,3 +181,13 @@ def test_small_pages_are_nearly_as_good(browser, points):
     with browser.opened(draw_page(points, frame, quality="small")) as opened:
         opened.wait_until_drawn()
         check(opened, points, frame, VIEWS[:2], least=40)
+
+
+def test_several_frames_are_drawn_over_one_another_and_the_help_says_so(browser, points):
+    frame = frames.sphere_before_wall()
+    both = [frame, ps.Frame(frame.color, frame.depth, frame.camera, frame.pose)]
+    with browser.opened(draw_page(points, both)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
+        opened.page.keyboard.press("h")
+        assert "nearest is seen" in opened.page.locator("#left-out").inner_text()

@@ -126,6 +126,8 @@ function control(canvas, data) {
   for (const name of ["focus", "blur"]) window.addEventListener(name, wake);
   wake();
   for (const each of [byId("shadows"), document.querySelector("tr.shadows")]) each.hidden = !castsShadows;
+  byId("left-out").hidden = !data.leftOut.length;
+  byId("left-out").textContent = `Here ${data.leftOut.join("; ")}.`;
   if (data.background) document.body.style.setProperty("--ground", data.background);
   canvas.hidden = byId("tools").hidden = false;
   say(GREETINGS[matchMedia("(pointer: coarse)").matches ? "touch" : "mouse"], 6);

@@ -97,7 +97,8 @@ def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Qu
     is_cut = colors.shape[:2] == known.shape
     if quality.jpeg is not None:
         if is_cut:  # what nobody sees must not blur what is beside it
-            colors = np.stack([repeated(plane, known) for plane in np.moveaxis(colors, -1, 0)], -1)
+            planes = [repeated(plane.astype(np.int64), known) for plane in np.moveaxis(colors, -1, 0)]
+            colors = np.stack(planes, -1).astype(np.uint8)
         data = encoded_jpeg(colors, quality.jpeg)
         return head | {"jpeg": len(data)}, data
     kept = known if is_cut else np.ones((height, width), np.bool_)

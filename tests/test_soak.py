@@ -88,16 +88,16 @@ class Soak:
             case 3:
                 renderer.draw(frame, self.lights(), camera=self.frame().camera, **self.look(frame))
             case 4:
-                renderer.render(
-                    self.together(), self.lights(), pose=self.pose(), normals_at=self.pick("source", "target")
-                )
+                at = self.pick("source", "target")
+                renderer.render(self.together(), self.lights(), pose=self.pose(), normals_at=at)
                 self.last = frame
             case 5:
                 self.stream(renderer)
             case 6:
                 renderer.render(self.with_large_colors(), self.lights(), upsample=self.pick("vote", "none"))
             case 7:
-                renderer.render(frame, size="fill", flying=self.pick("keep", "snap"), pose=self.pose())
+                options = {"size": "fill"}, {"flying": "snap"}, {"unlight": True}, {"remove_highlights": True}
+                renderer.render(frame, pose=self.pose(), **self.pick(*options))
             case 8:
                 self.pick(renderer.render_depth, renderer.render_points)(frame, normals=self.pick("auto", "star"))
             case _:

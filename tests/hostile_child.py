@@ -108,18 +108,16 @@ def outcomes(jobs: list[dict], folder: Path) -> dict[str, dict]:
     """Runs jobs in a process of their own: what each ended in, by its name."""
     (folder / "jobs.json").write_text(json.dumps(jobs))
     root = Path(__file__).resolve().parent.parent
-    command, environment = (
-        [sys.executable, "-m", "tests.hostile_child", folder / "jobs.json"],
-        {"PYTHONPATH": str(root)},
-    )
+    temporary = folder / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "tests.hostile_child", folder / "jobs.json"]
+    environment = os.environ | {"PYTHONPATH": str(root), "TMPDIR": str(temporary)}
     patience = 120 + 2 * len(jobs)  # seconds, for the slowest machine
-    done = subprocess.run(
-        command, cwd=root, env=os.environ | environment, capture_output=True, text=True, timeout=patience
-    )
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=patience)
     found = {one["name"]: one for one in map(json.loads, re.findall(r"^{.*}$", done.stdout, re.M))}
     missing = next((job["name"] for job in jobs if job["name"] not in found), "")
     assert done.returncode == 0, f"the process ended in {missing!r}: {done.stderr[-2000:]}"
-    return {job["name"]: found[job["name"]] | {"folder": job["folder"]} for job in jobs}
+    return {job["name"]: found[job["name"]] | {"folder": job["folder"], "temporary": temporary} for job in jobs}
 
 
 def main():

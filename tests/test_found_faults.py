@@ -61,6 +61,7 @@ def test_infinite_poses_are_read_and_left_to_the_check(tmp_path):
     assert not np.isfinite(read_poses(tmp_path / "pose.json").poses).all()
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # imageio-ffmpeg leaves pipes to Python
 def test_a_broken_video_is_told_in_one_line(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     (tmp_path / "a.mp4").write_bytes(b"\0" * 99)
@@ -107,7 +108,7 @@ def test_a_background_may_be_an_array():
 
 def test_other_frames_that_are_none_are_named():
     frame = ps.Frame(None, np.ones((4, 5)), ps.Camera(9, 9, 2, 2, 5, 4))
-    with pytest.raises(TypeError, match="^others must be a sequence of frames, got 5$"):
+    with pytest.raises(TypeError, match=r"^others must be a sequence of frames, got 5$"):
         ps.PointObject(frame, others=5)
 
 

@@ -28,7 +28,7 @@ from pointshade_gl.files.film import Film
 from .damage import damaged
 
 MEMORY = 500 * 2**20
-PATIENCE = 20  # seconds until a job counts as hanging
+PATIENCE = 60  # seconds until a job counts as hanging: other processes may keep this one waiting
 
 
 def quiet(_):

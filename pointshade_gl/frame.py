@@ -30,7 +30,8 @@ class Frame(Preview):
             Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
             large, see `Look.upsample`.
     depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN, infinite and what lies outside 1e-18 to
-            1e18 mean missing and become 0. Kept as read-only float32. What else says "missing" in files: files/depth_values.py.
+            1e18 mean missing and become 0. Kept as read-only float32. What else says "missing" in files:
+            files/depth_values.py.
     camera  Camera of the depth picture
     pose    (4, 4) camera-to-world; None is the identity
     source  names the stream that the frame is one of, for frames of a sequence: they share one decision about their

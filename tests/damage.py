@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 Random = np.random.Generator
-NUMBERS = b"nan -inf 1e999 -1 0 1e-320 99999999999 1e18 0.5 x".split() + [b"", b"9" * 400, b"-" * 9]
+NUMBERS = [*b"nan -inf 1e999 -1 0 1e-320 99999999999 1e18 0.5 x".split(), b"", b"9" * 400, b"-" * 9]
 VALUES = [None, [], {}, "", "x" * 400, True, -1, 0, 0.5, 1e308, 10**400, float("nan"), [[]], [None], [1, [2]], {"": {}}]
 LIMITS = [struct.pack(form, value) for form in (">I", "<I", ">Q", "<Q") for value in (0, 1, 0x7FFFFFFF, 0xFFFFFFFF)]
 

@@ -8,7 +8,9 @@ from __future__ import annotations
 import faulthandler
 import json
 import os
+import re
 import signal
+import subprocess
 import sys
 import time
 import traceback
@@ -26,7 +28,7 @@ from pointshade_gl.files.film import Film
 from .damage import damaged
 
 MEMORY = 500 * 2**20
-PATIENCE = 20  # seconds until a job counts as hanging
+PATIENCE = 60  # seconds until a job counts as hanging: other processes may keep this one waiting
 
 
 def quiet(_):
@@ -95,10 +97,27 @@ def run(job):
             places = traceback.extract_tb(raised.__traceback__)[::-1]
             where = " < ".join(f"{Path(at.filename).name}:{at.lineno}" for at in places)
             is_told = "pointshade_gl" in places[0].filename and (places[0].line or "").startswith("raise ")
+            is_told |= isinstance(raised, OSError) and bool(raised.filename)  # Python's own sentence names it
         found, opened = opened, None
         seconds = time.process_time() - before
     kind, _, sentence = error.partition(": ")
     return {"kind": kind, "sentence": sentence, "where": where, "is_told": is_told, "seconds": seconds, "opened": found}
+
+
+def outcomes(jobs: list[dict], folder: Path) -> dict[str, dict]:
+    """Runs jobs in a process of their own: what each ended in, by its name."""
+    (folder / "jobs.json").write_text(json.dumps(jobs))
+    root = Path(__file__).resolve().parent.parent
+    temporary = folder / "temporary"
+    temporary.mkdir()
+    command = [sys.executable, "-m", "tests.hostile_child", folder / "jobs.json"]
+    environment = os.environ | {"PYTHONPATH": str(root), "TMPDIR": str(temporary)}
+    patience = 120 + 2 * len(jobs)  # seconds, for the slowest machine
+    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=patience)
+    found = {one["name"]: one for one in map(json.loads, re.findall(r"^{.*}$", done.stdout, re.M))}
+    missing = next((job["name"] for job in jobs if job["name"] not in found), "")
+    assert done.returncode == 0, f"the process ended in {missing!r}: {done.stderr[-2000:]}"
+    return {job["name"]: found[job["name"]] | {"folder": job["folder"], "temporary": temporary} for job in jobs}
 
 
 def main():

@@ -3,10 +3,7 @@
 All are loaded by one process, which may not take more memory and watches what it opens.
 """
 
-import json
 import os
-import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -15,6 +12,7 @@ import pytest
 import pointshade_gl as ps
 
 from . import hostile_files as made
+from .hostile_child import outcomes as outcomes_of
 from .hostile_table import ALLOWED, AMOUNTS, FINE, NAMES, NUMBERS
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs links and pipes")
@@ -41,20 +39,14 @@ def outcomes(tmp_path_factory):
         for group, (rows, options) in groups.items()
         for k, (name, row) in enumerate(rows.items())
     ]
-    (folder / "jobs.json").write_text(json.dumps(jobs))
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.hostile_child", folder / "jobs.json"],
-        cwd=ROOT, capture_output=True, text=True, timeout=300, env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    found = {one["name"]: one for one in map(json.loads, re.findall(r"^{.*}$", done.stdout, re.M))}
-    return {one["name"]: found[one["name"]] | {"folder": one["folder"]} for one in jobs}
+    return outcomes_of(jobs, folder)
 
 
 def check_opened(outcome, secret):
     """Files that were opened lie in the job's folder, or belong to Python or to this package. Returns secret ones."""
     folder = Path(outcome["folder"])
-    own = [Path(place).resolve() for place in (folder, ROOT, sys.prefix, sys.base_prefix, "/proc", "/sys")]
+    places = folder, outcome["temporary"], ROOT, sys.prefix, sys.base_prefix, "/proc", "/sys", os.devnull
+    own = [Path(place).resolve() for place in places]
     opened = [(folder / path).resolve() for path in outcome["opened"]]
     others = [path for path in opened if not any(path.is_relative_to(place) for place in own)]
     secrets = [path for path in others if path.parent.name == "secret"]

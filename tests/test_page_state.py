@@ -28,19 +28,22 @@ ACTIONS = {  # arguments of each, drawn at random
     "with_light_direction": lambda draw: [draw.normal(size=3).tolist()],
     "light_mode": lambda draw: [bool(draw.integers(2))],
     "light_at": lambda draw: [draw.uniform(-2, 2, 2).tolist()],
+    "with_pivot": lambda draw: [np.add(draw.normal(size=3), (0, 0, 3)).tolist()],
     "reset_view": lambda _: [],
 }
 SCRIPT = """
+const { stage, camera, place, kinds } = value;
 const names = { orbited, panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
+  with_pivot: (state, point) => withPivot(state, point, stage),
   reset_view: (state) => resetView(state, START),
   light_mode: (state, lightMode) => ({ ...state, lightMode }), light_at: (state, lightAt) => ({ ...state, lightAt }) };
-const { stage, camera, place, kinds } = value;
 let state = START;
 return value.actions.map(([name, given]) => {
   state = names[name](state, ...given);
   const lights = kinds.map((kind) => light(state, stage, place, kind)).map((l) => [l.position, l.direction]);
   return [state.yaw, state.pitch, state.distance, state.pan, state.lightAt, state.lightReach, towards(state),
-    seenPivot(state, stage), pose(state, stage), middle(state, stage, camera), markerPlace(state, stage, camera),
+    seenPivot(state, stage), seenMiddle(state, stage), pose(state, stage), middle(state, stage, camera),
+    markerPlace(state, stage, camera),
     rimsFrom(middle(state, stage, camera), 17, 400, camera), isBehind(state), lights];
 });
 """
@@ -55,7 +58,9 @@ def plain(value):
 
 def after(state, name, given):
     if name == "reset_view":
-        return State()
+        return state.reset_view(State())
+    if name == "with_pivot":
+        return state.with_pivot(*given, STAGE)
     if name in ("light_mode", "light_at"):
         return replace(state, **{name: given[0] if name == "light_mode" else tuple(given[0])})
     return getattr(state, name)(*given)
@@ -67,7 +72,8 @@ def seen(state):
     middle = state.middle(STAGE, CAMERA)
     return [
         *(state.yaw, state.pitch, state.distance, state.pan, state.light_at, state.light_reach, state.towards),
-        *(state.seen_pivot(STAGE), state.pose(STAGE), middle, marker_place(state, STAGE, CAMERA)),
+        *(state.seen_pivot(STAGE), state.seen_middle(STAGE), state.pose(STAGE), middle),
+        marker_place(state, STAGE, CAMERA),
         *(rims_from(middle, 17, 400, CAMERA), state.is_behind, lights),
     ]
 
@@ -99,7 +105,7 @@ def test_it_starts_as_the_window_does_and_its_numbers_are_the_window_s():
     state = State()
     names = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
     names |= {"lightColor": "light_color", "lightIntensity": "light_intensity"}
-    assert start.pop("shading") == state.look.shading and start.pop("pivot") == [0, 0, 0]
+    assert start.pop("shading") == state.look.shading
     assert start == {name: plain(getattr(state, names.get(name, name))) for name in start}
     assert numbers == [getattr(viewer_state, name) for name in ("RIM", "FARTHEST", "DEGREES", "WHEEL")]
 

@@ -40,6 +40,8 @@ def test_an_example_of_the_readme_runs_and_writes_its_files(renderer, folder, nu
         pytest.importorskip("pygltflib")
     if ".mp4" in EXAMPLES[number]:
         pytest.importorskip("imageio_ffmpeg")
-    exec(EXAMPLES[number], {})
+    if "ray." in EXAMPLES[number]:
+        pytest.importorskip("ray.data")
+    exec(EXAMPLES[number], {"__name__": "__main__"})
     written = re.findall(r'(?:save_\w+|Film)\("(.*?)"', EXAMPLES[number])
     assert written and all((folder / name).stat().st_size for name in written)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import FilePath, loaded
-from ..checks import check_count, check_flag, check_type, shown
+from ..checks import check_count, check_flag, check_number, check_type, shown
 from ..errors import ContextError, ShaderError
 from ..files.builtin import builtin_folder
 from ..files.sequences import FrameSequence
@@ -69,6 +69,10 @@ def map(
         check_count(workers, "workers", 1)
     check_count(device, "device")
     check_flag(return_exceptions, "return_exceptions")
+    if not isinstance(ray, str | None):
+        raise TypeError(f"ray must be 'local' or an address, got {shown(ray)}")
+    if check_number(num_gpus, "num_gpus", 0) and ray is None:
+        raise ValueError("num_gpus is of a Ray cluster: pass ray='local' or an address")
     if not isinstance(frames, str | PathLike | Iterable):
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note = once(print_note)

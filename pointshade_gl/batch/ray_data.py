@@ -18,7 +18,7 @@ from .on_ray import device_here
 
 
 class Stage:
-    """For `map_batches` of a Ray Dataset: each row gets a "picture", (h, w, 4) uint8, of its frame as `render` draws it.
+    """For `map_batches` of a Ray Dataset: each row gets its "picture", (h, w, 4) uint8, as `render` draws the frame.
 
     A row has a "path", of a frame's folder or file; or "depth", (h, w) floats in metres, and beside it, if there are,
     "color", (h, w, 3|4) uint8, "intrinsics", (fx, fy, cx, cy), and "pose", (4, 4) camera-to-world.

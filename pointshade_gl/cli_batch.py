@@ -32,7 +32,7 @@ FAILED, INTERRUPTED = 3, 130  # exit codes
 Inputs = Annotated[
     list[str],
     typer.Argument(
-        metavar="INPUT...",
+        metavar="INPUT",
         help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, built-in names.",
         autocompletion=complete_input,
     ),
@@ -132,7 +132,7 @@ def batch(
     """Draw many INPUTs to a folder, in several processes: pictures, normals, pages, or a film of each sequence.
 
     Each picture is the one that render makes of its frame alone. What is there and whole is skipped; what fails is
-    listed at the end (exit code 3). After Ctrl+C the same command with --resume goes on.
+    listed at the end (exit code 3). After Ctrl+C, the same command with --resume goes on.
     """
     started = time.perf_counter()
     try:

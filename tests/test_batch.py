@@ -241,6 +241,13 @@ def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, 
         assert (tmp_path / f"out/{name}.png").read_bytes() == (tmp_path / f"{name}.png").read_bytes()
 
 
+def test_a_page_is_the_one_of_render(batch, typed, tmp_path):
+    pytest.importorskip("pointshade_gl.page.write")
+    assert batch("vase -o out --to html --workers 1 --size 64x48 --samples 1")[0] == 0
+    assert typed("render vase -o vase.html --size 64x48 --samples 1")[0] == 0
+    assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
+
+
 def test_what_was_made_otherwise_is_never_mixed_in_silence(batch, tmp_path):
     write_sequence(tmp_path / "seq", 2)
     assert batch(f"seq -o out {SMALL}")[0] == 0

@@ -14,23 +14,13 @@ from pointshade_gl.batch.jobs_on_ray import run_all_on_ray
 from pointshade_gl.batch.on_ray import on_ray
 
 from . import frames
+from .small_ray import small_ray
 
 
 @pytest.fixture(scope="module")
 def cluster():
-    """A Ray of two processors for all tests of this file."""
-    ray = pytest.importorskip("ray")
-    ray.init(
-        "local",
-        num_cpus=2,
-        num_gpus=2,  # Ray only counts them
-        object_store_memory=100_000_000,
-        include_dashboard=False,
-        log_to_driver=False,
-        logging_level="CRITICAL",
-    )
-    yield ray
-    ray.shutdown()
+    with small_ray() as ray:
+        yield ray
 
 
 @pytest.fixture

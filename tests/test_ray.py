@@ -84,6 +84,24 @@ def test_a_stage_may_be_called_by_another_thread_than_its_makers(data, renderer,
         assert np.array_equal(row["picture"], renderer.render(views[row["k"]]))
 
 
+def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
+    monkeypatch.setattr("pointshade_gl.batch.on_ray.__version__", "99")
+    with pytest.raises(OSError, match=r"has pointshade_gl [\d.]+, and here it is 99: install the same$"):
+        list(on_ray(lambda item, device: item, [1], "local", 1))
+
+
+class Broken:
+    """Cannot be received, as on a machine where something is not installed."""
+
+    def __reduce__(self):
+        return __import__, ("no_such_module",)
+
+
+def test_workers_that_do_not_start_are_told_of_with_the_cause(cluster):
+    with pytest.raises(OSError, match=r"no worker starts on Ray: .*no_such_module"):
+        list(on_ray(Broken(), [1], "local", 1))
+
+
 def jobs_of(folder, numbers, source="icl_livingroom_23views"):
     return [Job(str(source), folder / "out" / f"{k}.png", number=k) for k in numbers]
 

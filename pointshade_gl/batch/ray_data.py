@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..checks import as_array, check_type, shown
+from ..checks import check_numbers, check_type
 from ..frame import Frame
 from ..look import Look
 from ..notes import print_note
@@ -60,19 +60,13 @@ class Stage:
             raise ValueError(f"depth must have shape (h, w), got {depth.shape}")
         camera = self._camera
         if "intrinsics" in row:
-            camera = Camera(*_four(row["intrinsics"]), *depth.shape[1::-1])
+            complaint = "intrinsics must be four numbers (fx, fy, cx, cy)"
+            fx, fy, cx, cy = check_numbers(row["intrinsics"], 4, complaint)
+            camera = Camera(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
         if camera is None:
             raise ValueError("it has no intrinsics: add a column (fx, fy, cx, cy), or pass camera to the stage")
         color, pose = (None if row.get(name) is None else np.asarray(row[name]) for name in ("color", "pose"))
         return Frame(color, depth, camera, pose)
-
-
-def _four(intrinsics: Any) -> NDArray[np.float64]:
-    complaint = "intrinsics must be four numbers (fx, fy, cx, cy)"
-    numbers = as_array(intrinsics, complaint)
-    if numbers.shape != (4,):
-        raise ValueError(f"{complaint}, got {shown(intrinsics)}")
-    return numbers
 
 
 def _column(pictures: list[NDArray[np.uint8]]) -> NDArray[Any]:

@@ -267,7 +267,7 @@ def _run(
         )
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
-        for one, outcome in _outcomes(todo, output, how, device):
+        for one, outcome in _outcomes(todo, output, how, device) if todo else ():
             if isinstance(outcome, Failed):
                 counts["left out"] += outcome.kind == "left out"
                 if outcome.kind == "failed":
@@ -279,7 +279,7 @@ def _run(
         for failure in failures:
             print(f"failed: {failure.name}: {failure.sentence}", file=sys.stderr)
     told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print(f"{output}: {', '.join(told)}, {time.perf_counter() - started:.1f} s")
+    print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 

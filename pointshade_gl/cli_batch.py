@@ -171,8 +171,7 @@ def _plan(
 
     view, part, is_film = place.view(look), how.part(), how.to in FILMS
     _check(how, view, picture, film, axes, bits)
-    output.mkdir(parents=True, exist_ok=True)
-    output = output.resolve()
+    output = _folder(output)
     _check_writable(output / f"any.{how.to}", axes, bits)
     sources = find_sources(inputs, output)
     if any(is_scene(source.path) for source in sources):
@@ -193,6 +192,19 @@ def _plan(
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     return shard_of(planned, part), failures
+
+
+def _folder(output: Path) -> Path:
+    """The folder to write to, which is made if need be, without links. Raises OSError if there can be none."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(
+            f"{output} is a file, expected a folder for many outputs: pass another -o DIR"
+        ) from None
+    except OSError as error:
+        raise OSError(f"cannot make the folder {output}: {error.strerror}") from None
+    return output.resolve()
 
 
 def _check(
@@ -255,7 +267,7 @@ def _run(
         )
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
-        for one, outcome in _outcomes(todo, output, how, device):
+        for one, outcome in _outcomes(todo, output, how, device) if todo else ():
             if isinstance(outcome, Failed):
                 counts["left out"] += outcome.kind == "left out"
                 if outcome.kind == "failed":
@@ -267,7 +279,7 @@ def _run(
         for failure in failures:
             print(f"failed: {failure.name}: {failure.sentence}", file=sys.stderr)
     told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
-    print(f"{output}: {', '.join(told)}, {time.perf_counter() - started:.1f} s")
+    print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
 

@@ -24,6 +24,14 @@ _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
 
+def renderer_here(device: int = 0) -> Renderer:
+    """The Renderer that this thread keeps, on this GPU: another device replaces it. Raises as `Renderer` does."""
+    kept = getattr(_mine, "kept", None)
+    if kept is None or kept.device != device:
+        _mine.kept = kept = _OfThread(Renderer(device=device), device)
+    return kept.renderer
+
+
 class _OfThread:
     """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
 
@@ -36,14 +44,6 @@ def _free(renderer: Renderer) -> None:
     """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
     if renderer.context.is_here and not sys.is_finalizing():
         renderer.release()
-
-
-def renderer_here(device: int = 0) -> Renderer:
-    """The Renderer that this thread keeps, on this GPU: another device replaces it. Raises as `Renderer` does."""
-    kept = getattr(_mine, "kept", None)
-    if kept is None or kept.device != device:
-        _mine.kept = kept = _OfThread(Renderer(device=device), device)
-    return kept.renderer
 
 
 def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:

@@ -241,6 +241,13 @@ def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, 
         assert (tmp_path / f"out/{name}.png").read_bytes() == (tmp_path / f"{name}.png").read_bytes()
 
 
+def test_a_page_is_the_one_of_render(batch, typed, tmp_path):
+    pytest.importorskip("pointshade_gl.page.write")
+    assert batch("vase -o out --to html --workers 1 --size 64x48 --samples 1")[0] == 0
+    assert typed("render vase -o vase.html --size 64x48 --samples 1")[0] == 0
+    assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
+
+
 def test_what_was_made_otherwise_is_never_mixed_in_silence(batch, tmp_path):
     write_sequence(tmp_path / "seq", 2)
     assert batch(f"seq -o out {SMALL}")[0] == 0
@@ -323,6 +330,7 @@ def test_a_frame_whose_pose_was_lost_is_left_out_as_render_leaves_it_out(batch, 
     [
         ("nothing -o out", "there is no folder"),
         ("vase", "-o is missing"),
+        (f"vase -o {__file__}", "is a file, expected a folder"),
         ("vase -o out --shard 0/8", "--shard is a part from 1"),
         ("vase -o out --shard 9/8", "1/8 to 8/8"),
         ("vase -o out --to bmp", "unknown --to 'bmp'"),

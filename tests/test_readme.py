@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.files.builtin import asset
 
 from . import frames
+from .small_ray import small_ray
 
 README = Path(__file__).resolve().parent.parent / "README.md"
 EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL) if "Viewer" not in text]
@@ -40,6 +42,7 @@ def test_an_example_of_the_readme_runs_and_writes_its_files(renderer, folder, nu
         pytest.importorskip("pygltflib")
     if ".mp4" in EXAMPLES[number]:
         pytest.importorskip("imageio_ffmpeg")
-    exec(EXAMPLES[number], {})
+    with small_ray() if "import ray" in EXAMPLES[number] else nullcontext():
+        exec(EXAMPLES[number], {"__name__": "__main__"})
     written = re.findall(r'(?:save_\w+|Film)\("(.*?)"', EXAMPLES[number])
     assert written and all((folder / name).stat().st_size for name in written)

@@ -55,7 +55,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
 
 
 def silence_ray() -> None:
-    """For the command line: Ray, when it is imported, will print nothing of its own to stdout, such as a lost worker."""
+    """For the command line, before Ray is imported: it will print nothing to stdout, not even about lost workers."""
     os.environ.setdefault("RAY_DEDUP_LOGS_SKIP_REGEX", ".")
 
 

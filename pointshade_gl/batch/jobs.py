@@ -136,15 +136,22 @@ def _open(source: str, reading: tuple[tuple[str, Any], ...], note: Note) -> Fram
 def _write_picture(job: Job, device: int) -> str:
     renderer, source = renderer_here(device), read(job)
     if job.kind == PAGE:
-        from ..page.write import write_page  # only here: it holds shaders and scripts  # pyright: ignore[reportMissingImports]
-
-        write_page(renderer, job.path, source, **job.view.of(source))
+        _write_page(job, renderer, source)
         return renderer.context.renderer
     image = renderer.render(source, **job.view.of(source))
     if not image.any():
         print_note(f"{job.path.name}: nothing is in view, the picture is empty")
     save_image(job.path, image)
     return renderer.context.renderer
+
+
+def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
+    from ..page.write import LARGEST, write_page  # pyright: ignore[reportMissingImports] - only here: it is large
+
+    options, name = job.view.of(source), Path(job.source).stem
+    sides = (LARGEST,) if job.view.size is None else (options["camera"].width, options["camera"].height)
+    title = f"{name} {job.path.stem}" if job.path.parent.name == name else name
+    write_page(renderer, job.path, source, largest=min(max(sides), LARGEST), title=title, **options)
 
 
 def _write_normals(job: Job, device: int) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from contextlib import closing
 from dataclasses import dataclass, replace
 from os import PathLike
@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import FilePath, loaded
-from ..checks import check_count, check_flag, check_type, shown
+from ..checks import check_count, check_flag, check_number, check_type, shown
 from ..errors import ContextError, ShaderError
-from ..files.builtin import builtin_folder
+from ..files.builtin import FRAMES, SCENES, builtin_folder
 from ..files.sequences import FrameSequence
 from ..look import Look
 from ..notebook import Picture
@@ -26,7 +26,7 @@ from ..sources import open_source
 from ..view import View
 from .jobs import Job, read
 from .on_ray import on_ray
-from .processes import on_processes
+from .processes import on_processes, usable_cores
 
 AHEAD = 4  # pictures for each worker that may wait for their turn
 
@@ -69,11 +69,17 @@ def map(
         check_count(workers, "workers", 1)
     check_count(device, "device")
     check_flag(return_exceptions, "return_exceptions")
+    if not isinstance(ray, str | None):
+        raise TypeError(f"ray must be 'local' or an address, got {shown(ray)}")
+    if check_number(num_gpus, "num_gpus", 0) and ray is None:
+        raise ValueError("num_gpus is of a Ray cluster: pass ray='local' or an address")
     if not isinstance(frames, str | PathLike | Iterable):
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note = once(print_note)
     drawings = (Drawing(source, view) for source in _sources(frames, note))
     if ray is None:
+        if isinstance(frames, Sized) and not isinstance(frames, str):
+            workers = max(1, min(workers or usable_cores(), len(frames)))
         results = on_processes(_drawn, drawings, workers, device, AHEAD)
     else:
         results = on_ray(_drawn, drawings, ray, workers, num_gpus, device, AHEAD)
@@ -166,7 +172,16 @@ def _sources(frames: Iterable[Any] | FilePath, note: Note) -> Iterator[Any]:
     elif isinstance(frames, FrameSequence):
         yield from (_or_error(frames.__getitem__, k) for k in range(len(frames)))
     else:
-        yield from (_or_error(list, one) if isinstance(one, FrameSequence) else one for one in frames)
+        yield from (_sendable(source) for source in frames)
+
+
+def _sendable(source: Any) -> Any:
+    """A source as workers can take it: paths from the root, as they may stand in another folder."""
+    if isinstance(source, FrameSequence):
+        return _or_error(list, source)
+    if isinstance(source, str | PathLike) and source not in (*FRAMES, *SCENES):
+        return str(Path(source).absolute())
+    return source
 
 
 def _or_error(read: Callable[[Any], Any], what: Any) -> Any:

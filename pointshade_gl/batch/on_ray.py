@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+from .. import __version__
 from ..files.whole import OURS
 from ..gpu.cuda_devices import egl_device
 from ..notes import print_note
@@ -28,9 +30,9 @@ class _Worker:
         os.environ.setdefault("LP_NUM_THREADS", str(threads))  # of a software driver: others have other workers
         self._function, self._device = function, device_here(device)
 
-    def ready(self) -> str:
-        """How the names of its hidden files begin."""
-        return OURS
+    def ready(self) -> tuple[str, str, str]:
+        """How the names of its hidden files begin, where it is, and its version of this package."""
+        return OURS, socket.gethostname(), __version__
 
     def work(self, item: Any) -> Any:
         return self._function(item, self._device)
@@ -139,13 +141,15 @@ class _Crew:
     def _welcome(self, hand: _Hand, reference: Any) -> None:
         """A worker has answered, or has failed to start. Raises OSError when that happens TRIES times in a row."""
         try:
-            hand.ours = self._ray.get(reference)
+            hand.ours, host, version = self._ray.get(reference)
         except self._ray.exceptions.RayError as error:
             self._failed += 1
             if self._failed == TRIES:
                 raise OSError(f"no worker starts on Ray: {_last_line(error)}") from None
             self.hire()
         else:
+            if version != __version__:
+                raise OSError(f"{host} has pointshade_gl {version}, and here it is {__version__}: install the same")
             self._failed = 0
             self._hands.append(hand)
 

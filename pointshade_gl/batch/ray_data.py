@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camera import Camera
-from ..checks import check_type
+from ..checks import check_numbers, check_type
 from ..frame import Frame
 from ..look import Look
 from ..notes import print_note
@@ -18,7 +18,7 @@ from .on_ray import device_here
 
 
 class Stage:
-    """For `map_batches` of a Ray Dataset: each row gets a "picture", (h, w, 4) uint8, of its frame as `render` draws it.
+    """For `map_batches` of a Ray Dataset: each row gets its "picture", (h, w, 4) uint8, as `render` draws the frame.
 
     A row has a "path", of a frame's folder or file; or "depth", (h, w) floats in metres, and beside it, if there are,
     "color", (h, w, 3|4) uint8, "intrinsics", (fx, fy, cx, cy), and "pose", (4, 4) camera-to-world.
@@ -56,9 +56,13 @@ class Stage:
         if "depth" not in row:
             raise ValueError(f"it has {', '.join(row)}: expected path or depth")
         depth = np.asarray(row["depth"])
+        if depth.ndim != 2:
+            raise ValueError(f"depth must have shape (h, w), got {depth.shape}")
         camera = self._camera
         if "intrinsics" in row:
-            camera = Camera(*np.asarray(row["intrinsics"], float), *depth.shape[1::-1])
+            complaint = "intrinsics must be four numbers (fx, fy, cx, cy)"
+            fx, fy, cx, cy = check_numbers(row["intrinsics"], 4, complaint)
+            camera = Camera(fx, fy, cx, cy, depth.shape[1], depth.shape[0])
         if camera is None:
             raise ValueError("it has no intrinsics: add a column (fx, fy, cx, cy), or pass camera to the stage")
         color, pose = (None if row.get(name) is None else np.asarray(row[name]) for name in ("color", "pose"))

@@ -171,8 +171,7 @@ def _plan(
 
     view, part, is_film = place.view(look), how.part(), how.to in FILMS
     _check(how, view, picture, film, axes, bits)
-    output.mkdir(parents=True, exist_ok=True)
-    output = output.resolve()
+    output = _folder(output)
     _check_writable(output / f"any.{how.to}", axes, bits)
     sources = find_sources(inputs, output)
     if any(is_scene(source.path) for source in sources):
@@ -193,6 +192,19 @@ def _plan(
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     return shard_of(planned, part), failures
+
+
+def _folder(output: Path) -> Path:
+    """The folder to write to, which is made if need be, without links. Raises OSError if there can be none."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(
+            f"{output} is a file, expected a folder for many outputs: pass another -o DIR"
+        ) from None
+    except OSError as error:
+        raise OSError(f"cannot make the folder {output}: {error.strerror}") from None
+    return output.resolve()
 
 
 def _check(

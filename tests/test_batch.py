@@ -330,6 +330,7 @@ def test_a_frame_whose_pose_was_lost_is_left_out_as_render_leaves_it_out(batch, 
     [
         ("nothing -o out", "there is no folder"),
         ("vase", "-o is missing"),
+        (f"vase -o {__file__}", "is a file, expected a folder"),
         ("vase -o out --shard 0/8", "--shard is a part from 1"),
         ("vase -o out --shard 9/8", "1/8 to 8/8"),
         ("vase -o out --to bmp", "unknown --to 'bmp'"),

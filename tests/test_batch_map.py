@@ -26,9 +26,10 @@ def folder(tmp_path):
 
 
 def test_a_sequence_is_drawn_whether_workers_read_it_or_not(renderer, folder):
-    sequence, view = ps.open_source(folder), ps.View(yaw=10)
+    sequence, view = ps.open_source(folder), ps.View([ps.Light((1, -2, 0))], yaw=10)
     alone = [replace(sequence[k], source=None) for k in (0, 1, 3)]
-    expected = [renderer.render(frame, yaw=10) for frame in alone]
+    expected = [renderer.render(frame, view.lights, yaw=10) for frame in alone]
+    assert len({picture.tobytes() for picture in expected}) == 3
     for source in (folder, sequence):
         first, second, damaged, fourth = ps.batch.map(source, None, view, workers=2, return_exceptions=True)
         for picture, single in zip((first, second, fourth), expected, strict=True):

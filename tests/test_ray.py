@@ -1,5 +1,6 @@
 """Work on Ray gives the pictures of a single process, and outlives its workers."""
 
+import json
 import os
 import signal
 from dataclasses import replace
@@ -16,6 +17,8 @@ from pointshade_gl.batch.on_ray import on_ray
 from . import frames
 from .small_ray import small_ray
 
+LIT = ps.View([ps.Light((1, -2, 0))], yaw=10)
+
 
 @pytest.fixture(scope="module")
 def cluster():
@@ -25,23 +28,22 @@ def cluster():
 
 @pytest.fixture
 def views():
-    """Five frames that differ."""
+    """Five frames that differ, in the light of LIT: under the default light size makes no difference."""
     sphere = frames.sphere()
     return [replace(sphere, depth=sphere.depth * np.float32(1 + k / 10)) for k in range(5)]
 
 
 def test_pictures_are_those_of_a_single_process_in_order(cluster, renderer, views):
-    view = ps.View([ps.Light((1, -2, 0))], yaw=10)
     sources = [*views, "nowhere", views[1:3]]
     *drawn, lost, merged = ps.batch.map(
-        sources, ps.Look(shading="flat"), view, ray="local", workers=2, num_gpus=1, return_exceptions=True
+        sources, ps.Look(shading="flat"), LIT, ray="local", workers=2, num_gpus=1, return_exceptions=True
     )
-    assert len(drawn) == len(views)
+    assert len({picture.tobytes() for picture in drawn}) == len(views)
     for frame, picture in zip(views, drawn, strict=True):
-        assert np.array_equal(picture, renderer.render(frame, view.lights, yaw=10, shading="flat"))
+        assert np.array_equal(picture, renderer.render(frame, LIT.lights, yaw=10, shading="flat"))
         assert picture.flags.writeable
     assert isinstance(lost, FileNotFoundError) and "nowhere" in str(lost)
-    assert np.array_equal(merged, renderer.render(views[1:3], view.lights, yaw=10, shading="flat"))
+    assert np.array_equal(merged, renderer.render(views[1:3], LIT.lights, yaw=10, shading="flat"))
 
 
 def test_killed_workers_are_replaced_and_only_what_kills_each_of_them_fails(cluster, tmp_path):
@@ -79,9 +81,13 @@ def rows(views):
 def test_a_stage_may_be_called_by_another_thread_than_its_makers(data, renderer, views):
     """Ray Data makes an actor's stage in one thread and calls it in another."""
     pool = data.ActorPoolStrategy(size=2)
-    made = data.from_items(rows(views)).map_batches(ps.batch.Stage, batch_size=2, num_cpus=0.5, compute=pool)
-    for row in made.take_all():
-        assert np.array_equal(row["picture"], renderer.render(views[row["k"]]))
+    made = data.from_items(rows(views)).map_batches(
+        ps.batch.Stage, fn_constructor_kwargs={"view": LIT}, batch_size=2, num_cpus=0.5, compute=pool
+    )
+    drawn = made.take_all()
+    assert sorted(row["k"] for row in drawn) == list(range(5))
+    for row in drawn:
+        assert np.array_equal(row["picture"], renderer.render(views[row["k"]], LIT.lights, yaw=10))
 
 
 def test_a_worker_of_another_version_is_refused(cluster, monkeypatch):
@@ -139,3 +145,28 @@ def blind(make):
         return make(job, device, mark.with_name("not here"))
 
     return elsewhere
+
+
+def test_batch_draws_on_ray_and_tells_what_fails_as_it_does_without(cluster, typed, tmp_path, monkeypatch):
+    monkeypatch.setenv("RAY_DEDUP_LOGS_SKIP_REGEX", ".")  # the command sets it, for its own process
+    folder = tmp_path / "views"
+    (folder / "depth").mkdir(parents=True)
+    for k in range(3):
+        np.save(folder / f"depth/{k}.npy", frames.sphere().depth * np.float32(1 + k / 10))
+    (folder / "depth/1.npy").write_bytes(b"\x93NUMPY damaged")
+    c = frames.CAMERA
+    numbers = {"fx": c.fx, "fy": c.fy, "cx": c.cx, "cy": c.cy, "width": c.width, "height": c.height}
+    (folder / "intrinsics.json").write_text(json.dumps(numbers))
+    code, out, err = typed("batch views -o alone --light 1,-2,0 --workers 1")
+    on_ray_too = typed("batch views -o out --light 1,-2,0 --ray local --workers 1")
+    assert code == on_ray_too[0] == 3
+    assert out.split(",")[:2] == ["alone: 2 written", " 1 failed"]
+    assert on_ray_too[1].split(",")[:2] == ["out: 2 written", " 1 failed"]
+    assert [line for line in err.splitlines() if "failed" in line] == on_ray_too[2].splitlines()[-1:]
+    for name in ("0000.png", "0002.png"):
+        assert (tmp_path / "out/views" / name).read_bytes() == (tmp_path / "alone/views" / name).read_bytes()
+    lines = [(tmp_path / where / "manifest.jsonl").read_text().splitlines() for where in ("alone", "out")]
+    digests = [{entry["sha256"] for entry in map(json.loads, those) if "sha256" in entry} for those in lines]
+    assert digests[0] == digests[1] and len(digests[0]) == 2
+    code, _, err = typed("batch views -o out --num-gpus 1")
+    assert code == 2 and err == "pointshade: --num-gpus is of a Ray cluster: add --ray local or ADDRESS\n"

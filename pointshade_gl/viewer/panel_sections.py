@@ -31,6 +31,7 @@ def show_light(ui: Widgets, viewer: Viewer) -> None:
     shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
     _held(ui, viewer, shadows)
     changed, picked = imgui.color_edit3("colour", list(state.light_color), imgui.ColorEditFlags_.no_inputs)
+    _fill(imgui, picked)
     color = tuple(picked) if changed else state.light_color  # untouched it stays exactly what it was
     intensity = ui.slide("intensity", state.light_intensity, 0.0, BRIGHTEST, logarithmic=True)
     reach = ui.slide(
@@ -41,6 +42,14 @@ def show_light(ui: Widgets, viewer: Viewer) -> None:
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,
     )  # fmt: skip
+
+
+def _fill(imgui: Any, color: list[float]) -> None:
+    """The last row's square in its colour: imgui leaves it empty in a window that scrolls."""
+    (x, y), side = imgui.get_item_rect_min(), imgui.get_frame_height()
+    shade = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
+    corners = imgui.ImVec2(x + 1, y + 1), imgui.ImVec2(x + side - 1, y + side - 1)
+    imgui.get_window_draw_list().add_rect_filled(*corners, shade)
 
 
 def _choose_light(ui: Widgets, viewer: Viewer) -> None:

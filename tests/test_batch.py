@@ -339,7 +339,7 @@ def test_a_frame_whose_pose_was_lost_is_left_out_as_render_leaves_it_out(batch, 
         ("vase -o out --resume --overwrite", "not both"),
         ("vase -o out --axes opengl", "--to normals.png"),
         ("vase -o out --to normals.npy --ground", "leave out --ground"),
-        ("demo -o out --shading flat", "leave out --shading"),
+        ("demo -o out --normals star", "leave out --normals"),
     ],
 )
 def test_what_cannot_be_is_told_before_anything_is_drawn(batch, line, told):

@@ -12,7 +12,7 @@ from .batch.inputs import Source, find_sources
 from .batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
 from .batch.manifest import told
 from .batch.plan import Failure, Planned, plan, shard_of
-from .checks import check_choice
+from .checks import check_choice, check_fps
 from .cli_look import LookOptions
 from .cli_options import FilmOptions, ReadingOptions
 from .cli_page import NAMES, PageOptions
@@ -29,6 +29,8 @@ from .wording import option
 
 if TYPE_CHECKING:
     from .cli_batch import BatchOptions
+
+UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Asked:
         folder = _folder(self.output)
         self._check_writable(folder)
         sources = find_sources(inputs, folder)
+        self._check_apart(sources, folder)
         if any(is_scene(source.path) for source in sources):
             check_look(self.view.look)
         given = tuple(told(self.reading).items())
@@ -68,9 +71,7 @@ class Asked:
             view = replace(view, lights=self.look.lights(shadow=True))
         if kind not in NORMALS:
             stand_in, turns = Scene(()) if is_one_scene else None, film.turntable == "camera"
-            view = replace(
-                view, finish=self.picture.finish(folder / f"any.{kind}", view, stand_in, kind in FILMS, turns)
-            )
+            view = replace(view, finish=self.picture.finish(folder / f"*.{kind}", view, stand_in, kind in FILMS, turns))
         moving = {"turntable": film.turntable, "frames": film.frames, "fps": film.fps}
         writing = {
             "axes": self.axes,
@@ -88,14 +89,16 @@ class Asked:
             raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
         if how.resume and how.overwrite:
             raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
-        if kind not in FILMS:
+        if kind in FILMS:
+            check_fps(self.film.fps, option("fps"), "pictures")
+        else:
             self._check_still()
         if kind == PAGE:
             check_choice(option("quality"), self.page.quality or NAMES[0], NAMES)
         else:
-            self.page.check_none(Path(f"any.{kind}"))
+            self.page.check_none(Path(f"*.{kind}"))
         if kind in NORMALS:
-            picture.check_none(Path(f"any.{kind}"))
+            picture.check_none(Path(f"*.{kind}"))
         elif self.axes is not None or self.bits != 8:
             raise ValueError(f"{option('axes')} and {option('bits')} are of normals: add {option('to', NORMALS[0])}")
 
@@ -109,9 +112,18 @@ class Asked:
                 f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}"
             )
 
+    def _check_apart(self, sources: Sequence[Source], folder: Path) -> None:
+        """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
+        inside = [source.path for source in sources if folder.is_relative_to(Path(source.path).resolve())]
+        if inside and self.how.to in UNMARKED:
+            raise ValueError(
+                f"{self.output} is in {inside[0]}, which would take each {self.how.to} there for its own colours: "
+                f"pass another -o DIR, or {option('to', 'png')}"
+            )
+
     def _check_writable(self, folder: Path) -> None:
         """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
-        path = folder / f"any.{self.how.to}"
+        path = folder / f"*.{self.how.to}"
         if self.how.to in FILMS:
             check_film(path)
         elif self.how.to in NORMALS:

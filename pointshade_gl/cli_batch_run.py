@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -32,33 +33,40 @@ def run(
     planned: Sequence[Planned], failures: list[Failure], output: Path, how: BatchOptions, device: int, started: float
 ) -> None:
     """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
-    folder = output.resolve()
-    manifest = Manifest(folder, how.part())
-    todo, changed = (list(planned), []) if how.overwrite else split_done(planned, manifest, how.resume)
-    if changed and not how.resume:
-        path, how_so = changed[0]
-        raise ValueError(
-            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
-            f"{path.relative_to(folder)}: pass {option('resume', True)} to do these again, "
-            f"{option('overwrite', True)} to do all again, or another -o DIR"
-        )
+    manifest = Manifest(output.resolve(), how.part())
+    todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
+    if todo and not os.access(output, os.W_OK):
+        raise PermissionError(f"cannot write to {output}: it is read-only, or belongs to somebody else")
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
         for one, outcome in _outcomes(todo, output, how, device) if todo else ():
-            if isinstance(outcome, Failed):
-                counts["left out"] += outcome.kind == "left out"
-                if outcome.kind == "failed":
-                    failures.append(Failure(str(one.job.path.relative_to(folder)), outcome.sentence))
-            else:
+            if not isinstance(outcome, Failed):
                 manifest.add(outcome, one.made_from)
                 counts["written"] += 1
+            elif outcome.kind == "failed":
+                failures.append(Failure(str(one.job.path.relative_to(manifest.folder)), outcome.sentence))
+            else:
+                counts[outcome.kind] += 1
     finally:
         for failure in failures:
-            print(f"failed: {failure.name}: {failure.sentence}", file=sys.stderr)
+            print(f"failed: {' '.join(failure.name.split())}: {failure.sentence}", file=sys.stderr)
     told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
     print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
         raise typer.Exit(FAILED)
+
+
+def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume: bool) -> list[Planned]:
+    """What is not there and whole. Raises ValueError if some of it was made otherwise, unless it may be done again."""
+    todo, changed = split_done(planned, manifest, resume)
+    if changed and not resume:
+        path, how_so = changed[0]
+        raise ValueError(
+            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
+            f"{path.relative_to(manifest.folder)}: pass {option('resume', True)} to do these again, "
+            f"{option('overwrite', True)} to do all again, or another -o DIR"
+        )
+    return todo
 
 
 def _outcomes(

@@ -55,8 +55,10 @@ def find_sources(inputs: Sequence[str], output: Path) -> list[Source]:
     Their names begin with that of their input, and go on as their folders do. Inputs of the same name have those of the
     folders before it that tell them apart.
 
-    Raises OSError for an input that does not exist.
+    Raises OSError for an input that does not exist, ValueError for an empty text.
     """
+    if not all(inputs):
+        raise ValueError("an INPUT is an empty text, expected a folder or a file: is a variable of the shell not set?")
     found: list[Source] = []
     for path, name in _named(map(_absolute, inputs)).items():
         if path in (*FRAMES, *SCENES) or Path(path).is_file():

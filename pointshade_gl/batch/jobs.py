@@ -16,9 +16,11 @@ from ..files.pictures import save_image
 from ..files.sequences import FrameSequence, first_readable, open_frames
 from ..files.whole import sha256_of
 from ..frame import Frame
+from ..look import Look
 from ..notes import Note, once, print_note, taken
 from ..renderer import Renderer
 from ..scene import Scene
+from ..scene_shading import shaded
 from ..series import jobs_of, write_series
 from ..shared_renderer import renderer_here
 from ..sources import is_scene, load_any
@@ -108,7 +110,8 @@ def run(job: Job, device: int = 0) -> Done:
 def read(job: Job) -> Frame | Scene:
     """The frame or the scene that a job draws. A frame of a sequence is judged alone: it belongs to no stream."""
     if is_scene(job.source):
-        return load_any(job.source, **dict(job.reading))
+        shading = job.view.look.shading
+        return shaded(load_any(job.source, **dict(job.reading)), None if shading == Look().shading else shading)
     opened = _opened(job.source, job.reading)
     if job.number is None:
         return replace(first_readable(opened.sequence)[1].frame, source=None)

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -423,7 +424,7 @@ def test_a_job_without_room_on_the_disk_ends_the_others(monkeypatch, tmp_path):
 
     monkeypatch.setattr(workers, "run", full)
     outcome = workers.outcome_of(Job("vase", tmp_path / "a.png"))
-    with pytest.raises(OSError, match=r"cannot write .*a\.png: No space left on device: make room"):
+    with pytest.raises(OSError, match=r"cannot write .*a\.png: No space left on device: .* --resume goes on"):
         workers.checked(outcome)
 
 
@@ -441,6 +442,9 @@ def test_names_may_have_spaces_lines_and_letters_of_any_script(batch, tmp_path):
     for name in names:
         write_sequence(tmp_path / "set" / name, 2)
     (tmp_path / "set/-dash/depth/0001.png").write_bytes(b"no picture")
+    for path in ("set/loop", "set/-dash/depth/loop.png"):
+        with suppress(OSError):  # Windows lets only some users make links
+            (tmp_path / path).symlink_to(Path(path).name)
     code, out, err = batch(f"set -o out {SMALL}")
     assert code == 3 and f"{2 * len(names) - 1} written, 1 failed" in out and "failed: set/-dash/0001.png: " in err
     assert all((tmp_path / "out/set" / name / "0000.png").exists() for name in names)

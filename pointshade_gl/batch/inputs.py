@@ -28,7 +28,7 @@ from ..files.known import (
     SPARSE,
     TRANSFORMS,
 )
-from ..files.listing import LEVELS, Item, list_files, natural, words_of
+from ..files.listing import LEVELS, Item, kind_of, list_files, natural, words_of
 from ..files.names import Folder
 from ..sources import SCENE_FILES
 
@@ -163,7 +163,7 @@ def _has_frames(folder: Path) -> bool:
 
 def _folders(folder: Path) -> list[Path]:
     try:
-        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and entry.is_dir()]
+        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and kind_of(entry) == "folder"]
     except PermissionError:
         return []
     return [folder / name for name in sorted(names, key=natural)]

@@ -58,20 +58,20 @@ def remove_rest(job: Job, ours: str) -> None:
 
 def outcome_of(job: Job, device: int = 0) -> Done | Failed:
     """Runs a job; whatever it raises becomes a sentence, so that the next job can be done."""
-    try:
-        with as_command_line():
+    with as_command_line():
+        try:
             return run(job, device)
-    except LeftOut as error:
-        return Failed(str(error), "left out")
-    except ContextError as error:
-        return Failed(str(error), "no GL")
-    except OSError as error:
-        if error.errno in _FULL:
-            return Failed(no_room(job.path, error), "no room")
-        return Failed(" ".join(str(error).split()))
-    except (ValueError, TypeError) as error:
-        return Failed(" ".join(str(error).split()))
-    except MemoryError as error:
-        return Failed(str(error) or "not enough memory")
-    except Exception as error:
-        return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
+        except LeftOut as error:
+            return Failed(str(error), "left out")
+        except ContextError as error:
+            return Failed(str(error), "no GL")
+        except OSError as error:
+            if error.errno in _FULL:
+                return Failed(no_room(job.path, error), "no room")
+            return Failed(" ".join(str(error).split()))
+        except (ValueError, TypeError) as error:
+            return Failed(" ".join(str(error).split()))
+        except MemoryError as error:
+            return Failed(str(error) or "not enough memory")
+        except Exception as error:
+            return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")

@@ -117,14 +117,6 @@ class ReadingOptions:
         bool,
         typer.Option("--allow-outside", help="Let files name others outside their folder.", rich_help_panel=FRAME),
     ] = False
-    frame: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N[,N...]",
-            help="One frame of a sequence, counted from 0; of several INPUTs one number for each.",
-            rich_help_panel=FRAME,
-        ),
-    ] = None
     max_pixels: Annotated[
         int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
     ] = MAX_PIXELS
@@ -133,6 +125,15 @@ class ReadingOptions:
 @dataclass(frozen=True)
 class FrameOptions(ReadingOptions, InputOptions):
     """What is read, and what its depth means."""
+
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N[,N...]",
+            help="One frame of a sequence, counted from 0; of several INPUTs one number for each.",
+            rich_help_panel=FRAME,
+        ),
+    ] = None
 
     @property
     def load_options(self) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from ..files.known import (
     SPARSE,
     TRANSFORMS,
 )
-from ..files.listing import LEVELS, Item, list_files, natural, words_of
+from ..files.listing import LEVELS, Item, kind_of, list_files, natural, words_of
 from ..files.names import Folder
 from ..sources import SCENE_FILES
 
@@ -55,8 +55,10 @@ def find_sources(inputs: Sequence[str], output: Path) -> list[Source]:
     Their names begin with that of their input, and go on as their folders do. Inputs of the same name have those of the
     folders before it that tell them apart.
 
-    Raises OSError for an input that does not exist.
+    Raises OSError for an input that does not exist, ValueError for an empty text.
     """
+    if not all(inputs):
+        raise ValueError("an INPUT is an empty text, expected a folder or a file: is a variable of the shell not set?")
     found: list[Source] = []
     for path, name in _named(map(_absolute, inputs)).items():
         if path in (*FRAMES, *SCENES) or Path(path).is_file():
@@ -161,7 +163,7 @@ def _has_frames(folder: Path) -> bool:
 
 def _folders(folder: Path) -> list[Path]:
     try:
-        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and entry.is_dir()]
+        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and kind_of(entry) == "folder"]
     except PermissionError:
         return []
     return [folder / name for name in sorted(names, key=natural)]

@@ -47,6 +47,7 @@ class Job:
     reading  options of `load_frame` by name, as pairs
     turntable, frames, fps  of a film, as for `pointshade render`
     axes, bits              of normals, as for `save_normals`
+    quality, title          of a page, as for `save_page`
     """
 
     source: str
@@ -60,6 +61,8 @@ class Job:
     fps: float = 25.0
     axes: str | None = None
     bits: int = 8
+    quality: str = "exact"
+    title: str | None = None
 
 
 class LeftOut(ValueError):
@@ -107,8 +110,8 @@ def run(job: Job, device: int = 0) -> Done:
 def read(job: Job) -> Frame | Scene:
     """The frame or the scene that a job draws. A frame of a sequence is judged alone: it belongs to no stream."""
     if is_scene(job.source):
-        scene, shading = load_any(job.source, **dict(job.reading)), job.view.look.shading
-        return shaded(scene, None if shading == Look().shading else shading)
+        shading = job.view.look.shading
+        return shaded(load_any(job.source, **dict(job.reading)), None if shading == Look().shading else shading)
     opened = _opened(job.source, job.reading)
     if job.number is None:
         return replace(first_readable(opened.sequence)[1].frame, source=None)
@@ -149,12 +152,13 @@ def _write_picture(job: Job, device: int) -> str:
 
 
 def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
-    from ..page.write import LARGEST, write_page  # pyright: ignore[reportMissingImports] - only here: it is large
+    from ..page.write import LARGEST, write_page  # only here: it is large
 
     options, name = job.view.of(source), Path(job.source).stem
     sides = (LARGEST,) if job.view.size is None else (options["camera"].width, options["camera"].height)
-    title = f"{name} {job.path.stem}" if job.path.parent.name == name else name
-    write_page(renderer, job.path, source, largest=min(max(sides), LARGEST), title=title, **options)
+    of_frame = f"{name} {job.path.stem}" if job.path.parent.name == name else name
+    chosen = {"quality": job.quality, "title": of_frame if job.title is None else job.title}
+    write_page(renderer, job.path, source, largest=min(max(sides), LARGEST), **chosen, **options)
 
 
 def _write_normals(job: Job, device: int) -> str:

@@ -6,7 +6,9 @@ is passed over: a line that was torn, or one of a newer version.
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import time
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
@@ -15,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ..files.whole import sha256_of
+from ..files.whole import check_place, sha256_of
+from ..wording import option
 from .jobs import Done
 
 PATTERN = "manifest*.jsonl"
@@ -34,35 +37,55 @@ class Manifest:
 
     folder  of the outputs; their names in the manifest are relative to it
     shard   (i, n): its lines go to a file of their own, as other machines may write theirs at the same time
+
+    Of several lines about an output the last one of a file counts; of several files, the one that was written last.
+
+    Raises OSError if its own file can be none.
     """
 
     def __init__(self, folder: Path, shard: tuple[int, int] | None = None):
         self.folder = folder
-        self.path = folder / ("manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl")
+        self.path = check_place(
+            folder / ("manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl")
+        )
         self.entries: dict[str, Entry] = {}
         self._torn = not _ends_well(self.path)
-        for path in sorted(folder.glob(PATTERN)):
-            for entry in _lines_of(path):
-                before = self.entries.get(entry["output"])
+        for path in sorted(filter(Path.is_file, folder.glob(PATTERN))):
+            for output, entry in {entry["output"]: entry for entry in _lines_of(path)}.items():
+                before = self.entries.get(output)
                 if before is None or str(entry.get("time")) >= str(before.get("time")):
-                    self.entries[entry["output"]] = entry
+                    self.entries[output] = entry
 
     def of(self, output: Path) -> Entry | None:
         return self.entries.get(self._name(output))
 
     def add(self, done: Done, made_from: Entry) -> None:
-        """Appends the line of an output. made_from: input, options and version, as `differs` compares them."""
+        """Appends the line of an output. made_from: input, options and version, as `differs` compares them.
+
+        Raises OSError if the line cannot be written, such as on a full disk.
+        """
         told = {"size": done.size, "sha256": done.sha256, "seconds": round(done.seconds, 3), "renderer": done.renderer}
         now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         entry = {"output": self._name(done.path), **made_from, "time": now, **told}
         self.entries[entry["output"]] = entry
-        line = "\n" * self._torn + json.dumps(entry) + "\n"
+        line = ("\n" * self._torn + json.dumps(entry) + "\n").encode()
+        try:
+            with self.path.open("ab", buffering=0) as file:  # at once: others may append, too
+                if file.write(line) < len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise OSError(no_room(self.path, error)) from None
         self._torn = False
-        with self.path.open("ab", buffering=0) as file:  # at once: others may append, too
-            file.write(line.encode())
 
     def _name(self, output: Path) -> str:
         return output.relative_to(self.folder).as_posix()
+
+
+def no_room(path: Path, error: OSError) -> str:
+    """What to do about a file that cannot be written."""
+    return (
+        f"cannot write {path}: {error.strerror}: make room, then the same command with {option('resume', True)} goes on"
+    )
 
 
 def differs(entry: Entry, made_from: Entry) -> str:
@@ -105,7 +128,7 @@ def _lines_of(path: Path) -> Iterable[Entry]:
     for line in path.read_bytes().splitlines():
         try:
             entry = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):  # of brackets in brackets
             continue
         if isinstance(entry, dict) and isinstance(entry.get("output"), str):
             yield entry

@@ -92,7 +92,7 @@ def split_done(
 def _options_of(job: Job) -> Entry:
     """All that decides how an output looks, as JSON has it; nothing that is the default."""
     plain = Job("", Path())
-    names = ("turntable", "frames", "fps") if job.kind in FILMS else ("axes", "bits")
+    names = ("turntable", "frames", "fps") if job.kind in FILMS else ("axes", "bits", "quality", "title")
     options = {"view": told(job.view), **dict(job.reading)}
     options |= {name: getattr(job, name) for name in names if getattr(job, name) != getattr(plain, name)}
     return json.loads(json.dumps({name: value for name, value in options.items() if value not in (None, {})}))

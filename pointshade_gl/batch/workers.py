@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from typing import NamedTuple
@@ -10,13 +11,17 @@ from ..errors import ContextError
 from ..files.whole import remove_hidden
 from ..wording import as_command_line
 from .jobs import Done, Job, LeftOut, run
+from .manifest import no_room
 from .processes import on_processes
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_ENDS = {"no GL": ContextError, "no room": OSError}  # what is raised where no other job can be done either
 
 
 class Failed(NamedTuple):
     """Why there is no output.
 
-    kind  "failed"; "left out" by its sequence; or "no GL": then no job can be done
+    kind  "failed"; "left out" by its sequence; "no GL", or "no room" on the disk: then no job can be done
     """
 
     sentence: str
@@ -31,7 +36,7 @@ def run_all(
     After an exception, and where the consumer leaves early, the processes are ended at once: what is whole stays, and
     nothing half-written is left.
 
-    Raises ContextError if workers have no OpenGL, OSError if they die before they begin.
+    Raises ContextError if workers have no OpenGL, OSError if they die before they begin or the disk is full.
     """
     with closing(on_processes(outcome_of, jobs, workers, device, lost=remove_rest)) as results:
         for number, result in results:
@@ -39,10 +44,10 @@ def run_all(
 
 
 def checked(result: Done | Failed | Exception) -> Done | Failed:
-    """What became of a job that worked, failed or killed its workers. Raises ContextError if they have no OpenGL."""
+    """What became of a job that worked, failed or killed its workers. Raises ContextError or OSError as `run_all`."""
     outcome = Failed(str(result)) if isinstance(result, Exception) else result
-    if isinstance(outcome, Failed) and outcome.kind == "no GL":
-        raise ContextError(outcome.sentence)
+    if isinstance(outcome, Failed) and outcome.kind in _ENDS:
+        raise _ENDS[outcome.kind](outcome.sentence)
     return outcome
 
 
@@ -53,16 +58,20 @@ def remove_rest(job: Job, ours: str) -> None:
 
 def outcome_of(job: Job, device: int = 0) -> Done | Failed:
     """Runs a job; whatever it raises becomes a sentence, so that the next job can be done."""
-    try:
-        with as_command_line():
+    with as_command_line():
+        try:
             return run(job, device)
-    except LeftOut as error:
-        return Failed(str(error), "left out")
-    except ContextError as error:
-        return Failed(str(error), "no GL")
-    except (ValueError, TypeError, OSError) as error:
-        return Failed(" ".join(str(error).split()))
-    except MemoryError as error:
-        return Failed(str(error) or "not enough memory")
-    except Exception as error:
-        return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
+        except LeftOut as error:
+            return Failed(str(error), "left out")
+        except ContextError as error:
+            return Failed(str(error), "no GL")
+        except OSError as error:
+            if error.errno in _FULL:
+                return Failed(no_room(job.path, error), "no room")
+            return Failed(" ".join(str(error).split()))
+        except (ValueError, TypeError) as error:
+            return Failed(" ".join(str(error).split()))
+        except MemoryError as error:
+            return Failed(str(error) or "not enough memory")
+        except Exception as error:
+            return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")

@@ -171,14 +171,23 @@ def _walk(folder: Path, prefix: str, levels: int, suffixes: Collection[str] | No
         return
     folders = []
     for entry in entries[:_MOST]:
-        if entry.is_dir():
+        kind = kind_of(entry)
+        if kind == "folder":
             folders.append(entry)
-        elif entry.is_file():
+        elif kind == "file":
             name = entry.name.lower()
             if suffixes is None or suffix_of(name) in suffixes:
                 yield Path(entry.path), prefix + name
     for entry in sorted(folders, key=lambda one: natural(one.name)) if levels else ():
         yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1, suffixes)
+
+
+def kind_of(entry: os.DirEntry[str]) -> str:
+    """ "folder", "file", or "" for all else, such as a link that leads to itself."""
+    try:
+        return "folder" if entry.is_dir() else "file" if entry.is_file() else ""
+    except OSError:
+        return ""
 
 
 def suffix_of(name: str) -> str:

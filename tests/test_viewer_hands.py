@@ -165,7 +165,7 @@ class TestLight:
         one.travel((160, 120), (80, 60))
         held = one.viewer.state.light_at
         one.click(80, 60)
-        assert not one.viewer.state.light_mode and "L lets it follow" in one.viewer._messages.text
+        assert not one.viewer.state.light_mode and "L lets it follow" in one.viewer.messages.text
         placed = seen(one)
         one.travel((80, 60), (250, 200), (20, 220))
         assert one.viewer.state.light_at == held and (seen(one) == placed).all()
@@ -229,7 +229,7 @@ class TestPivot:
     def test_a_double_click_makes_drags_turn_around_the_point_without_a_jump(self, hands, source):
         source, options = source()
         one = hands(source, **options)
-        one.until(lambda: not one.viewer._playing.is_merging)
+        one.until(lambda: not one.viewer.opened.playing.is_merging)
         one.look()
         press = (190, 150)
         one.point(*press)
@@ -238,7 +238,7 @@ class TestPivot:
         point = surface_at(one.viewer, *press)
         one.double_click(*press)
         viewer = one.viewer
-        assert viewer._messages.text == "drags turn around this point" and viewer.state.light_mode
+        assert viewer.messages.text == "drags turn around this point" and viewer.state.light_mode
         after = viewer.state.light(viewer.stage, viewer.pose, viewer.held)
         for name in ("position", "direction"):
             assert getattr(after, name) == (getattr(light, name) and pytest.approx(getattr(light, name)))
@@ -262,7 +262,7 @@ class TestPivot:
         one.rest(0.5)
         before = seen(one)
         one.double_click(5, 5)
-        assert one.viewer.state.pivot == (0, 0, 0) and "middle" in one.viewer._messages.text
+        assert one.viewer.state.pivot == (0, 0, 0) and "middle" in one.viewer.messages.text
         assert (np.abs(seen(one) - before).max(-1) > 2).mean() < 1e-3
         one.key("z", "Control_L")
         assert one.viewer.state.pivot == pivot
@@ -312,7 +312,7 @@ class TestDrop:
         assert viewer.state == State(look=ps.Look(shading="flat"))
         assert (seen(one) > 40).any(-1).mean() > 0.9  # the wall
         one.key("z", "Control_L")
-        assert viewer._messages.text == "nothing to undo"
+        assert viewer.messages.text == "nothing to undo"
 
     def test_depth_and_colour_that_are_dropped_together_are_one_frame(self, hands, folder):
         one = hands()
@@ -349,8 +349,8 @@ class TestDrop:
             if name != "nothing":
                 (tmp_path / name).write_text("a few words")
         one.drop(*(tmp_path / name for name in names))
-        assert one.viewer._messages.text.startswith("not opened: ") and names[0] in one.viewer._messages.text
+        assert one.viewer.messages.text.startswith("not opened: ") and names[0] in one.viewer.messages.text
         assert one.viewer.moment == before and one.viewer.frame.lights == SCENE.lights
         assert (seen(one) == picture).all()
         one.key("z", "Control_L")
-        assert one.viewer._messages.text == "undone"
+        assert one.viewer.messages.text == "undone"

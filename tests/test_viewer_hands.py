@@ -11,7 +11,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import window
-from pointshade_gl.viewer.state import DEGREES, State
+from pointshade_gl.viewer.state import DEGREES, State, marker_place
 
 from . import frames
 from .view_sets import pose_at, seen_from
@@ -160,21 +160,28 @@ class TestLight:
         one.look(8)
         assert next(way, None) is None and one.viewer.state.light_at == held
 
-    def test_a_click_keeps_it_and_l_lets_it_go(self, hands):
+    def test_a_click_places_it_until_l_lets_it_go_and_further_clicks_leave_it_alone(self, hands):
         one = hands()
-        one.travel((160, 120), (80, 60))
-        held = one.viewer.state.light_at
-        one.click(80, 60)
-        assert not one.viewer.state.light_mode and "L lets it follow" in one.viewer.messages.text
-        placed = seen(one)
+        one.click(80, 60)  # the pointer came at once, and did not take the light along
+        viewer = one.viewer
+        assert marker_place(viewer.state, viewer.stage, viewer.camera) == pytest.approx((80, 60), abs=1)
+        assert not viewer.state.light_mode and "L lets it follow" in viewer.messages.text
+        held, placed = viewer.state.light_at, seen(one)
         one.travel((80, 60), (250, 200), (20, 220))
-        assert one.viewer.state.light_at == held and (seen(one) == placed).all()
+        assert viewer.state.light_at == held and (seen(one) == placed).all()
         one.rest(0.5)
         one.click(200, 200)
-        assert one.viewer.state.light_at == held and not one.viewer.state.light_mode
+        assert viewer.state.light_at == held and not viewer.state.light_mode
         one.key("l")
         one.travel((20, 220), (250, 60))
-        assert one.viewer.state.light_at != held
+        assert viewer.state.light_at != held
+
+    def test_a_click_places_nothing_while_no_light_is_seen(self, hands):
+        one = hands()
+        one.key("b")
+        before = one.viewer.state
+        one.click(80, 60)
+        assert one.viewer.state == before
 
     def test_a_hand_that_trembles_clicks_and_one_that_moves_on_drags(self, hands):
         one = hands()

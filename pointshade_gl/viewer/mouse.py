@@ -16,7 +16,7 @@ HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks
 DOUBLE = 0.4  # seconds between two clicks that are one double click
 MOUSE = (
     ("mouse", "move the light (in light mode)"),
-    ("click", "keep the light where it is (L: it follows again)"),
+    ("click", "place the light: it stays until L, clicks leave it alone"),
     ("Ctrl+Shift+drag", "move the light (always)"),
     ("Shift+wheel", "move the light nearer or farther"),
     ("drag", "orbit"),

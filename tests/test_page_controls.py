@@ -8,9 +8,10 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
-from pointshade_gl.viewer.controls import Mouse
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.state import Stage, State, marker_place, rims_from
+from pointshade_gl.viewer.mouse import Mouse
+from pointshade_gl.viewer.stage import Stage
+from pointshade_gl.viewer.state import State, marker_place, rims_from
 
 from . import frames
 
@@ -137,6 +138,18 @@ class TestMouse:
         shown.page.mouse.move(501, 300)
         assert as_state(shown.state).light_at == pytest.approx(kept.light_at, abs=0.05)
 
+    def test_further_clicks_leave_a_light_that_is_kept_alone_and_unlit_they_place_none(self, shown):
+        shown.page.mouse.click(250, 150)
+        kept = as_state(shown.state)
+        shown.page.mouse.click(400, 300)
+        assert_same(shown.state, kept)
+        shown.page.keyboard.press("l")
+        shown.page.keyboard.press("b")
+        shown.page.mouse.move(330, 80)
+        unlit = as_state(shown.state)
+        shown.page.mouse.click(330, 80)
+        assert_same(shown.state, unlit)
+
     def test_a_light_that_is_kept_turns_with_the_object_and_a_ctrl_shift_drag_moves_it(self, shown):
         shown.page.mouse.click(250, 150)
         kept, camera = as_state(shown.state), camera_of(shown)
@@ -240,6 +253,15 @@ class TestFingers:
         assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 399.5, 299.5, camera))
         assert state.light_mode
 
+    def test_a_tap_after_a_click_of_the_mouse_lets_it_follow_on(self, shown):
+        """Browsers send a click after a tap."""
+        shown.page.mouse.click(200, 200)
+        shown.page.keyboard.press("l")
+        shown.page.evaluate("picture.addEventListener('click', () => (window.clicked = true), { once: true })")
+        shown.fingers(((400, 300), (400, 300)))
+        shown.wait_for("window.clicked")
+        assert as_state(shown.state).light_mode
+
     def test_two_turn_the_object(self, shown):
         before, camera = as_state(shown.state), camera_of(shown)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
@@ -264,7 +286,10 @@ class TestFingers:
         turned = before.orbited(60, 30, min(camera.width, camera.height))
         assert_same(shown.state, turned)
         shown.fingers(((200, 200), (260, 230)), ((300, 200), (360, 230)))
-        assert_same(shown.state, turned.panned(60, 30, camera.fx))
+        kept = turned.panned(60, 30, camera.fx)
+        assert_same(shown.state, kept)
+        shown.fingers(((400, 300), (400, 300)))
+        assert_same(shown.state, kept)
 
 
 class TestButtons:

@@ -8,7 +8,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import state as viewer_state
-from pointshade_gl.viewer.state import Stage, State, marker_place, rims_from
+from pointshade_gl.viewer.stage import Stage
+from pointshade_gl.viewer.state import State, marker_place, rims_from
 
 from .page_functions import run_script
 

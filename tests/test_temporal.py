@@ -260,7 +260,7 @@ class TestStreams:
 
 def test_a_stream_in_a_window_is_filtered_once_a_frame(open_viewer):
     viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Look(temporal=True)))
-    while viewer._playing.playback._thread.is_alive() or not viewer._playing.playback._queue.empty():
+    while viewer.opened.playing.playback._thread.is_alive() or not viewer.opened.playing.playback._queue.empty():
         viewer.step(wait=False)
     counts = viewer.screen.renderer.steps.counts
     assert 2 <= counts["temporal"] == counts["surface"] <= 3

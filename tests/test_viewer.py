@@ -7,8 +7,8 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import Viewer, messages
-from pointshade_gl.viewer.controls import BY_NAME
 from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.keys import BY_NAME
 from pointshade_gl.viewer.window import Window
 
 from . import frames
@@ -123,7 +123,7 @@ class TestView:
             press(viewer, *set(BY_NAME) - {"Q", "ESCAPE"})
             viewer.step(wait=False)
             quiet(viewer)
-            assert viewer.drawn == drawn and viewer._patience() is None
+            assert viewer.drawn == drawn and viewer.turns.patience(viewer) is None
         viewer.step(wait=False)
         assert viewer.drawn == drawn + 1
 
@@ -173,7 +173,7 @@ class TestRest:
     def test_without_a_message_or_a_stream_it_sleeps_until_it_is_woken(self, open_viewer):
         viewer = quiet(open_viewer())
         viewer.step(wait=False)
-        assert viewer._patience() is None
+        assert viewer.turns.patience(viewer) is None
         drawn = viewer.drawn
         waker = threading.Timer(0.05, viewer.window.wake)
         waker.start()
@@ -185,12 +185,12 @@ class TestRest:
         monkeypatch.setattr(messages, "SECONDS", 0.02)
         viewer = open_viewer()
         viewer.say("short")
-        assert viewer._patience() == 0
+        assert viewer.turns.patience(viewer) == 0
         viewer.step()
-        while viewer._messages.text:
-            assert viewer._patience() is not None
+        while viewer.messages.text:
+            assert viewer.turns.patience(viewer) is not None
             viewer.step()
-        assert viewer._patience() is None
+        assert viewer.turns.patience(viewer) is None
 
     def test_moving_the_light_runs_nothing_but_the_light(self, open_viewer):
         viewer = open_viewer()

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer.controls import BY_NAME
 from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.keys import BY_NAME
 
 from . import frames
 from .test_renderer import living_objects

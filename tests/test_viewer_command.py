@@ -280,7 +280,7 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--size", "big"], "--size takes WIDTHxHEIGHT"),
         (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
         (["--record", "no/film.gif"], "create it first"),
-        (["--views", "1"], "--views takes a whole number of 2 or more, or 'all', got '1'"),
+        (["--views", "1"], "--views takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got '1'"),
         (["--views", "3"], "--views merges the frames of a sequence, and this is a single frame: leave it out"),
     ],
 )

@@ -11,7 +11,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import window
-from pointshade_gl.viewer.state import DEGREES, State
+from pointshade_gl.viewer.state import DEGREES, State, marker_place
 
 from . import frames
 from .view_sets import pose_at, seen_from
@@ -160,21 +160,28 @@ class TestLight:
         one.look(8)
         assert next(way, None) is None and one.viewer.state.light_at == held
 
-    def test_a_click_keeps_it_and_l_lets_it_go(self, hands):
+    def test_a_click_places_it_until_l_lets_it_go_and_further_clicks_leave_it_alone(self, hands):
         one = hands()
-        one.travel((160, 120), (80, 60))
-        held = one.viewer.state.light_at
-        one.click(80, 60)
-        assert not one.viewer.state.light_mode and "L lets it follow" in one.viewer._messages.text
-        placed = seen(one)
+        one.click(80, 60)  # the pointer came at once, and did not take the light along
+        viewer = one.viewer
+        assert marker_place(viewer.state, viewer.stage, viewer.camera) == pytest.approx((80, 60), abs=1)
+        assert not viewer.state.light_mode and "L lets it follow" in viewer.messages.text
+        held, placed = viewer.state.light_at, seen(one)
         one.travel((80, 60), (250, 200), (20, 220))
-        assert one.viewer.state.light_at == held and (seen(one) == placed).all()
+        assert viewer.state.light_at == held and (seen(one) == placed).all()
         one.rest(0.5)
         one.click(200, 200)
-        assert one.viewer.state.light_at == held and not one.viewer.state.light_mode
+        assert viewer.state.light_at == held and not viewer.state.light_mode
         one.key("l")
         one.travel((20, 220), (250, 60))
-        assert one.viewer.state.light_at != held
+        assert viewer.state.light_at != held
+
+    def test_a_click_places_nothing_while_no_light_is_seen(self, hands):
+        one = hands()
+        one.key("b")
+        before = one.viewer.state
+        one.click(80, 60)
+        assert one.viewer.state == before
 
     def test_a_hand_that_trembles_clicks_and_one_that_moves_on_drags(self, hands):
         one = hands()
@@ -229,7 +236,7 @@ class TestPivot:
     def test_a_double_click_makes_drags_turn_around_the_point_without_a_jump(self, hands, source):
         source, options = source()
         one = hands(source, **options)
-        one.until(lambda: not one.viewer._playing.is_merging)
+        one.until(lambda: not one.viewer.opened.playing.is_merging)
         one.look()
         press = (190, 150)
         one.point(*press)
@@ -238,7 +245,7 @@ class TestPivot:
         point = surface_at(one.viewer, *press)
         one.double_click(*press)
         viewer = one.viewer
-        assert viewer._messages.text == "drags turn around this point" and viewer.state.light_mode
+        assert viewer.messages.text == "drags turn around this point" and viewer.state.light_mode
         after = viewer.state.light(viewer.stage, viewer.pose, viewer.held)
         for name in ("position", "direction"):
             assert getattr(after, name) == (getattr(light, name) and pytest.approx(getattr(light, name)))
@@ -262,7 +269,7 @@ class TestPivot:
         one.rest(0.5)
         before = seen(one)
         one.double_click(5, 5)
-        assert one.viewer.state.pivot == (0, 0, 0) and "middle" in one.viewer._messages.text
+        assert one.viewer.state.pivot == (0, 0, 0) and "middle" in one.viewer.messages.text
         assert (np.abs(seen(one) - before).max(-1) > 2).mean() < 1e-3
         one.key("z", "Control_L")
         assert one.viewer.state.pivot == pivot
@@ -312,7 +319,7 @@ class TestDrop:
         assert viewer.state == State(look=ps.Look(shading="flat"))
         assert (seen(one) > 40).any(-1).mean() > 0.9  # the wall
         one.key("z", "Control_L")
-        assert viewer._messages.text == "nothing to undo"
+        assert viewer.messages.text == "nothing to undo"
 
     def test_depth_and_colour_that_are_dropped_together_are_one_frame(self, hands, folder):
         one = hands()
@@ -349,8 +356,8 @@ class TestDrop:
             if name != "nothing":
                 (tmp_path / name).write_text("a few words")
         one.drop(*(tmp_path / name for name in names))
-        assert one.viewer._messages.text.startswith("not opened: ") and names[0] in one.viewer._messages.text
+        assert one.viewer.messages.text.startswith("not opened: ") and names[0] in one.viewer.messages.text
         assert one.viewer.moment == before and one.viewer.frame.lights == SCENE.lights
         assert (seen(one) == picture).all()
         one.key("z", "Control_L")
-        assert one.viewer._messages.text == "undone"
+        assert one.viewer.messages.text == "undone"

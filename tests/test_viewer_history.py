@@ -7,7 +7,8 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.history import STEPS, History, Moment
-from pointshade_gl.viewer.state import OWN_LIGHT, Stage, State
+from pointshade_gl.viewer.stage import Stage
+from pointshade_gl.viewer.state import OWN_LIGHT, State
 
 from . import frames
 from .viewing import drag, move, press, quiet, shown
@@ -101,12 +102,12 @@ class TestUndo:
             undo(viewer)
             assert viewer.moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
         undo(viewer)
-        assert viewer._messages.text == "nothing to undo"
+        assert viewer.messages.text == "nothing to undo"
         for k, (expected, picture) in enumerate(zip(moments[1:], pictures[1:], strict=True)):
             (viewer.handle(Event("key", "Y", ctrl=True)) if k % 2 else redo(viewer))
             assert viewer.moment.shows(expected) and (shown(quiet(viewer)) == picture).all()
         redo(viewer)
-        assert viewer._messages.text == "nothing to do again"
+        assert viewer.messages.text == "nothing to do again"
 
     def test_a_placed_light_goes_back_to_where_it_was_before_it_was_taken_there(self, open_viewer):
         viewer = open_viewer()
@@ -128,7 +129,7 @@ class TestUndo:
         undo(viewer)
         assert viewer.state == hovered
         undo(viewer)
-        assert viewer.state == hovered and viewer._messages.text == "nothing to undo"
+        assert viewer.state == hovered and viewer.messages.text == "nothing to undo"
         before = viewer.state.light_at
         move(viewer, (100, 60), (101, 60), steps=1)  # and it does not jump to the mouse then
         assert viewer.state.light_at == pytest.approx(before, abs=0.02)
@@ -142,7 +143,7 @@ class TestUndo:
         undo(viewer)
         assert viewer.state == before
         undo(viewer)
-        assert viewer._messages.text == "nothing to undo"
+        assert viewer.messages.text == "nothing to undo"
 
     def test_sliders_of_the_panel_are_steps_too(self, open_viewer, monkeypatch):
         pytest.importorskip("imgui_bundle")
@@ -171,7 +172,7 @@ class TestUndo:
         undo(viewer)
         assert viewer.state.towards == pytest.approx((1, 0, 0)) and viewer.state.yaw == 0
         undo(viewer)
-        assert viewer._messages.text == "nothing to undo"
+        assert viewer.messages.text == "nothing to undo"
 
 
 class TestReset:

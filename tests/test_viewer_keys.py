@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-import pointshade_gl.viewer.viewer as viewer_module
-from pointshade_gl.viewer.controls import ESTIMATORS
+from pointshade_gl.viewer import saving
+from pointshade_gl.viewer.keys import ESTIMATORS
 from pointshade_gl.viewer.state import State
 
 from . import frames
@@ -35,13 +35,13 @@ class TestKeys:
             press(viewer, "N")
             viewer.step(wait=False)
             seen.append(viewer.renderer.choice.method)
-            assert viewer.state.look.normals in viewer._messages.text
+            assert viewer.state.look.normals in viewer.messages.text
         assert seen[:-1] == list(ESTIMATORS[1:]) and viewer.state.look.normals == "auto"
 
     def test_a_mesh_has_no_point_size(self, open_viewer):
         viewer = open_viewer(state=State(look=ps.Look(splat="mesh")))
         press(viewer, "+")
-        assert viewer.state.look.size is None and "no point size" in viewer._messages.text
+        assert viewer.state.look.size is None and "no point size" in viewer.messages.text
 
     def test_plus_and_minus_change_the_point_size_and_find_the_way_back(self, open_viewer):
         viewer = open_viewer()
@@ -63,9 +63,9 @@ class TestKeys:
     def test_a_picture_that_cannot_be_written_is_said_and_nothing_ends(self, open_viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         viewer = open_viewer()
-        monkeypatch.setattr(viewer_module, "save_image", lambda *_: (_ for _ in ()).throw(OSError("the disk is full")))
+        monkeypatch.setattr(saving, "save_image", lambda *_: (_ for _ in ()).throw(OSError("the disk is full")))
         press(viewer, "P")
-        assert "the disk is full" in viewer._messages.text
+        assert "the disk is full" in viewer.messages.text
 
     def test_h_shows_the_help_and_escape_closes_it_before_the_window(self, open_viewer):
         viewer = quiet(open_viewer())
@@ -91,7 +91,7 @@ class TestKeys:
     def test_keys_of_a_stream_say_that_there_is_none(self, open_viewer, name):
         viewer = open_viewer()
         press(viewer, name)
-        assert "single frame" in viewer._messages.text
+        assert "single frame" in viewer.messages.text
 
     def test_keys_come_from_the_window_by_what_stands_on_them(self, open_viewer):
         viewer = open_viewer()

@@ -102,9 +102,9 @@ def test_the_viewer_s_own_light_casts_shadows_when_s_asks_for_them(open_viewer):
 def test_s_says_when_no_light_casts_shadows(open_viewer):
     viewer = of_frame(open_viewer, [POINT, SUN])
     press(viewer, "S")
-    assert viewer._messages.text == "shadows on, but no light casts any"
+    assert viewer.messages.text == "shadows on, but no light casts any"
     press(viewer, "S")
-    assert viewer._messages.text == "shadows off, but no light casts any"
+    assert viewer.messages.text == "shadows off, but no light casts any"
 
 
 def test_frames_under_lights_without_shadows_start_without(open_viewer):

@@ -145,7 +145,7 @@ class TestScene:
         path = next(path for path, node in viewer.frame.every_node() if node.name == "column")
         viewer.frame = viewer.frame.with_node(path, visible=False)
         press(viewer, "P")
-        assert "that these are hidden: column" in viewer._messages.text
+        assert "that these are hidden: column" in viewer.messages.text
 
 
 @pytest.fixture
@@ -170,7 +170,7 @@ class TestFrames:
 
     def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
         viewer = self.open(open_viewer, walk, views=4)
-        while viewer._playing.is_merging:
+        while viewer.opened.playing.is_merging:
             viewer.step()
         drag(viewer, (160, 120), (180, 110))
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
@@ -191,7 +191,7 @@ class TestFrames:
         monkeypatch.chdir(tmp_path)
         viewer = open_viewer((frame for frame in open_source(walk, depth_scale=1000)), typed=Typed(("live",)))
         press(viewer, "SPACE", "P")
-        assert len(capsys.readouterr().out.splitlines()) == 1 and "live stream" in viewer._messages.text
+        assert len(capsys.readouterr().out.splitlines()) == 1 and "live stream" in viewer.messages.text
 
 
 def test_a_program_that_names_no_input_gets_the_file_only(open_viewer, tmp_path, monkeypatch, capsys):
@@ -199,7 +199,7 @@ def test_a_program_that_names_no_input_gets_the_file_only(open_viewer, tmp_path,
     viewer = quiet(open_viewer())
     press(viewer, "P")
     assert capsys.readouterr().out == f"{tmp_path / 'pointshade_0001.png'}\n"
-    assert viewer._messages.text == f"saved {tmp_path / 'pointshade_0001.png'}"
+    assert viewer.messages.text == f"saved {tmp_path / 'pointshade_0001.png'}"
 
 
 @pytest.mark.parametrize("group", [FrameOptions, LookOptions, ViewOptions])

@@ -19,26 +19,26 @@ def test_a_change_of_the_light_is_seen_once_it_is_lit(open_viewer, key, unlit, h
     press(viewer, unlit)
     before = shown(quiet(viewer))
     press(viewer, key)
-    assert viewer._messages.text.endswith(f"; {hint}")
+    assert viewer.messages.text.endswith(f"; {hint}")
     assert (shown(quiet(viewer)) == before).all()
     press(viewer, "4")
     press(viewer, key)
-    assert "; seen" not in viewer._messages.text
+    assert "; seen" not in viewer.messages.text
 
 
 @pytest.mark.parametrize("key", ["U", "X"])
 def test_colours_are_seen_without_shading_but_not_in_the_photograph(open_viewer, key):
     viewer = open_viewer()
     press(viewer, "1", key)
-    assert "; seen" not in viewer._messages.text
+    assert "; seen" not in viewer.messages.text
     press(viewer, "B", key)
-    assert viewer._messages.text.endswith(LATER)
+    assert viewer.messages.text.endswith(LATER)
 
 
 def test_without_shading_there_is_nothing_to_compare(open_viewer):
     viewer = open_viewer(state=State(look=ps.Look(shading="none")))
     press(viewer, "B")
-    assert viewer.state.lit and "unlit picture already" in viewer._messages.text
+    assert viewer.state.lit and "unlit picture already" in viewer.messages.text
 
 
 @pytest.mark.parametrize("key", ["N", "U", "X", "+", "-"])
@@ -46,30 +46,30 @@ def test_a_scene_has_looks_of_its_own(open_viewer, key):
     viewer = open_viewer(ps.Scene((ps.Node(ps.PointObject(frames.sphere()), "ball"),)))
     look = viewer.state.look
     press(viewer, key)
-    assert viewer.state.look == look and "look of their own" in viewer._messages.text
+    assert viewer.state.look == look and "look of their own" in viewer.messages.text
 
 
 def test_shadows_that_no_light_casts_are_not_claimed(open_viewer):
     viewer = open_viewer(lights=[ps.Light(position=(-1, -1, 0))])
     press(viewer, "S")
-    assert viewer._messages.text == "shadows on, but no light casts any"
+    assert viewer.messages.text == "shadows on, but no light casts any"
     press(viewer, "S")
-    assert viewer._messages.text == "shadows off, but no light casts any"
+    assert viewer.messages.text == "shadows off, but no light casts any"
 
 
 def test_the_ends_of_the_point_sizes_are_said(open_viewer):
     viewer = open_viewer()
     press(viewer, *"+" * 20)
-    assert viewer._messages.text == "point size: 8 pixels of the frame, the largest"
+    assert viewer.messages.text == "point size: 8 pixels of the frame, the largest"
     press(viewer, *"-" * 40)
-    assert viewer._messages.text == "point size: 0.25 pixels of the frame, the smallest"
+    assert viewer.messages.text == "point size: 0.25 pixels of the frame, the smallest"
 
 
 def test_a_flat_mesh_does_not_show_its_estimator(open_viewer):
     viewer = open_viewer(state=State(look=ps.Look(splat="mesh", shading="flat")))
     before = shown(quiet(viewer))
     press(viewer, "N")
-    assert "normals of their own" in viewer._messages.text
+    assert "normals of their own" in viewer.messages.text
     assert (shown(quiet(viewer)) == before).all()
 
 
@@ -80,7 +80,7 @@ def test_tab_names_the_light(open_viewer):
     said = []
     for _ in range(3):
         press(viewer, "TAB")
-        said.append(viewer._messages.text)
+        said.append(viewer.messages.text)
     assert said == [
         "the mouse holds light 2 (point), light 2 of 3",
         "the mouse holds sun (directional), light 3 of 3",

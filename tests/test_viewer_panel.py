@@ -42,9 +42,9 @@ class TestPanel:
         viewer = quiet(open_viewer(panel=True))
         for _ in range(10):
             viewer.step(wait=False)
-        assert quiet(viewer)._patience() in (0, None)
+        assert quiet(viewer).turns.patience(viewer) in (0, None)
         viewer.step(wait=False)
-        assert viewer._patience() is None
+        assert viewer.turns.patience(viewer) is None
         assert set(viewer.renderer.steps.laps) >= {"surface", "splats", "resolve"}
 
     def test_it_keeps_what_its_sliders_cannot_show(self, open_viewer):
@@ -59,7 +59,7 @@ class TestPanel:
         monkeypatch.setitem(sys.modules, "imgui_bundle", None)
         viewer = open_viewer()
         press(viewer, "G")
-        assert "pip install 'pointshade-gl[gui]'" in viewer._messages.text and not viewer.state.panel
+        assert "pip install 'pointshade-gl[gui]'" in viewer.messages.text and not viewer.state.panel
 
 
 def write(viewer, text):
@@ -172,7 +172,7 @@ class TestPlace:
         for kind in ("move", "press", "release"):
             viewer.handle(Event(kind, "" if kind == "move" else "left", x, 9))
             settle(viewer)
-        assert viewer.panel_width == 0 and viewer.camera == viewer.window.fit(viewer._own_camera)
+        assert viewer.panel_width == 0 and viewer.camera == viewer.window.fit(viewer.own_camera)
 
     def test_a_screen_of_another_scale_gets_another_panel(self, open_viewer, monkeypatch):
         viewer = open_viewer(size=(640, 480), panel=True)

@@ -14,6 +14,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import Viewer
+from pointshade_gl.viewer.keys import BY_NAME
 
 from . import frames
 from .test_renderer import living_objects
@@ -28,7 +29,11 @@ from .hands import Hands
 MINUTES = float(os.environ.get("POINTSHADE_RANDOM_MINUTES", "0"))
 SEED, EVENTS = 4, 100  # things that are done in a round
 KEYS = ("l", "1", "2", "3", "4", "b", "n", "plus", "minus", "s", "u", "x", "Tab", "r", "p", "g", "space", "Left",
-        "Right", "m", "h", "q", "Escape", "z", "y", "F5", "Return", "BackSpace", "5")  # fmt: skip
+        "Right", "Home", "End", "comma", "period", "o", "m", "h", "q", "Escape", "z", "y", "F5", "Return", "BackSpace",
+        "5")  # fmt: skip
+AS_WINDOW = {"plus": "+", "minus": "-", "comma": ",", "period": "."}  # what the window calls keys, from X's names
+UNDO = ("z", "Control_L"), ("z", "Control_L", "Shift_L"), ("y", "Control_L")
+LIKELY = {"move": 0.2, "travel": 0.1, "key": 0.3, "undo": 0.05, "button": 0.1, "wheel": 0.1, "rare": 0.15}
 ALLOWED = 40  # MB: the driver and malloc keep some
 SPARE = 12  # GL objects that a round may leave more than another, for what happens when may differ
 PASSES = {"VertexArray": 200, "Program": 200, "Shader": 400}  # made when they are first needed, one for each variant
@@ -43,8 +48,7 @@ class Anything:
 
     def act(self):
         """One thing, the likely ones more often; now and then the window looks."""
-        doing = self.move, self.move, self.travel, self.key, self.key, self.button, self.wheel, self.rare, self.rare
-        doing[self.rng.integers(len(doing))]()
+        getattr(self, self.rng.choice(list(LIKELY), p=list(LIKELY.values())))()
         if self.rng.random() < 0.3:
             self.hands.look(1)
 
@@ -66,6 +70,9 @@ class Anything:
     def key(self):
         held = [name for name, share in (("Control_L", 0.25), ("Shift_L", 0.2)) if self.rng.random() < share]
         self.hands.key(self.rng.choice(KEYS), *held)
+
+    def undo(self):
+        self.hands.key(*UNDO[self.rng.integers(len(UNDO))])
 
     def button(self):
         for _ in range(self.rng.integers(1, 4)):
@@ -105,6 +112,11 @@ def files(tmp_path):
     )
     (tmp_path / "notes.txt").write_text("nothing to see")
     return [*map(str, (views, tmp_path / "scene.gltf", alone, alone / "depth.png", tmp_path / "notes.txt", "gone"))]
+
+
+def test_every_key_of_the_window_is_among_them():
+    pressed = {AS_WINDOW.get(name, name.upper()) for name in KEYS}
+    assert {name for name in BY_NAME if "CTRL+" not in name} - {"="} <= pressed
 
 
 def memory():

@@ -16,7 +16,7 @@ from .viewing import drag, move, press, quiet, shown
 def rested(viewer):
     """The window after nothing has moved for long; how many turns it took."""
     turns = 0
-    while viewer._patience() is not None:
+    while viewer.turns.patience(viewer) is not None:
         viewer.step()
         turns += 1
     return turns
@@ -33,10 +33,10 @@ def test_at_rest_it_is_refined_in_short_turns_and_then_sleeps(open_viewer, monke
     viewer = refined(open_viewer, monkeypatch)
     drag(viewer, (100, 100), (140, 110))
     viewer.step(wait=False)
-    assert viewer._refining.samples == 1
+    assert viewer.redrawing.refining.samples == 1
     first, before = shown(viewer).astype(float), viewer.renderer.steps.counts["splats"]
     turns = rested(viewer)
-    assert viewer._refining.samples == 64 and turns >= 60 / refining.MORE
+    assert viewer.redrawing.refining.samples == 64 and turns >= 60 / refining.MORE
     assert viewer.renderer.steps.counts["splats"] - before <= 64 + 1
     last = shown(viewer).astype(float)
     assert abs(last.mean() - first.mean()) < 0.5  # no jump in brightness
@@ -49,18 +49,18 @@ def test_whatever_moves_starts_again_and_texts_do_not(open_viewer, monkeypatch):
     for act in (lambda: move(viewer, (10, 10), (60, 60)), lambda: press(viewer, "4", "3"), lambda: press(viewer, "R")):
         act()
         viewer.step(wait=False)
-        assert viewer._refining.samples == 1
+        assert viewer.redrawing.refining.samples == 1
         rested(quiet(viewer))
-        assert viewer._refining.samples == 64
+        assert viewer.redrawing.refining.samples == 64
     viewer.held = replace(viewer.held, radius=0.2)
     viewer.step(wait=False)
-    assert viewer._refining.samples == 1
+    assert viewer.redrawing.refining.samples == 1
     rested(viewer)
     viewer.say("text")
     press(viewer, "H")
     viewer.handle(Event("refresh"))
     viewer.step(wait=False)
-    assert viewer._refining.samples == 64
+    assert viewer.redrawing.refining.samples == 64
 
 
 def test_it_waits_until_things_rest(open_viewer):
@@ -69,9 +69,9 @@ def test_it_waits_until_things_rest(open_viewer):
     viewer.handle(Event("move", x=5, y=5))
     move(viewer, (5, 5), (50, 50))
     viewer.step(wait=False)
-    assert 0 < viewer._patience() <= refining.REST
+    assert 0 < viewer.turns.patience(viewer) <= refining.REST
     viewer.step(wait=False)
-    assert viewer._refining.samples == 1
+    assert viewer.redrawing.refining.samples == 1
 
 
 def test_a_photograph_as_it_was_taken_stays_sharp(open_viewer, monkeypatch):
@@ -80,7 +80,7 @@ def test_a_photograph_as_it_was_taken_stays_sharp(open_viewer, monkeypatch):
     press(viewer, "B")
     rested(quiet(viewer))
     own = (viewer.camera.width, viewer.camera.height) == (160, 120)
-    assert viewer._refining.samples == (1 if own else 64)
+    assert viewer.redrawing.refining.samples == (1 if own else 64)
 
 
 def test_a_saved_picture_has_all_samples(open_viewer, monkeypatch, tmp_path):
@@ -117,6 +117,6 @@ def test_a_stream_is_shown_with_one_sample_a_frame(display):
     try:
         for _ in range(20):
             viewer.step()
-            assert viewer._refining.samples == 1
+            assert viewer.redrawing.refining.samples == 1
     finally:
         viewer.release()

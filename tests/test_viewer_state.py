@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.controls import Mouse
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.state import RIM, Stage, State, marker_place, rims_from
+from pointshade_gl.viewer.mouse import Mouse
+from pointshade_gl.viewer.stage import Stage
+from pointshade_gl.viewer.state import RIM, State, marker_place, rims_from
 
 from . import frames
 

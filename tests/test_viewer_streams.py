@@ -20,7 +20,7 @@ class TestStreams:
         first, _, last = Spoilt.frames
         assert seen == [first, last, first, last, first]
         assert capsys.readouterr().err == "warning: skipped: frame 1 is broken\n"
-        assert "frame 1 is broken" in viewer._messages.text
+        assert "frame 1 is broken" in viewer.messages.text
 
     def test_space_pauses_and_the_arrows_step(self, open_viewer):
         first, _, last = Spoilt.frames
@@ -31,7 +31,7 @@ class TestStreams:
         press(viewer, "LEFT")
         assert viewer.frame is first
         viewer.step(wait=False)
-        assert viewer._playing.playback.patience(0) is None
+        assert viewer.opened.playing.playback.patience(0) is None
         press(viewer, "SPACE")
         while viewer.frame is first:
             viewer.step()
@@ -40,7 +40,7 @@ class TestStreams:
     def test_any_iterable_is_a_stream_and_its_end_leaves_the_last_frame(self, open_viewer):
         viewer = open_viewer(iter([frames.sphere(), frames.step()]))
         last = None
-        while viewer._playing.playback._thread.is_alive() or not viewer._playing.playback._queue.empty():
+        while viewer.opened.playing.playback._thread.is_alive() or not viewer.opened.playing.playback._queue.empty():
             viewer.step(wait=False)
             last = viewer.frame
         assert last.depth[0, 0] == pytest.approx(1.2)
@@ -59,10 +59,10 @@ class TestStreams:
 
     def test_a_film_of_what_is_seen_is_written(self, tmp_path):
         viewer = Viewer(frames.sphere(), size=(64, 48), record=tmp_path / "film.gif", fps=100)
-        while viewer._recorder._written < 5:
+        while viewer.turns.recorder._written < 5:
             viewer.step()
         viewer.window.glfw.set_window_size(viewer.window.handle, 100, 90)
-        while viewer._recorder._written < 10:
+        while viewer.turns.recorder._written < 10:
             viewer.step()
         viewer.release()
         with Image.open(tmp_path / "film.gif") as film:

@@ -40,17 +40,17 @@ class TestKeys:
     def test_home_and_end_jump_and_the_message_has_the_total(self, viewer):
         assert number(viewer) == 0
         press(viewer, "END")
-        assert number(viewer) == 9 and viewer._messages.text == "frame 9 (0 to 9)"
+        assert number(viewer) == 9 and viewer.messages.text == "frame 9 (0 to 9)"
         press(viewer, "RIGHT")
-        assert number(viewer) == 0 and viewer._messages.text == "frame 0 (0 to 9)"
+        assert number(viewer) == 0 and viewer.messages.text == "frame 0 (0 to 9)"
 
     def test_comma_and_dot_change_the_speed(self, viewer):
         press(viewer, ",")
-        assert viewer.playback.rate == 15 and viewer._messages.text == "15 frames per second"
+        assert viewer.playback.rate == 15 and viewer.messages.text == "15 frames per second"
         press(viewer, ".", ".", ".", ".")
         assert viewer.playback.rate == 240
         press(viewer, ".", ".")
-        assert viewer.playback.rate is None and viewer._messages.text == "as fast as they come"
+        assert viewer.playback.rate is None and viewer.messages.text == "as fast as they come"
         press(viewer, *"," * 12)
         assert viewer.playback.rate == 0.5
 
@@ -162,7 +162,7 @@ class TestNothingToShow:
         assert viewer.strip.share is None
         for name, word in (("HOME", "no numbers"), (",", "its own rate"), ("O", "no numbers")):
             press(viewer, name)
-            assert word in viewer._messages.text
+            assert word in viewer.messages.text
         drag(viewer, (160, BAR), (200, BAR))
         assert viewer.state.yaw != 0
 
@@ -170,7 +170,7 @@ class TestNothingToShow:
     def test_a_single_frame_has_none_and_says_so(self, open_viewer, name):
         viewer = open_viewer()
         press(viewer, name)
-        assert viewer.strip is None and "single frame" in viewer._messages.text
+        assert viewer.strip is None and "single frame" in viewer.messages.text
 
 
 def test_a_sequence_that_does_not_loop_ends_and_begins_again():

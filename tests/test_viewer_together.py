@@ -114,9 +114,9 @@ class TestWindow:
             seen |= set(viewer.frame.shown)
         assert viewer.frame.on == (True, True, False) and viewer.frame.names == ("source 0", "source 1", "source 2")
         press(viewer, "M")
-        assert viewer._messages.text == "these sources are always merged" and isinstance(viewer.frame, Views)
+        assert viewer.messages.text == "these sources are always merged" and isinstance(viewer.frame, Views)
         press(viewer, "SPACE", "RIGHT")
-        assert viewer._playing.playback.is_paused
+        assert viewer.opened.playing.playback.is_paused
 
     @pytest.mark.parametrize(
         ("options", "message"),

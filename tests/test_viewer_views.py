@@ -157,7 +157,7 @@ def merged(viewer):
 def paused(open_viewer):
     """Nine views, paused at the third."""
     viewer = open_viewer(Files(), fps=500)
-    while viewer._playing.playback.index != 2:
+    while viewer.opened.playing.playback.index != 2:
         viewer.step_frames(1)
     return quiet(viewer)
 
@@ -167,7 +167,7 @@ class TestKey:
         before = shown(paused)
         views = merge(paused)
         assert views.home is WALK[2] and len(views.frames) == 8 and WALK[2] in views.frames
-        assert "8 views as one object" in paused._messages.text
+        assert "8 views as one object" in paused.messages.text
         merged = shown(quiet(paused))
         drawn, far = rendered(paused, views.frames), far_from_marker(paused)
         solid = (drawn[..., 3] == 255) & far
@@ -179,11 +179,11 @@ class TestKey:
         assert paused.frame is WALK[3]
 
     def test_while_views_are_read_the_window_lives_and_says_so(self, paused):
-        source = paused._playing.merger._source
+        source = paused.opened.playing.merger._source
         source.gate.clear()
         press(paused, "M")
         paused.step(wait=False)
-        assert paused._messages.text == "merging: 0 of 8 views are read"
+        assert paused.messages.text == "merging: 0 of 8 views are read"
         drawn = paused.drawn
         paused.handle(Event("move", x=50, y=50))
         paused.handle(Event("move", x=90, y=60))
@@ -192,12 +192,12 @@ class TestKey:
         source.gate.set()
 
     def test_m_again_gives_it_up(self, paused):
-        source = paused._playing.merger._source
+        source = paused.opened.playing.merger._source
         source.gate.clear()
         press(paused, "M")
         threading.Timer(0.05, source.gate.set).start()
         press(paused, "M")
-        assert paused._messages.text == "not merged"
+        assert paused.messages.text == "not merged"
         paused.step(wait=False)
         assert paused.frame is WALK[2]
 
@@ -206,22 +206,22 @@ class TestKey:
         views = merge(paused)
         for name in ("SPACE", "LEFT", "RIGHT"):
             press(paused, name)
-            assert "M plays" in paused._messages.text and paused.frame is views
+            assert "M plays" in paused.messages.text and paused.frame is views
         quiet(paused).step(wait=False)
-        assert paused._patience() is None
+        assert paused.turns.patience(paused) is None
 
     def test_what_cannot_be_merged_is_said(self, open_viewer):
         viewer = open_viewer()
         press(viewer, "M")
-        assert viewer._messages.text == "a single frame: nothing to merge"
+        assert viewer.messages.text == "a single frame: nothing to merge"
         viewer = open_viewer(iter(WALK))
         press(viewer, "M")
-        assert viewer._messages.text == "only frames of a sequence can be merged"
+        assert viewer.messages.text == "only frames of a sequence can be merged"
         viewer = open_viewer(Files(broken=range(1, 9)))
         press(viewer, "SPACE", "M")
-        while viewer._playing.merger.is_reading:
+        while viewer.opened.playing.merger.is_reading:
             viewer.step()
-        assert viewer._messages.text == "not merged: fewer than two of 8 frames can be read"
+        assert viewer.messages.text == "not merged: fewer than two of 8 frames can be read"
 
     def test_light_look_shadows_reset_and_saving_work_on_the_merged_object(self, open_viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)

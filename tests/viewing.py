@@ -8,6 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.redrawing import is_settling
 
 from . import frames
 
@@ -79,7 +80,7 @@ def settle(viewer):
     """Until the panel has answered all that it was told."""
     for _ in range(4):
         viewer.step(wait=False)
-    while viewer._panel_settling() or viewer._events:
+    while is_settling(viewer) or viewer.events:
         viewer.step(wait=False)
 
 
@@ -93,7 +94,7 @@ def click_row(viewer, label, **held):
 
 def quiet(viewer):
     """No message over the picture."""
-    viewer._messages.clear()
+    viewer.messages.clear()
     return viewer
 
 

@@ -61,7 +61,7 @@ function control(canvas, data) {
   // Marker and buttons as the state has them.
   function showState() {
     const marker = byId("marker");
-    marker.hidden = !drawing || !state.lit || state.shading === "none";
+    marker.hidden = !drawing || !isLit(state);
     const [x, y] = markerPlace(state, data.stage, camera).map((place) => (place + 0.5) / ratio);
     const across = limited(x, 8, camera.width / ratio - 8), down = limited(y, 8, camera.height / ratio - 8);
     marker.style.transform = `translate(${across}px, ${down}px)`;
@@ -231,11 +231,13 @@ function makePointers(stage, current, change) {
     document.body.classList.remove("dragging");
   }
 
-  // A click keeps the light. The second one of a double click sets what orbits turn around instead.
+  // A click places a light that follows, and keeps it; one that is kept already is left alone. The second one of a
+  // double click sets what orbits turn around instead.
   function click(place, count) {
     if (!isClick) return;
     if (count === 2) return turnAround(place);
     beforeClick = current().state;
+    if (!beforeClick.lightMode || !isLit(beforeClick)) return;
     change({ ...placed(place), lightMode: false }, "the light stays here; L lets it follow");
   }
 
@@ -257,6 +259,7 @@ function makePointers(stage, current, change) {
   };
 
   function touch(id, place) {
+    isClick = false; // of the mouse: browsers send a click after a tap, too
     if (!fingers.size) [most, isTap, began] = [0, true, place];
     fingers.set(id, place);
     most = Math.max(most, fingers.size);
@@ -277,7 +280,7 @@ function makePointers(stage, current, change) {
   }
 
   function lift(id, place) {
-    if (fingers.delete(id) && isTap && place) change(placed(place));
+    if (fingers.delete(id) && isTap && place && current().state.lightMode) change(placed(place));
   }
 
   const wheel = (steps, isShift) => change((isShift ? lightReached : zoomed)(current().state, steps));

@@ -15,7 +15,8 @@ from ..frame import Frame
 from ..light import Light, at_upper_left
 from ..scene import Placed, Scene
 from ..shot import is_alone, material_of
-from ..viewer.state import Stage, State
+from ..viewer.stage import Stage
+from ..viewer.state import State
 from .left_out import left_out
 
 Matrix = NDArray[np.float64]

@@ -69,6 +69,10 @@ function towards(state) {
   return [side * Math.cos(around), side * Math.sin(around), -Math.cos(angle)];
 }
 
+function isLit(state) {
+  return state.lit && state.shading !== "none";
+}
+
 function isBehind(state) {
   return Math.hypot(...state.lightAt) > 1;
 }

@@ -11,12 +11,12 @@ import numpy as np
 
 from ..camera import Camera
 from ..cli_words import light_words, look_words, pose_words, text_of
-from ..frame import Frame
 from ..light import Light
 from ..look import Look
 from ..scene import Scene
 from ..view import viewing_pose
 from .screen import render_arguments
+from .shown import camera_of
 from .together import Together
 from .views import Views
 
@@ -43,10 +43,10 @@ def render_line(viewer: Viewer, camera: Camera, samples: int, output: str) -> tu
 
     The line is "" if there is none.
     """
-    if viewer.typed is None:
+    if viewer.opened.typed is None:
         return "", "no command line names what this program shows"
     shown = render_arguments(viewer, camera)
-    source, missing = _source_words(viewer, viewer.typed)
+    source, missing = _source_words(viewer, viewer.opened.typed)
     if source is None:
         return "", missing
     own = _own_camera(viewer)
@@ -67,7 +67,7 @@ def _source_words(viewer: Viewer, typed: Typed) -> tuple[list[str] | None, str]:
     """INPUT and what tells its frames apart; or None, and why there are none."""
     frame, playback, options = viewer.frame, viewer.playback, list(typed.options)
     if isinstance(frame, Scene):
-        hidden = _hidden(frame) - _hidden(viewer.first)
+        hidden = _hidden(frame) - _hidden(viewer.opened.first)
         return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
     if isinstance(playback, Together) and isinstance(frame, Views):
         chosen = [k for k, on in enumerate(frame.on) if on]
@@ -89,10 +89,7 @@ def _hidden(scene: Any) -> set[str]:
 
 def _own_camera(viewer: Viewer) -> Camera:
     """That of the picture which the line makes, unless it names a size."""
-    first = viewer.frame.shown[0] if isinstance(viewer.frame, Views) else viewer.frame
-    camera = first.picture_camera if isinstance(first, Frame) else first.camera
-    assert camera is not None  # the scene is framed
-    return camera
+    return camera_of(viewer.frame.shown[0] if isinstance(viewer.frame, Views) else viewer.frame)
 
 
 def _look_words(viewer: Viewer, shown: dict[str, Any]) -> tuple[list[str], str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..files.frames import load_frame
 from ..files.known import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
@@ -12,9 +12,42 @@ from ..files.listing import Item
 from ..files.picture_heads import is_deep_grey
 from ..sources import is_scene, load_any, open_source
 from .command import Typed
+from .opened import Opened
 from .sources import check_posed
+from .state import State
+
+if TYPE_CHECKING:
+    from .viewer import Viewer
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
+
+
+def show_dropped(viewer: Viewer, paths: Sequence[str]) -> None:
+    """Shows what files or folders hold. If that fails, says why and shows the same as before."""
+    title = " and ".join(paths)
+    viewer.say(f"opening {title}")
+    viewer.redrawing.draw(viewer)
+    before = viewer.opened, viewer.frame, viewer.moment
+    try:
+        opened = _opened(viewer, paths)
+        viewer.show(opened, opened.first, opened.start)
+        viewer.redrawing.draw(viewer)
+    except (ValueError, TypeError, OSError, MemoryError) as error:
+        unused = viewer.opened
+        viewer.show(*before)
+        viewer.say(f"not opened: {error}")
+    else:
+        unused = before[0]
+        opened.playing.wake_by(viewer.window.wake)
+        viewer.window.name(f"pointshade: {title}")
+        viewer.messages.clear()
+    if unused is not viewer.opened:
+        unused.playing.close()
+
+
+def _opened(viewer: Viewer, paths: Sequence[str]) -> Opened:
+    source, others, typed = read_dropped(paths)
+    return Opened(viewer.opened.playing.instead(source, others), typed, viewer.state.reset_view(State()))
 
 
 def read_dropped(paths: Sequence[str]) -> tuple[Any, list[Any], Typed]:

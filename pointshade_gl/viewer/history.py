@@ -8,7 +8,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..light import Light
-from .state import Pair, Stage, State
+from .stage import Stage
+from .state import Pair, State
 
 STEPS = 200  # that can be undone
 PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the wheel, of a slider

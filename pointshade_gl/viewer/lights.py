@@ -1,11 +1,15 @@
-"""The lights of the window: what they are called, and what kind they are of."""
+"""The lights of the window: which one the mouse holds, what they are called, and what kind they are of."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..light import Light
+from .history import Moment
 
 KINDS = ("point", "spot", "directional")
 _SOMEWHERE, _FORWARD = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)  # the State knows where the light is
@@ -21,6 +25,21 @@ def as_kind(light: Light, kind: str) -> Light:
     if kind == "directional":
         return replace(light, position=None, direction=_FORWARD, radius=0.0)
     return replace(light, position=_SOMEWHERE, direction=_FORWARD if kind == "spot" else None, angle=0.0)
+
+
+def taking(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
+    """The mouse takes the light with this number; the one that it held stays where it is. pose: of the own camera."""
+    every = now.state.light(now.stage, pose, now.held), *now.lights
+    steps = (number - now.number) % len(every)
+    held, *others = every[steps:] + every[:steps]
+    return Moment(now.state.with_light(held, now.stage, pose), now.stage, held, tuple(others), number)
+
+
+def in_order(now: Moment) -> Sequence[Light]:
+    """All lights, by their numbers."""
+    every = now.held, *now.lights
+    first = -now.number % len(every)
+    return *every[first:], *every[:first]
 
 
 def titles(names: Sequence[str], lights: Sequence[Light]) -> list[str]:

@@ -6,7 +6,12 @@ import sys
 import time
 from collections import deque
 
+from .state import State
+
 SECONDS = 4.0
+STAYS = "the light stays here: L lets it follow the mouse again"
+LATER = "; seen once lit again (B)"
+NOT_SHADED = "; seen once shaded (2, 3 or 4)"
 
 
 class Messages:
@@ -45,3 +50,8 @@ class Messages:
         if self._skipped:
             return 0.0
         return max(self._until - now, 0.0) if self._until < float("inf") else None
+
+
+def when_seen(state: State) -> str:
+    """When a change of the light is seen, to end a message; "" if it is now."""
+    return "" if state.is_lit else NOT_SHADED if state.lit else LATER

@@ -8,12 +8,13 @@ from dataclasses import replace
 from ..frame import Frame
 from ..scene import Scene
 from .playback import Playback
+from .rate import Rate
+from .shown import Shown
 from .timeline import Strip, strip_of
 from .together import Together
 from .views import Merger, Views
 
 MERGED = "the views are merged: M plays the frames"
-Shown = Frame | Scene | Views
 Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
 
 
@@ -34,7 +35,8 @@ class Playing:
         count: int | Sequence[int] | None,
         skipped: Callable[[str], None],
     ):
-        self._source = source
+        self._source, self._rate, self._count, self._skipped = source, rates[0], count, skipped
+        self._arriving = Rate()
         self.playback: Playback | Together | None = None  # None: nothing moves
         self.merger: Merger | None = None
         if isinstance(source, Scene):
@@ -58,6 +60,10 @@ class Playing:
             self.merger.start(self.playback.index)
         return frame
 
+    def instead(self, source: Frame | Scene | Iterable[Frame], others: Sequence[Frame | Iterable[Frame]]) -> Playing:
+        """Plays something else, at the rate of the first source."""
+        return Playing(source, others, [self._rate] * (1 + len(others)), self._count, self._skipped)
+
     def wake_by(self, wake: Callable[[], None]) -> None:
         """From now on, this is called when a frame is ready, from the threads that read."""
         for reader in (self.playback, self.merger):
@@ -72,6 +78,8 @@ class Playing:
     def advance(self, shown: Shown, now: float) -> Shown | None:
         """What is due, or None."""
         new = self.playback.advance(now) if self.playback and self._plays(shown) else None
+        if new:
+            self._arriving.tick(now)
         return new and _as_switched(new, shown)
 
     def patience(self, shown: Shown, now: float) -> float | None:
@@ -125,9 +133,9 @@ class Playing:
         sequence.toggle_loop()
         return "the sequence begins again at its end" if sequence.loops else "the sequence stops at its end"
 
-    def strip(self, shown: Shown, arriving: float | None) -> Strip | None:
+    def strip(self, shown: Shown) -> Strip | None:
         """What the timeline shows; None where frames do not play."""
-        return strip_of(self.playback, arriving) if self._plays(shown) else None
+        return strip_of(self.playback, self._arriving.per_second) if self._plays(shown) else None
 
     def total(self, shown: Shown) -> int | None:
         """How many frames the timeline is for; None: it has no bar."""

@@ -17,9 +17,11 @@ from ..gpu.steps import Lap
 from ..renderer import Renderer
 from ..scene import Scene
 from ..scene_shading import shaded
-from .controls import KEYS, MOUSE
+from .keys import KEYS
+from .mouse import MOUSE
 from .panel import Panel
-from .state import Stage, State, marker_place
+from .stage import Stage
+from .state import State, marker_place
 from .text import draw_message, draw_strip, draw_table
 from .timeline import HEIGHT
 from .views import Views

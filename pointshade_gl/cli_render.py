@@ -59,9 +59,9 @@ def render(
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
     Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
-    view = place.view(look)
     asked = _Asked(output, frame, look, picture, film, page, more or [], views, explain, small, device)
     asked.check_inputs()
+    view = place.view(look)
     if output.suffix.lower() == POINTS:
         _write_points(asked, view)
     elif is_page(output):

@@ -124,7 +124,7 @@ NEXT = [  # typed, what is said, and what that makes one type next
     ),
     (
         f"{VASE} photo.png",
-        "got also photo.png: pass files as --depth FILE, --color FILE and",
+        "got photo.png: pass files as --depth FILE, --color FILE and",
         f"{VASE} --color photo.png",
     ),
     (f"{VASE} --light 1 2 3", "commas and no spaces, as in --light 1,2,3", f"{VASE} --light 1,2,3"),

@@ -176,7 +176,7 @@ ODD_DEPTHS = {
     "checkerboard": np.where(np.indices((60, 80)).sum(0) % 2, 1.0, 0),
     "random": np.random.default_rng(0).uniform(1e-3, 1e5, (60, 80)),
     "tiny": np.full((60, 80), 1e-6),
-    "huge": np.full((60, 80), 1e30),
+    "huge": np.full((60, 80), 1e18),
     "one row": np.vstack([np.ones((1, 80)), np.zeros((59, 80))]),
     "steps": np.repeat(np.linspace(1, 2, 20), 240).reshape(60, 80),
 }

@@ -347,7 +347,7 @@ class TestCommandLine:
         [
             ("vase -o a.png --views 3", "single frame"),
             ("demo -o a.png --views 3", "is a scene"),
-            ("{folder} -o a.png --views 1", "--views takes a whole number of 2 or more, or 'all', got '1'"),
+            ("{folder} -o a.png --views 1", "or frames such as 0,5,9, got '1'"),
             ("{folder} -o a.ply --views 3", "leave out --views"),
         ],
     )

@@ -68,7 +68,7 @@ def random_input(rng, names):
     return Event(kind, str(key), *rng.uniform(-50, 400, 2), steps=float(rng.choice([-1, 1, 0.3])), **held)
 
 
-@pytest.mark.parametrize(("pictures", "without"), [(300, "M"), (80, "S")])  # shadows of large merged points are slow
+@pytest.mark.parametrize(("pictures", "without"), [(120, "M"), (60, "S")])  # shadows of large merged points are slow
 def test_pictures_with_random_input_leave_no_error_and_no_object(display, pictures, without):
     rng, names = np.random.default_rng(4), sorted(set(BY_NAME) - {"Q", "ESCAPE", "P", without})
     bare = Viewer(frames.sphere(), size=(200, 150))

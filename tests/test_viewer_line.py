@@ -2,6 +2,7 @@
 
 import shlex
 from dataclasses import fields, replace
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -53,9 +54,13 @@ def open_vase(open_viewer, **options):
 
 
 class TestVase:
-    def test_as_it_is_opened(self, open_viewer, again):
-        words = again(open_vase(open_viewer, size=(640, 480)))
+    def test_as_it_is_opened_with_the_panel_or_without(self, open_viewer, again):
+        viewer = open_vase(open_viewer, size=(640, 480))
+        words = again(viewer)
         assert words[:2] == ["vase", "--light"] and "--size" not in words and "--pose" not in words
+        if find_spec("imgui_bundle"):
+            press(viewer, "G")
+            assert viewer.panel_width and again(viewer) == words
 
     def test_turned_and_zoomed_it_is_named_by_yaw_pitch_and_dolly(self, open_viewer, again):
         viewer = open_vase(open_viewer)
@@ -100,9 +105,6 @@ class TestVase:
         press(viewer, "B")
         words = again(viewer)
         assert words[words.index("--shading") + 1] == "none" and not {"--light", "--unlight"} & set(words)
-
-    def test_with_the_panel_open_as_without(self, open_viewer, again):
-        again(open_vase(open_viewer, size=(640, 480), panel=True))
 
     def test_with_several_lights_of_all_kinds(self, open_viewer, again):
         lights = [

@@ -27,7 +27,6 @@ from .panel import MISSING
 from .playback import Playback
 from .playing import Playing
 from .pointing import Pointing
-from .rate import Rate
 from .record import RATE, Recorder
 from .redrawing import Redrawing, most_samples
 from .routing import route
@@ -102,6 +101,7 @@ class Viewer:
         typed = None if typed is None else check_type(typed, Typed, "typed")
         self.events: list[Event] = []  # of the next turn
         self.messages, self.pointing, self.timeline, self.redrawing = Messages(), Pointing(), Timeline(), Redrawing()
+        self.rate = self.redrawing.rate  # of the pictures that differ
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
         with ExitStack() as undo:
             recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
@@ -112,18 +112,21 @@ class Viewer:
             undo.callback(lambda: self.opened.playing.close())
             self.show(opened, opened.first, opened.start)
             size = size or window_size(self.own_camera)
-            self.window = Window(title, size, self.events.append)
-            undo.callback(self.window.release)
-            playing.wake_by(self.window.wake)
-            self.screen = Screen(self.window)
-            undo.callback(self.screen.release)
+            self._open_window(title, size, undo)
             animates = type(self).on_frame is not Viewer.on_frame
             self.turns = Turns(animates, recorder, self.own_camera.fitted(*size))
-            slow = SOFTWARE if self.renderer.context.is_software else ""
-            self.messages.say(GREETING + slow, GREETING_SECONDS)
             if panel:
                 self.toggle_panel()
             self._close = undo.pop_all()
+
+    def _open_window(self, title: str, size: tuple[int, int], undo: ExitStack) -> None:
+        self.window = Window(title, size, self.events.append)
+        undo.callback(self.window.release)
+        self.opened.playing.wake_by(self.window.wake)
+        self.screen = Screen(self.window)
+        undo.callback(self.screen.release)
+        slow = SOFTWARE if self.renderer.context.is_software else ""
+        self.messages.say(GREETING + slow, GREETING_SECONDS)
 
     @property
     def renderer(self) -> Renderer:
@@ -305,11 +308,6 @@ class Viewer:
             self.frame = frame
         if text:
             self.say(text)
-
-    @property
-    def rate(self) -> Rate:
-        """Of the pictures that differ."""
-        return self.redrawing.rate
 
     @property
     def drawn(self) -> int:

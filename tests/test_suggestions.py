@@ -60,7 +60,7 @@ def things(tmp_path):
         ("render --zzz", "there is no option --zzz; `pointshade render --help` lists the options"),
         (
             "rendr",
-            "'rendr' (did you mean render?): known are render, normals, depth, view, info, bench; `pointshade --help`",
+            "'rendr' (did you mean render?): known are render, normals, depth, view, info, batch, bench; `pointshade --help`",
         ),
         ("my_frame", "my_frame is not a command: pass `pointshade render my_frame -o out.png` or `pointshade view"),
         ("vase", "vase is not a command: pass `pointshade render vase -o out.png` or `pointshade view vase`"),
@@ -87,9 +87,10 @@ def things(tmp_path):
         ("render --fov wide -o out.png", "--fov must be a number, got 'wide' (Vertical field of view"),
         ("render", "-o is missing: the file to write, such as out.png; `pointshade render --help` lists"),
         (
-            "render vase demo -o out.png",
+            "normals vase demo -o out.png",
             "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",
         ),
+        ("render vase demo -o out.png", "more INPUTs must be folders of frames, got demo: pass files as --depth FILE"),
         ("bench demo", "extra argument"),
         ("render --verbose", "there is no option --verbose; `pointshade render --help` lists the options"),
         ("render --rgb a.png", "there is no option --rgb (did you mean --color?)"),

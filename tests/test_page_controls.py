@@ -247,8 +247,11 @@ class TestFingers:
         assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), *place.values(), camera))
         assert (state.yaw, state.pitch, state.light_mode) == (0, 0, True)
 
-    def test_the_light_goes_where_one_touches(self, shown):
+    def test_the_light_goes_where_one_touches_also_after_a_click_of_the_mouse(self, shown):
+        shown.page.mouse.click(200, 200)
+        shown.page.keyboard.press("l")
         shown.fingers(((400, 300), (400, 300)))
+        shown.page.wait_for_timeout(100)  # the browser makes a click of the touch
         state, camera = as_state(shown.state), camera_of(shown)
         assert state.light_at == pytest.approx(rims_from(state.middle(STAGE, camera), 399.5, 299.5, camera))
         assert state.light_mode

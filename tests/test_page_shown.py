@@ -78,10 +78,10 @@ class TestOfItself:
         assert opened.page.evaluate(counted) == [0, 1]
 
     def test_its_canvas_has_the_pixels_of_the_screen_also_after_a_change_of_size(self, browser, html):
-        with browser.opened(html, device_scale_factor=2) as page:
+        with browser.opened(html, viewport={"width": 320, "height": 240}, device_scale_factor=2) as page:
             page.wait_until_drawn()
             size = "[picture.width, picture.height, picture.clientWidth * 2, picture.clientHeight * 2]"
-            for width, height in ((640, 480), (300, 420)):
+            for width, height in ((320, 240), (260, 320)):
                 page.page.set_viewport_size({"width": width, "height": height})
                 page.wait_for(f"picture.width === {2 * width}")
                 found = page.page.evaluate(size)
@@ -90,7 +90,7 @@ class TestOfItself:
 
     def test_a_background_fills_the_window(self, browser, renderer):
         text = draw_page(renderer, frames.sphere(), title="", background="#336699")
-        with browser.opened(text) as page:
+        with browser.opened(text, viewport={"width": 320, "height": 240}) as page:
             page.wait_until_drawn()
             picture = picture_of(page.page)
             np.testing.assert_allclose(picture[[3, 3, -3], [3, -3, 3]], [[0x33, 0x66, 0x99]] * 3, atol=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -52,12 +53,13 @@ class Asked:
         """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
         part = self.how.part()
         self._check()
-        folder = _folder(self.output)
-        self._check_writable(folder)
+        folder = Path(os.path.realpath(self.output))  # resolve() fails where a link leads to itself
         sources = find_sources(inputs, folder)
         self._check_apart(sources, folder)
         if any(is_scene(source.path) for source in sources):
             check_look(self.view.look)
+        _make_folder(self.output)
+        self._check_writable(folder)
         given = tuple(told(self.reading).items())
         planned, failures = plan(sources, lambda source: self._job(source, folder, given), folder, __version__)
         if failures and not planned:
@@ -134,8 +136,8 @@ class Asked:
             check_writable(path)
 
 
-def _folder(output: Path) -> Path:
-    """The folder to write to, which is made if need be, without links. Raises OSError if there can be none."""
+def _make_folder(output: Path) -> None:
+    """Makes the folder to write to, if need be. Raises OSError if there can be none."""
     try:
         output.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
@@ -144,4 +146,3 @@ def _folder(output: Path) -> Path:
         ) from None
     except OSError as error:
         raise OSError(f"cannot make the folder {output}: {error.strerror}") from None
-    return output.resolve()

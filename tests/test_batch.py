@@ -354,13 +354,17 @@ def test_a_frame_whose_pose_was_lost_is_left_out_as_render_leaves_it_out(batch, 
         ("'' -o out", "is a variable of the shell not set?"),
     ],
 )
-def test_what_cannot_be_is_told_before_anything_is_drawn(batch, line, told):
+def test_what_cannot_be_is_told_before_anything_is_drawn(batch, tmp_path, line, told):
     code, _, err = batch(line)
     assert code == 2 and told in err and len(err.splitlines()) == 1, err
+    assert names_in(tmp_path) == []
 
 
 def test_outputs_are_never_taken_for_colours_of_their_own_input(batch, tmp_path):
     shutil.rmtree(write_sequence(tmp_path / "seq") / "color")
+    with suppress(OSError):  # Windows lets only some users make links
+        (tmp_path / "loop").symlink_to("loop")
+        assert batch(f"seq -o loop {SMALL}")[0] == 2
     for kind in ("jpg", "gif"):
         code, _, err = batch(f"seq -o seq/out --to {kind} --samples 1")
         assert code == 2 and f"would take each {kind} there for its own colours: pass another -o DIR" in err

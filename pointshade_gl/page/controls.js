@@ -261,7 +261,6 @@ function makePointers(stage, current, change) {
   function touch(id, place) {
     isClick = false; // of the mouse: browsers send a click after a tap, too
     if (!fingers.size) [most, isTap, began] = [0, true, place];
-    isClick = false; // the browser makes one of a touch
     fingers.set(id, place);
     most = Math.max(most, fingers.size);
     isTap = isTap && most === 1;

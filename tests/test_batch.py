@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import errno
-import json
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,80 +14,10 @@ import pytest
 from PIL import Image
 
 import pointshade_gl as ps
-from pointshade_gl.batch import workers
-from pointshade_gl.batch.jobs import Done, Job
-from pointshade_gl.batch.manifest import Manifest
+
+from .batches import SMALL, Batch, check_whole, hidden_in, lines_of, names_in, write_sequence
 
 pytestmark = pytest.mark.gl
-SMALL = "--size 64x48 --samples 1 --workers 1"
-
-
-class Batch:
-    """A running `pointshade batch`, in a group of processes of its own, as a shell starts it."""
-
-    def __init__(self, line: str, folder: Path):
-        command = [sys.executable, "-m", "pointshade_gl", "batch", *line.split()]
-        self.manifest = folder / "out/manifest.jsonl"
-        self.process = subprocess.Popen(
-            command, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
-        )
-
-    def wait_for(self, lines: int) -> None:
-        """Until so many outputs are in the manifest."""
-        until = time.monotonic() + 120
-        while len(lines_of(self.manifest)) < lines:
-            assert self.process.poll() is None, self.process.communicate()
-            assert time.monotonic() < until, "no progress"
-            time.sleep(0.02)
-
-    def workers(self) -> list[int]:
-        """Numbers of its worker processes."""
-        children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
-        return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
-
-    def interrupt(self) -> None:
-        """Ctrl+C in a terminal: every process gets it."""
-        os.killpg(self.process.pid, signal.SIGINT)
-
-    def end(self) -> tuple[int, str, str]:
-        """Exit code, stdout and stderr."""
-        out, err = self.process.communicate(timeout=120)
-        return self.process.returncode, out, err
-
-
-def lines_of(manifest: Path) -> list[dict]:
-    return [json.loads(line) for line in manifest.read_text().splitlines()] if manifest.exists() else []
-
-
-def hidden_in(folder: Path) -> list[Path]:
-    return list(folder.rglob(".*"))
-
-
-def check_whole(folder: Path) -> set[str]:
-    """All pictures can be read to their end, and nothing else is there. Returns their names."""
-    assert hidden_in(folder) == []
-    names = set()
-    for path in folder.rglob("*.png"):
-        with Image.open(path) as image:
-            image.load()
-        names.add(path.relative_to(folder).as_posix())
-    return names
-
-
-def write_sequence(folder: Path, count: int = 3, size: tuple[int, int] = (16, 12)) -> Path:
-    """Frames of a wavy wall, each a little further away."""
-    for name in ("depth", "color"):
-        (folder / name).mkdir(parents=True)
-    width, height = size
-    v, u = np.mgrid[:height, :width]
-    for k in range(count):
-        depth = 1000 + 2 * k + 30 * np.sin(u / 3) + 20 * np.cos(v / 2)
-        Image.fromarray(depth.astype(np.uint16)).save(folder / f"depth/{k:04d}.png")
-        color = np.stack([u * 255 // width, v * 255 // height, np.full_like(u, k % 256)], -1)
-        Image.fromarray(color.astype(np.uint8)).save(folder / f"color/{k:04d}.png")
-    camera = {"width": width, "height": height, "fx": width, "fy": width, "cx": width / 2, "cy": height / 2}
-    (folder / "intrinsics.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
-    return folder
 
 
 @pytest.fixture
@@ -189,10 +115,6 @@ def test_a_terminated_batch_ends_its_workers_and_leaves_whole_files(tmp_path):
 def batch(typed):
     """batch("INPUT -o out ...") within this process: exit code, stdout, stderr. It still spawns its workers."""
     return lambda line: typed(f"batch {line}")
-
-
-def names_in(folder: Path) -> list[str]:
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
 
 
 def test_folders_of_folders_are_mirrored_and_inputs_of_one_name_are_told_apart(batch, tmp_path):
@@ -358,97 +280,3 @@ def test_what_cannot_be_is_told_before_anything_is_drawn(batch, tmp_path, line, 
     code, _, err = batch(line)
     assert code == 2 and told in err and len(err.splitlines()) == 1, err
     assert names_in(tmp_path) == []
-
-
-def test_outputs_are_never_taken_for_colours_of_their_own_input(batch, tmp_path):
-    shutil.rmtree(write_sequence(tmp_path / "seq") / "color")
-    with suppress(OSError):  # Windows lets only some users make links
-        (tmp_path / "loop").symlink_to("loop")
-        assert batch(f"seq -o loop {SMALL}")[0] == 2
-    for kind in ("jpg", "gif"):
-        code, _, err = batch(f"seq -o seq/out --to {kind} --samples 1")
-        assert code == 2 and f"would take each {kind} there for its own colours: pass another -o DIR" in err
-    for expected in ("3 written", "3 there"):
-        assert expected in batch(f"seq -o seq {SMALL} --resume")[1]
-
-
-def test_pages_have_the_quality_and_the_title_that_were_asked_for(batch, typed, tmp_path):
-    asked = "--quality small --title Lit --size 64x48 --samples 1"
-    assert batch(f"vase -o out --to html --workers 1 {asked}")[0] == 0
-    assert typed(f"render vase -o vase.html {asked}")[0] == 0
-    assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
-    code, _, err = batch("vase -o out --to html --samples 1 --size 64x48")
-    assert code == 2 and "with other options" in err
-
-
-def test_a_damaged_manifest_costs_no_more_than_its_lines(batch, tmp_path):
-    write_sequence(tmp_path / "seq", 1)
-    assert batch(f"seq -o out {SMALL}")[0] == 0
-    manifest = tmp_path / "out/manifest.jsonl"
-    good = json.loads(manifest.read_text())
-    spoilt = [good | {name: value} for name in good for value in (None, [], {}, -1, "x" * 100_000)]
-    lines = [b"[" * 100_000, b"\xff\x00\xfe", *(json.dumps(line).encode() for line in spoilt)]
-    manifest.write_bytes(b"\n".join([*lines, json.dumps(good).encode()]) + b"\n")
-    (tmp_path / "out/manifest.2-of-3.jsonl").mkdir()
-    assert "1 there" in batch(f"seq -o out {SMALL} --resume")[1]
-    manifest.write_bytes(b"\n".join(lines[:2]))
-    assert "1 written" in batch(f"seq -o out {SMALL} --resume")[1]
-    assert "1 there" in batch(f"seq -o out {SMALL} --resume")[1]
-
-
-def test_the_last_line_about_an_output_counts_even_if_the_clock_was_set_back(batch, tmp_path):
-    write_sequence(tmp_path / "seq", 1)
-    manifest = tmp_path / "out/manifest.jsonl"
-    for line in (f"seq -o out {SMALL} --yaw 9", f"seq -o out {SMALL} --overwrite"):
-        assert batch(line)[0] == 0
-    first, last = lines_of(manifest)
-    manifest.write_text(f"{json.dumps(first | {'time': '2999-01-01T00:00:00Z'})}\n{json.dumps(last)}\n")
-    assert "1 there" in batch(f"seq -o out {SMALL} --resume")[1]
-
-
-def test_a_full_disk_ends_a_batch_and_what_was_written_stays(tmp_path):
-    resource = pytest.importorskip("resource", reason="limits of a process are those of POSIX")
-    write_sequence(tmp_path / "seq", 3)
-    Manifest(tmp_path).add(Done(tmp_path / "a.png", 1.0, 2, "", "", ()), {})
-    before = (tmp_path / "manifest.jsonl").read_bytes()
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 9, limits[1]))
-        with pytest.raises(OSError, match="make room, then the same command with resume=True goes on"):
-            Manifest(tmp_path).add(Done(tmp_path / "b.png", 1.0, 2, "", "", ()), {})
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    Manifest(tmp_path).add(Done(tmp_path / "c.png", 1.0, 2, "", "", ()), {})
-    assert set(Manifest(tmp_path).entries) == {"a.png", "c.png"}
-
-
-def test_a_job_without_room_on_the_disk_ends_the_others(monkeypatch, tmp_path):
-    def full(*_):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(workers, "run", full)
-    outcome = workers.outcome_of(Job("vase", tmp_path / "a.png"))
-    with pytest.raises(OSError, match=r"cannot write .*a\.png: No space left on device: .* --resume goes on"):
-        workers.checked(outcome)
-
-
-def test_two_runs_in_one_folder_at_once_leave_it_whole(tmp_path):
-    write_sequence(tmp_path / "seq", 4)
-    runs = [Batch(f"seq -o out {SMALL}", tmp_path) for _ in range(2)]
-    assert [run.end()[0] for run in runs] == [0, 0]
-    assert len(check_whole(tmp_path / "out")) == 4
-    code, out, _ = Batch(f"seq -o out {SMALL} --resume", tmp_path).end()
-    assert code == 0 and "4 there" in out
-
-
-def test_names_may_have_spaces_lines_and_letters_of_any_script(batch, tmp_path):
-    names = ["a b é", "-dash", "日本", *(["new\nline"] if os.name == "posix" else [])]
-    for name in names:
-        write_sequence(tmp_path / "set" / name, 2)
-    (tmp_path / "set/-dash/depth/0001.png").write_bytes(b"no picture")
-    for path in ("set/loop", "set/-dash/depth/loop.png"):
-        with suppress(OSError):  # Windows lets only some users make links
-            (tmp_path / path).symlink_to(Path(path).name)
-    code, out, err = batch(f"set -o out {SMALL}")
-    assert code == 3 and f"{2 * len(names) - 1} written, 1 failed" in out and "failed: set/-dash/0001.png: " in err
-    assert all((tmp_path / "out/set" / name / "0000.png").exists() for name in names)

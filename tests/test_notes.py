@@ -2,7 +2,7 @@
 
 import pytest
 
-from pointshade_gl import cli
+from pointshade_gl import cli_render
 from pointshade_gl.notes import few_notes, print_note, silence
 
 
@@ -46,7 +46,7 @@ def test_an_error_comes_after_the_count(typed, monkeypatch):
             print_note(str(k))
         raise ValueError("no more")
 
-    monkeypatch.setattr(cli, "load", load)
+    monkeypatch.setattr(cli_render, "load", load)
     code, _, errors = typed("render -o out.png")
     assert code == 2 and errors.splitlines()[5:] == [
         "note: 2 more notes: see all with pointshade info INPUT, none with --quiet",

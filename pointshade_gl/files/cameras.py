@@ -26,7 +26,7 @@ from .known import (
     TRANSFORMS,
 )
 from .limits import MAX_PIXELS
-from .listing import Item, key_of, list_files, matches, own_files
+from .listing import Item, key_of, list_files, matches, may_be_own, own_files
 from .named_numbers import named_of
 from .names import Folder
 from .picture_heads import png_size
@@ -128,6 +128,7 @@ def _one_each(
     items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
+    items = may_be_own(items, FRAME_CAMERAS, FRAME_SUFFIXES)
     if len(items) < 2:
         return []
     keys = [one.key for one in frames]

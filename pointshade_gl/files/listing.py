@@ -123,6 +123,15 @@ def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
     return []
 
 
+def may_be_own(items: Iterable[Item], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
+    """Files that could belong to one frame each, whatever the frames are called: no frame is asked for its name."""
+    return [item for item in items if item.suffix in suffixes or _is_called(item, words)]
+
+
+def _is_called(item: Item, words: frozenset[str]) -> bool:
+    return bool((item.words | item.folder_words | {item.suffix[1:]}) & words)
+
+
 def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
     """Files that may belong to one frame each: called or laid so, or named like a frame and nothing else."""
     frames = set(keys)
@@ -130,10 +139,7 @@ def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str],
         item
         for item in items
         if not (item.suffix in ONLY_DEPTH and item.role == "depth")
-        and (
-            (item.words | item.folder_words | {item.suffix[1:]}) & words
-            or (item.suffix in suffixes and item.stem in frames)
-        )
+        and (_is_called(item, words) or (item.suffix in suffixes and item.stem in frames))
     ]
 
 

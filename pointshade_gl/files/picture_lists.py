@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 from .content import read_text
@@ -13,6 +15,7 @@ from .names import Folder
 from .transforms import read_transforms
 
 _PICTURES = (*COLOR_SUFFIXES, *DEPTH_SUFFIXES)
+_NUMBER = re.compile(r"\d{1,18}(\.\d{0,18})?")
 
 
 def listed_pictures(place: Folder, items: list[Item], max_pixels: float) -> tuple[list[Item], list[Item]]:
@@ -21,7 +24,7 @@ def listed_pictures(place: Folder, items: list[Item], max_pixels: float) -> tupl
     for name, path in top.items():
         if TRANSFORMS.fullmatch(name):
             files = [(entry.color, entry.depth) for entry in read_transforms(path, max_pixels) if entry.depth]
-            pairs = [[_item(place, text) for text in pair if text] for pair in files]
+            pairs = [[_item(place.named, text) for text in pair if text] for pair in files]
             pairs = [pair for pair in pairs if len(pair) == 2 and all(item.path.is_file() for item in pair)]
         elif PAIR_LISTS.fullmatch(name):
             pairs = [row for row in _read_list(place, path, max_pixels) if len(row) == 2]
@@ -37,9 +40,9 @@ def listed_pictures(place: Folder, items: list[Item], max_pixels: float) -> tupl
     return [row[0] for row in colors], [row[0] for row in depths]
 
 
-def _item(place: Folder, text: str, time: str = "") -> Item:
+def _item(named: Callable[[str], Path], text: str, time: str = "") -> Item:
     """A picture that a list names, with the list's time stamp."""
-    item = Item(place.named(text), text.lower().replace("\\", "/").removeprefix("./"))
+    item = Item(named(text), text.lower().replace("\\", "/").removeprefix("./"))
     if time:
         item.__dict__["time"] = float(time)
     return item
@@ -49,7 +52,7 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
     """For each line of a text file the pictures that it names after time stamps; none if it holds anything else."""
     lines = read_text(place.check(path), max_pixels).splitlines()
     check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
-    found = []
+    found, named = [], cache(place.named)  # colours stand beside several depths
     for line in lines:
         words = line.split("#")[0].split()
         if len(words) not in (2, 4) or not _is_number(words[0]):
@@ -57,11 +60,11 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
         if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
             continue
         try:
-            found.append([_item(place, words[k + 1], words[k]) for k in range(0, len(words), 2)])
+            found.append([_item(named, words[k + 1], words[k]) for k in range(0, len(words), 2)])
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
     return found
 
 
 def _is_number(text: str) -> bool:
-    return re.fullmatch(r"\d{1,18}(\.\d{0,18})?", text) is not None
+    return _NUMBER.fullmatch(text) is not None

@@ -13,7 +13,7 @@ from ..notes import Note
 from .folders import FrameFiles
 from .known import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
 from .limits import MAX_PIXELS
-from .listing import Item, list_files, matches, numbers_in, own_files
+from .listing import Item, list_files, matches, may_be_own, numbers_in, own_files
 from .pairing import nearest
 from .pose_files import PoseList, read_frame_pose, read_poses
 
@@ -46,8 +46,10 @@ def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixel
         listed = [read_poses(path, max_pixels) if path else None for path in single]
         metric = all(one.metric for one in listed if one)
         return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
-    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
-    found = [item for item in _by_rank(items) if item.path not in taken]
+    found = _by_rank(items)
+    if found:
+        taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+        found = [item for item in found if item.path not in taken]
     for item in found:
         listed = read_poses(item.path, max_pixels)
         poses = _matched(item.path, listed, frames, note)
@@ -64,6 +66,7 @@ def _named(folder: Path, path: Path) -> str:
 
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
+    items = may_be_own(items, FRAME_POSES, FRAME_SUFFIXES)
     if len(items) < 2:
         return []
     keys = [one.key for one in frames]

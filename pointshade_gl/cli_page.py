@@ -37,7 +37,7 @@ class PageOptions:
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Of an .html: exact, or small (half as large, colours as JPEG).",
+            help="Of an .html: exact, or small (a third smaller, colours as JPEG).",
             autocompletion=one_of(NAMES),
             rich_help_panel=PICTURE,
         ),

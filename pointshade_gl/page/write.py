@@ -72,8 +72,8 @@ def write_page(
 
     path     ends with .html; it is written completely or not at all
     source   as `render` takes it: a Frame, several in a sequence, a Scene, a path or a built-in name
-    quality  "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about half as
-             large, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees
+    quality  "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about a third
+             smaller, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees
     largest  pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth
     title    what the page calls itself; None is the name of a path, or "pointshade"
     options  those of `render`: the page begins with the picture that it gives. The mouse holds the first light, the

@@ -44,16 +44,16 @@ void note_extent(vec2 extent) {
     level = splat_level(trust, is_stretched(extent, side_of), is_primary);
 }
 
-uint noted(float inverse_depth) {
-    return splat_key(inverse_depth, level);
+uint noted(float inverse_depth, bool hidden) {
+    return splat_key(inverse_depth, hidden ? level & 1 : level, hidden);
 }
 #else
 void note_source(ivec2 pixel, float side) {}
 
 void note_extent(vec2 extent) {}
 
-uint noted(float inverse_depth) {
-    return floatBitsToUint(inverse_depth);
+uint noted(float inverse_depth, bool hidden) {
+    return hidden_mark(floatBitsToUint(inverse_depth), hidden);
 }
 #endif
 

@@ -29,7 +29,7 @@ void main() {
     if (key == 0u) discard;
     float inverse_depth = key_inverse_depth(key);
     vec2 size = vec2(textureSize(surface_map, 0)), pixel = gl_FragCoord.xy - 0.5;
-    Seen seen = look_twice(surface_map, inverse_depth, pixel, source, view, target, band);
+    Seen seen = look_twice(surface_map, inverse_depth, (key & 1u) == 1u, pixel, source, view, target, band);
     if (!part_is_known(seen, size)) discard;
 
     vec4 corner = seen_weights(seen, source);

@@ -23,6 +23,8 @@ uniform float primary;  // share of its splats that hide those of others
 flat in int id;
 flat in float inverse_depth;
 flat in vec4 rim;
+flat in vec4 hidden;
+flat in mat4x3 folds;
 flat in float stretched;
 
 #if LIT
@@ -36,7 +38,7 @@ out int source_id;  // negative: its depth is exact; of several frames, the key
 void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
     vec4 own = surface_at(surface_map, pixel);
-    Rim found = Rim(rim.xy, rim.z, rim.w);
+    Rim found = Rim(rim.xy, rim.z, rim.w, hidden, folds);
     vec2 q = gl_FragCoord.xy - 0.5;
     float here = rim_inverse_depth(found, vec2(pixel), own, inverse_depth, q, source, view, target);
     if (here == 0.0) discard;
@@ -45,7 +47,9 @@ void main() {
     gl_FragDepth = 1.0 - near * here;
 #elif SET
     int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_among(pixel, primary));
-    source_id = int(splat_key(here, level));
+    bool goes_on = is_hidden(found, carry_back(q, here, target, view, source).xy - vec2(pixel));
+    if (goes_on) level &= 1;
+    source_id = int(splat_key(here, level, goes_on));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
 #else
     source_id = -id;

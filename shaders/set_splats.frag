@@ -30,6 +30,6 @@ void main() {
     bool stretched = is_stretched(footprint_extent(splat, reach, is_round), side);
     int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched, is_among(pixel, primary));
     float here = footprint_inverse_depth(splat, to_source, offset);
-    key = int(splat_key(here, level));
+    key = int(splat_key(here, level, false));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;
 }

@@ -26,5 +26,5 @@ void main() {
     bool known = here.x > 0.0;
     if (known && found.w < 0.5) discard;
     vec3 normal = normal_of_slope(found.yz, pixel_ray(vec2(pixel), intrinsics).xy, intrinsics);
-    surface = known ? vec4(normal, mark_rim(calm_depth, pixel, intrinsics) / (1.0 + found.x)) : vec4(0.0);
+    surface = known ? vec4(normal, mark_rim(calm_depth, pixel, intrinsics, here.y) / (1.0 + found.x)) : vec4(0.0);
 }

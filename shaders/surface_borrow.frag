@@ -11,5 +11,5 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = vec4(borrow(depth_map, normal_map, pixel, intrinsics).xyz, mark_rim(depth_map, pixel, intrinsics));
+    surface = vec4(borrow(depth_map, normal_map, pixel, intrinsics).xyz, mark_rim(depth_map, pixel, intrinsics, 0.0));
 }

@@ -12,5 +12,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 normal = texel_at(normal_map, pixel).xyz;
-    surface = normal == vec3(0.0) ? vec4(0.0) : vec4(normal, mark_rim(depth_map, pixel, intrinsics));
+    surface = normal == vec3(0.0) ? vec4(0.0) : vec4(normal, mark_rim(depth_map, pixel, intrinsics, 0.0));
 }

@@ -10,5 +10,5 @@ out vec4 surface;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    surface = vec4(estimate_one_sided(depth_map, pixel, intrinsics), mark_rim(depth_map, pixel, intrinsics));
+    surface = vec4(estimate_one_sided(depth_map, pixel, intrinsics), mark_rim(depth_map, pixel, intrinsics, 0.0));
 }

@@ -14,5 +14,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 normal = estimate_plane_fit(depth_map, pixel, intrinsics, WINDOW);
-    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics));
+    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics, 0.0));
 }

@@ -30,5 +30,5 @@ void main() {
 #endif
     if (known && plane.w < 0.5) discard;
     vec3 normal = normal_of_slope(plane.xy, ray, intrinsics);
-    surface = known ? vec4(normal, mark_rim(depth_map, pixel, intrinsics) / (1.0 + plane.z)) : vec4(0.0);
+    surface = known ? vec4(normal, mark_rim(depth_map, pixel, intrinsics, 0.0) / (1.0 + plane.z)) : vec4(0.0);
 }

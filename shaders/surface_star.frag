@@ -17,6 +17,6 @@ void main() {
     vec4 beside;
     vec4 star = estimate_star(depth_map, pixel, intrinsics, 0.0, beside);
     float here = depth_at(depth_map, pixel, ivec2(0));
-    float marked = is_rim(beside, pixel, textureSize(depth_map, 0), intrinsics) ? -here : here;
+    float marked = is_rim(beside, pixel, textureSize(depth_map, 0), intrinsics, 0.0) ? -here : here;
     surface = vec4(star.xyz, RESIDUAL == 1 ? star.w : marked);
 }

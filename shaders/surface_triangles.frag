@@ -13,5 +13,5 @@ out vec4 surface;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 normal = normal_from_triangles(depth_map, pixel, intrinsics, triangle_count, max_step);
-    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics));
+    surface = vec4(normal, mark_rim(depth_map, pixel, intrinsics, 0.0));
 }

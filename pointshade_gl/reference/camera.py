@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+F = np.float32
+
 
 def pixel_ray(pixel: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
     xy = (pixel - intrinsics[2:]) / intrinsics[:2]
@@ -12,3 +14,7 @@ def pixel_ray(pixel: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
 
 def project(point: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
     return intrinsics[:2] * point[..., :2] / point[..., 2:] + intrinsics[2:]
+
+
+def mean_focal_length(intrinsics: np.ndarray) -> np.float32:
+    return F(0.5) * (np.abs(F(intrinsics[0])) + np.abs(F(intrinsics[1])))

@@ -55,10 +55,12 @@ def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
     return unmarked(surface)
 
 
-def corner_weights(corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def corner_weights(
+    corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray, nearer: np.ndarray
+) -> np.ndarray:
     pixels = four(corners.low, corners.high)
     pairs = zip(corners[2:], pixels, strict=True)
-    return np.stack([neighbour_weight(s[..., 3], p.astype(F), at, pixel, w, slope) for s, p in pairs], -1)
+    return np.stack([neighbour_weight(s[..., 3], p.astype(F), at, pixel, w, slope, nearer) for s, p in pairs], -1)
 
 
 def four(low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:

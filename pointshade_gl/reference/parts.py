@@ -6,7 +6,7 @@ import numpy as np
 
 from .camera import pixel_ray
 from .corners import surface_at
-from .look_up import carry_back
+from .look_up import carry_back, hidden_mark
 from .resolve import Seen, look_up
 from .splat import MIN_COSINE
 from .vectors import dot, normalize
@@ -18,9 +18,9 @@ FALLBACK, FLATTEST, MOST_DETAIL, UNLIKE = F(1e-11), F(0.25), F(4), F(0.7)
 INVERSE_DEPTH = np.uint32(0x3FFFFFFF)
 
 
-def splat_key(inverse_depth: np.ndarray, level: np.ndarray) -> np.ndarray:
+def splat_key(inverse_depth: np.ndarray, level: np.ndarray, hidden: np.ndarray) -> np.ndarray:
     bits = np.ascontiguousarray(inverse_depth, F).view(np.uint32)
-    return (bits >> np.uint32(1)) | (np.asarray(level).astype(np.uint32) << np.uint32(30))
+    return hidden_mark(bits >> np.uint32(1), hidden) | (np.asarray(level).astype(np.uint32) << np.uint32(30))
 
 
 def key_inverse_depth(key: np.ndarray) -> np.ndarray:
@@ -71,6 +71,7 @@ def share_across(normal: np.ndarray, target_pixel: np.ndarray, view: np.ndarray,
 def look_twice(
     surface_map: np.ndarray,
     inverse_depth: np.ndarray,
+    hidden: np.ndarray,
     target_pixel: np.ndarray,
     source: np.ndarray,
     view: np.ndarray,
@@ -85,7 +86,7 @@ def look_twice(
     with np.errstate(invalid="ignore"):
         off = (met / inverse_depth - F(1)) * share_across(hit[..., :3], target_pixel, view, target)
         start = np.where(np.abs(off) < F(band), met, inverse_depth)
-    seen = look_up(surface_map, start, target_pixel, source, view, target)
+    seen = look_up(surface_map, start, hidden, target_pixel, source, view, target)
     final = plane_inverse_depth(seen.own, seen.pixel.astype(F), target_pixel, source, view, target)
     return seen._replace(inverse_depth=final)
 

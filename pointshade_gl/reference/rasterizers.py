@@ -9,8 +9,8 @@ import numpy as np
 from ..camera import Camera
 from .camera import pixel_ray
 from .corners import surface_at
-from .look_up import pixel_of
-from .rim_splat import draws_rim, rim_box, rim_inverse_depth
+from .look_up import carry_back, hidden_mark, pixel_of
+from .rim_splat import draws_rim, is_hidden, rim_box, rim_inverse_depth
 from .rims import Rim, estimate_rim
 from .splat import (
     ENDLESS,
@@ -41,6 +41,7 @@ class Pairs(NamedTuple):
     source_index: np.ndarray  # (n,) the source pixel's number, row by row
     q: np.ndarray  # (n, 2) the target pixel
     is_rim: np.ndarray  # (n,)
+    is_hidden: np.ndarray  # (n,) behind others in its frame
 
 
 class Splats(NamedTuple):
@@ -115,7 +116,7 @@ def covered_pairs(
     which, q, to_source, offset = which[keep], q[keep], to_source[keep], offset[keep]
     found = Footprint(*(part[which] for part in splat))
     depth, index = footprint_inverse_depth(found, to_source, offset), splats.source_index[which]
-    return Pairs(found, depth, index, q, np.zeros(len(q), bool))
+    return Pairs(found, depth, index, q, *np.zeros((2, len(q)), bool))
 
 
 def rim_pairs(
@@ -130,9 +131,10 @@ def rim_pairs(
     its, there = Rim(*(part[which] for part in rim)), q.astype(F)
     met = rim_inverse_depth(its, centre[which], own[which], splat.inverse_depth[which], there, *cameras)
     keep = met > 0
-    which = which[keep]
-    found = Footprint(*(part[which] for part in splat))
-    return Pairs(found, met[keep], index[which], q[keep], np.ones(len(which), bool))
+    which, q, met = which[keep], q[keep], met[keep]
+    off = carry_back(q.astype(F), met, cameras[2], view, cameras[0])[..., :2] - centre[which]
+    its, found = Rim(*(part[keep] for part in its)), Footprint(*(part[which] for part in splat))
+    return Pairs(found, met, index[which], q, np.ones(len(which), bool), is_hidden(its, off))
 
 
 def drawn_pairs(
@@ -172,10 +174,14 @@ def window_depths(pairs: Pairs, near: float) -> np.ndarray:
 
 
 def nearest(pairs: Pairs, target: Camera) -> np.ndarray:
-    """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: the result of the compute rasteriser."""
-    result = np.zeros((target.height, target.width), F)
-    np.maximum.at(result, (pairs.q[:, 1], pairs.q[:, 0]), pairs.inverse_depth)
-    return result
+    """(h, w) float32: the greatest 1/z of each target pixel, 0 for none: the result of the compute rasteriser.
+
+    The last bit says that it is hidden in its frame.
+    """
+    result = np.zeros((target.height, target.width), np.uint32)
+    bits = np.ascontiguousarray(pairs.inverse_depth, F).view(np.uint32)
+    np.maximum.at(result, (pairs.q[:, 1], pairs.q[:, 0]), hidden_mark(bits, pairs.is_hidden))
+    return result.view(F)
 
 
 def buffer_depths(near: float, inverse_depth: np.ndarray) -> np.ndarray:

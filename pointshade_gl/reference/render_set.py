@@ -21,7 +21,7 @@ from ..shot import Shot
 from .camera import pixel_ray
 from .color import srgb_to_linear
 from .consensus import carry_forth, depth_excess, end_around, end_in_row, log_ratio, surface_ends, trust_in, vote_on
-from .corners import Corners, surface_at
+from .corners import surface_at
 from .finished import finished
 from .inverse_depth import pixel_grid
 from .lights import light_surface
@@ -43,8 +43,8 @@ from .parts import (
 from .picture import picture_at
 from .rasterizers import DEPTH_STEPS, Pairs, drawn_pairs, merged_splats, single_splats
 from .render import tiling, view_rows
-from .resolve import Seen, color_position, mix_normal, seen_weights, stored
-from .resolve_pass import surface_map_of
+from .resolve import color_position, mix_normal, seen_weights, stored
+from .resolve_pass import some_of, surface_map_of
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
 from .splat import footprint_extent, splat_reach
@@ -105,10 +105,11 @@ def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, 
     weights = importances([view.frame for view in judged.views], eye.pose, judged.wrong)
     key = _keys(judged, eye, primary_shares(weights), rasterizer)
     v, u = np.nonzero(key)
-    inverse_depth, pixel = key_inverse_depth(key[v, u]), np.stack([u, v], -1).astype(F)
+    inverse_depth, hidden = key_inverse_depth(key[v, u]), key[v, u] & 1 == 1
+    pixel = np.stack([u, v], -1).astype(F)
     sums = np.zeros((len(u), 8), F)
     for view, trust, weight, gain in zip(judged.views, judged.trusts, weights, judged.gains, strict=True):
-        sums += _part(view, trust, float(weight), gain.astype(F), inverse_depth, pixel, eye, judged.band)
+        sums += _part(view, trust, float(weight), gain.astype(F), inverse_depth, hidden, pixel, eye, judged.band)
     known = sums[:, 7] > 0
     u, v, pixel, sums = u[known], v[known], pixel[known], sums[known]
     z = F(1) / merged_inverse_depth(key[v, u], sums[:, 3], sums[:, 7])
@@ -186,8 +187,9 @@ def _keys(judged: Judged, eye: Eye, primary: np.ndarray, rasterizer: str) -> np.
         row, column = np.divmod(pairs.source_index, trust.shape[1])
         among = is_among(np.stack([column, row], -1), share)
         level = splat_level(trust[row, column, 0], stretched, among)
+        level = np.where(pairs.is_hidden, level & 1, level)
         inverse_depth = pairs.inverse_depth
-        keys, place = splat_key(inverse_depth, level), (pairs.q[:, 1], pairs.q[:, 0])
+        keys, place = splat_key(inverse_depth, level, pairs.is_hidden), (pairs.q[:, 1], pairs.q[:, 0])
         if rasterizer == "compute":
             np.maximum.at(result, place, keys)
             continue
@@ -223,6 +225,7 @@ def _part(
     importance: float,
     gain: np.ndarray,
     inverse_depth: np.ndarray,
+    hidden: np.ndarray,
     pixel: np.ndarray,
     eye: Eye,
     band: float,
@@ -230,10 +233,9 @@ def _part(
     """(n, 8) what part.frag adds: normal, difference of 1/z, albedo, weight, all but the last times the weight."""
     way, target, size = _way(view, eye.pose), np.array(eye.camera.intrinsics, F), view.frame.depth.shape[::-1]
     with np.errstate(all="ignore"):
-        seen = look_twice(view.surface_map, inverse_depth, pixel, view.intrinsics, way, target, band)
+        seen = look_twice(view.surface_map, inverse_depth, hidden, pixel, view.intrinsics, way, target, band)
         known = part_is_known(seen, np.array(size, F))
-    at, w, place, own = (part[known] for part in seen[:4])
-    seen = Seen(at, w, place, own, Corners(*(part[known] for part in seen.corners)))
+    seen = some_of(seen, known)
     corner = seen_weights(seen, view.intrinsics)
     color = picture_at(view.picture, color_position(seen, corner), np.array(size, F))
     off = seen.inverse_depth / inverse_depth[known] - F(1)

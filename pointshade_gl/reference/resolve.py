@@ -10,16 +10,17 @@ from .camera import pixel_ray
 from .corners import (
     Corners,
     corner_pixel,
-    corner_surface,
     corner_weights,
     corners_at,
     four,
     seen_corner,
     surface_at,
+    unmarked,
 )
-from .look_up import carry_back, inverse_depth_at, source_position
+from .look_up import HIDDEN_PIXELS, NEARBY, carry_back, inverse_depth_at, nearer_share, source_position
 from .splat import carry_footprint, inverse_depth_slope
-from .vectors import normalize, texel
+from .texels import texel_at, texel_or_zero
+from .vectors import dot, normalize, texel
 
 F = np.float32
 FEW, DEPTH_STEPS = F(0.001), F(0.0002)
@@ -30,6 +31,7 @@ class Seen(NamedTuple):
     inverse_depth: np.ndarray  # (n,)
     pixel: np.ndarray  # (n, 2) int
     own: np.ndarray  # (n, 4)
+    nearer: np.ndarray  # (n,)
     corners: Corners
 
 
@@ -52,28 +54,47 @@ def see_splat(
     is_rim = (rim_depth > 0) & (np.abs(rim_depth - inverse_depth) > DEPTH_STEPS * rim_depth)
     inverse_depth = np.where(is_rim, rim_depth, inverse_depth)
     at = np.where(is_rim[..., None], carry_back(target_pixel, inverse_depth, target, view, source)[..., :2], at)
-    return Seen(at, inverse_depth, pixel, own, corners_at(surface_map, at))
+    nearer = nearer_share(texel_at(surface_map, pixel)[..., 3], source)
+    return Seen(at, inverse_depth, pixel, own, nearer, corners_at(surface_map, at))
+
+
+def hidden_pixel(surface_map: np.ndarray, at: np.ndarray, w_at: np.ndarray, source: np.ndarray) -> np.ndarray:
+    middle = np.floor(at + F(0.5)).astype(int)
+    found, least, side = middle, np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
+    for k in range(side * side):
+        pixel = middle + (k % side - HIDDEN_PIXELS, k // side - HIDDEN_PIXELS)
+        surface = texel_or_zero(surface_map, pixel)
+        rims = surface[..., 3] < 0
+        z, off = np.where(rims, -surface[..., 3], F(1)), at - pixel.astype(F)
+        slope = inverse_depth_slope(surface[..., :3], pixel_ray(pixel.astype(F), source), z, source)
+        error = np.abs(F(1) / z + dot(slope, off)[..., 0] - w_at) + NEARBY * w_at * dot(off, off)[..., 0]
+        better = rims & (error < least)
+        found, least = np.where(better[..., None], pixel, found), np.where(better, error, least)
+    return found
 
 
 def look_up(
     surface_map: np.ndarray,
     inverse_depth: np.ndarray,
+    hidden: np.ndarray,
     target_pixel: np.ndarray,
     source: np.ndarray,
     view: np.ndarray,
     target: np.ndarray,
 ) -> Seen:
     back = carry_back(target_pixel, inverse_depth, target, view, source)
-    at = back[..., :2]
+    at, w_at = back[..., :2], back[..., 2]
     corners = corners_at(surface_map, at)
-    side = seen_corner(corners, at, back[..., 2])
-    return Seen(at, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners)
+    pixel = corner_pixel(corners, seen_corner(corners, at, w_at))
+    pixel = np.where(hidden[..., None], hidden_pixel(surface_map, at, w_at, source), pixel)
+    own = texel_or_zero(surface_map, pixel)
+    return Seen(at, inverse_depth, pixel, unmarked(own), nearer_share(own[..., 3], source), corners)
 
 
 def seen_weights(seen: Seen, source: np.ndarray) -> np.ndarray:
     pixel, normal, z = seen.pixel.astype(F), seen.own[..., :3], seen.own[..., 3]
     slope = inverse_depth_slope(normal, pixel_ray(pixel, source), z, source)
-    return corner_weights(seen.corners, seen.at, pixel, F(1) / z, slope)
+    return corner_weights(seen.corners, seen.at, pixel, F(1) / z, slope, seen.nearer)
 
 
 def mix_normal(seen: Seen, weight: np.ndarray) -> np.ndarray:

@@ -41,10 +41,15 @@ def seen_by_depth(
     v, u = np.nonzero(nearest)
     target_pixel = np.stack([u, v], -1)
     cameras = np.array(source.intrinsics, F), view, np.array(target.intrinsics, F)
-    seen = look_up(surface_map, nearest[v, u], target_pixel.astype(F), *cameras)
+    hidden = np.ascontiguousarray(nearest[v, u]).view(np.uint32) & 1 == 1
+    seen = look_up(surface_map, nearest[v, u], hidden, target_pixel.astype(F), *cameras)
     found = seen.own[:, 3] > 0
-    at, w, pixel, own = (part[found] for part in seen[:4])
-    return target_pixel[found], Seen(at, w, pixel, own, Corners(*(part[found] for part in seen.corners)))
+    return target_pixel[found], some_of(seen, found)
+
+
+def some_of(seen: Seen, which: np.ndarray) -> Seen:
+    """What some of the pixels show; which (n,) bool."""
+    return Seen(*(part[which] for part in seen[:-1]), Corners(*(part[which] for part in seen.corners)))
 
 
 def surfaces(seen: Seen, picture: np.ndarray, source: Camera, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from .camera import mean_focal_length
 from .inverse_depth import facing_slope, relative_step
 from .texels import depth_at
 
 F = np.float32
 DROP, STEEPER = F(6), F(3)
+BENT, NOISY = F(1), F(6)
 MISSING, BOTTOMLESS = F(1e5), F(-1e30)
-
-
-def mean_focal_length(intrinsics):
-    """Return the focal length, pixels, the mean of both axes."""
-    return F(0.5) * (np.abs(F(intrinsics[0])) + np.abs(F(intrinsics[1])))
 
 
 def rise_of(step, facing, focal):
@@ -27,27 +24,33 @@ def ends_before(rise, opposite):
     return rise < -(DROP + STEEPER * np.maximum(opposite, F(0)))
 
 
-def ends_along(steps, inside, facing, focal):
-    """Return whether the surface ends along one direction; steps, inside = (..., 2): before, after."""
+def ends_along(steps, inside, facing, focal, most):
+    """Return whether the surface ends or bends along one direction; steps, inside = (..., 2): before, after."""
     before, after = rise_of(steps[..., 0], -facing, focal), rise_of(steps[..., 1], facing, focal)
-    return (inside[..., 0] & ends_before(before, after)) | (inside[..., 1] & ends_before(after, before))
+    bend = np.where(np.minimum(before, after) > BOTTOMLESS, before + after, F(0))
+    ends = (inside[..., 0] & ends_before(before, after)) | (inside[..., 1] & ends_before(after, before))
+    return ends | (np.abs(bend) > most)
 
 
-def is_rim(beside, pixel, size, intrinsics):
-    """Return whether pixels, a pair (u, v), are rims; beside = (..., 4) steps to the left, right, above, below."""
+def is_rim(beside, pixel, size, intrinsics, noise):
+    """Return whether pixels, a pair (u, v), are rims; beside = (..., 4) steps to the left, right, above, below.
+
+    noise: standard deviation of the depth over depth
+    """
     intrinsics = [F(k) for k in intrinsics]
     ray = (pixel[0] - intrinsics[2]) / intrinsics[0], (pixel[1] - intrinsics[3]) / intrinsics[1]
     focal, facing = mean_focal_length(intrinsics), facing_slope(ray, intrinsics)
+    most = np.maximum(BENT, NOISY * F(noise) * focal)
     inside = [np.stack([at > 0, at < side - 1], -1) for at, side in zip(pixel, size, strict=True)]
-    return ends_along(beside[..., :2], inside[0], facing[0], focal) | ends_along(
-        beside[..., 2:], inside[1], facing[1], focal
+    return ends_along(beside[..., :2], inside[0], facing[0], focal, most) | ends_along(
+        beside[..., 2:], inside[1], facing[1], focal, most
     )
 
 
-def mark_rim(depth_map, pixel, intrinsics):
+def mark_rim(depth_map, pixel, intrinsics, noise=0.0):
     """Return (h, w) float32 depth, negative at rims; pixel = pixel_grid(depth_map)."""
     known = depth_map > 0
     here = np.where(known, depth_map, F(1))
     around = [depth_at(depth_map, pixel, off) for off in ((-1, 0), (1, 0), (0, -1), (0, 1))]
     beside = np.stack([relative_step(here, there) for there in around], -1)
-    return np.where(known & is_rim(beside, pixel, depth_map.shape[::-1], intrinsics), -depth_map, depth_map)
+    return np.where(known & is_rim(beside, pixel, depth_map.shape[::-1], intrinsics, noise), -depth_map, depth_map)

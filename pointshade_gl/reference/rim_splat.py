@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from .camera import pixel_ray, project
+from .camera import mean_focal_length, pixel_ray, project
 from .inverse_depth import facing_slope
-from .rim_marks import BOTTOMLESS, mean_focal_length
+from .rim_marks import BOTTOMLESS
 from .rims import Rim
 from .splat import FLAT, Footprint, inverse_depth_slope, splat_bends, splat_reach
 from .vectors import dot
@@ -15,12 +17,30 @@ F = np.float32
 NEXT_PIXEL, OUTLINE_NEAR = F(0.98), F(1.16)
 ENLARGED = F(8)
 BEHIND = F(0.1)
+ENDS_HIDDEN = F(0.5)
+
+
+def open_reach(rim: Rim) -> np.ndarray:
+    n = OUTLINE_NEAR * np.stack([-rim.outward[..., 0], rim.outward[..., 0], -rim.outward[..., 1], rim.outward[..., 1]], -1)
+    reach = np.where(n > rim.width[..., None], NEXT_PIXEL, splat_reach(F(1), False))
+    return reach[..., [0, 2, 1, 3]] * F([-1, -1, 1, 1])
 
 
 def rim_reach(rim: Rim) -> np.ndarray:
-    n, width, reach = OUTLINE_NEAR * rim.outward, rim.width[..., None], splat_reach(F(1), False)
-    low, high = np.where(-n > width, -NEXT_PIXEL, -reach), np.where(n > width, NEXT_PIXEL, reach)
+    hidden = (np.sign(rim.hidden) * (rim.hidden + ENDS_HIDDEN))[..., [0, 2, 1, 3]]
+    reach = open_reach(rim)
+    low, high = np.minimum(reach[..., :2], -hidden[..., :2]), np.maximum(reach[..., 2:], hidden[..., 2:])
     return np.concatenate([low, high], -1)
+
+
+def is_hidden(rim: Rim, off: np.ndarray) -> np.ndarray:
+    open_ = open_reach(rim)
+    return (off != np.clip(off, open_[..., :2], open_[..., 2:])).any(-1)
+
+
+def rim_comes_to(off: np.ndarray, open_: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    inside = (off >= reach[..., :2]).all(-1) & (off <= reach[..., 2:]).all(-1)
+    return inside & ((off >= open_[..., :2]) & (off <= open_[..., 2:])).any(-1)
 
 
 def rim_diameter(rim: Rim) -> np.ndarray:
@@ -38,22 +58,32 @@ def rim_slope(rim: Rim, ray: np.ndarray, own: np.ndarray, source: np.ndarray) ->
     return np.where((rim.drop > 0)[..., None], facing, plane)
 
 
+def fold_drop(rim: Rim, slope: np.ndarray, off: np.ndarray, focal: np.float32) -> np.ndarray:
+    drop = np.zeros(len(rim.width), F)
+    for fold in np.moveaxis(rim.folds, -2, 0):
+        below = focal * (F(1) + dot(slope, off)[..., 0] - fold[..., 0] - dot(fold[..., 1:], off)[..., 0])
+        drop = np.where(fold[..., 0] > 0, np.maximum(drop, below), drop)
+    return drop
+
+
 def rim_box(
     rim: Rim, pixel: np.ndarray, own: np.ndarray, source: np.ndarray, view: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
     ray, w = pixel_ray(pixel, source), (F(1) / own[..., 3])[..., None]
-    slope, reach, diameter = w * rim_slope(rim, ray, own, source), rim_reach(rim), rim_diameter(rim)
-    inward = np.minimum(rim.width + NEXT_PIXEL * np.abs(rim.outward).sum(-1), F(0.5) * diameter)
+    slope, reach, diameter = rim_slope(rim, ray, own, source), rim_reach(rim), rim_diameter(rim)
+    focal, farthest = mean_focal_length(source), np.maximum(-reach[..., :2], reach[..., 2:])
+    inward = np.minimum(rim.width + dot(farthest, np.abs(rim.outward))[..., 0], F(0.5) * diameter)
     top = np.sqrt(inward * (diameter - inward)) - rim.drop
     turn, shift = view[:3, :3], view[:3, 3]
     h = _turned(turn, ray) + shift * w
-    h_u = turn[:, 0] / source[0] + shift * slope[..., :1]
-    h_v = turn[:, 1] / source[1] + shift * slope[..., 1:]
-    h_t = shift * (w / mean_focal_length(source))
+    h_u = turn[:, 0] / source[0] + shift * (w * slope[..., :1])
+    h_v = turn[:, 1] / source[1] + shift * (w * slope[..., 1:])
+    h_t = shift * (w / focal)
     low, high = np.full((len(w), 2), F(1e9)), np.full((len(w), 2), F(-1e9))
     for k in range(8):
         u, v = reach[..., 0 if k & 1 == 0 else 2, None], reach[..., 1 if k & 2 == 0 else 3, None]
-        corner = h + h_u * u + h_v * v + h_t * (top if k & 4 == 0 else -rim.drop)[..., None]
+        fallen = np.where(diameter > 0, rim.drop, fold_drop(rim, slope, np.concatenate([u, v], -1), focal))
+        corner = h + h_u * u + h_v * v + h_t * (top if k & 4 == 0 else -fallen)[..., None]
         corner[..., 2] = np.maximum(corner[..., 2], BEHIND * h[..., 2])
         at = project(corner, target)
         low, high = np.minimum(low, at), np.maximum(high, at)
@@ -65,6 +95,24 @@ def roots_of(square: np.ndarray, linear: np.ndarray, constant: np.ndarray) -> np
     root = np.sqrt(np.maximum(rest, F(0)))
     q = F(-0.5) * (linear + np.where(linear < 0, -root, root))
     return np.where((rest >= 0)[..., None], np.stack([q / square, constant / q], -1), BOTTOMLESS)
+
+
+def meet_folds(
+    rim: Rim,
+    before: Sequence[np.ndarray],
+    closer: np.ndarray,
+    focal: np.float32,
+    start: np.ndarray,
+    change: np.ndarray,
+) -> np.ndarray:
+    none, own = -BOTTOMLESS, -before[0] / before[1]
+    entry, leaving = np.where(before[1] > 0, own, none), np.where(before[1] > 0, -none, own)
+    for fold in np.moveaxis(rim.folds[..., [1, 2, 0]], -2, 0):
+        other = [focal * (closer - dot(fold, line)[..., 0]) for line in (start, change)]
+        met, exists = -other[0] / other[1], fold[..., 2] > 0
+        entry = np.where(exists & (other[1] > 0), np.minimum(entry, met), entry)
+        leaving = np.where(exists & (other[1] <= 0), np.maximum(leaving, met), leaving)
+    return np.where(entry == none, leaving, np.where(entry >= leaving, entry, -none))
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -88,7 +136,7 @@ def rim_inverse_depth(
     drop, width = rim.drop, rim.width
     before = [focal * (closer - (line[..., 2] + _along(slope, line))) + drop * line[..., 2] for line in (start, change)]
     inside = [width * line[..., 2] - _along(rim.outward, line) for line in (start, change)]
-    plane = -before[0] / before[1]
+    plane = meet_folds(rim, before, closer, focal, start, change)
     circle = roots_of(
         before[1] * before[1] + inside[1] * (inside[1] - diameter * change[..., 2]),
         F(2) * (before[0] * before[1] + inside[0] * inside[1])
@@ -96,14 +144,13 @@ def rim_inverse_depth(
         before[0] * before[0] + inside[0] * (inside[0] - diameter * start[..., 2]),
     )
     share = np.where((diameter > 0)[..., None], circle, plane[..., None])
-    reach, nearest = rim_reach(rim), np.zeros_like(inverse_depth)
+    open_, reach, nearest = open_reach(rim), rim_reach(rim), np.zeros_like(inverse_depth)
     for k in range(2):
         here = share[..., k]
         place = start + here[..., None] * change
-        off = place[..., :2] / place[..., 2:]
-        reaches = (off >= reach[..., :2]).all(-1) & (off <= reach[..., 2:]).all(-1)
+        comes = rim_comes_to(place[..., :2] / place[..., 2:], open_, reach)
         ends = (inside[0] + here * inside[1] < 0) | ((diameter > 0) & (before[0] + here * before[1] < 0))
-        meets = (place[..., 2] > 0) & (here > -1) & reaches & ~ends
+        meets = (place[..., 2] > 0) & (here > -1) & comes & ~ends
         nearest = np.where(meets, np.maximum(nearest, inverse_depth * (F(1) + here)), nearest)
     return nearest
 

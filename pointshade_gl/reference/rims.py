@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .camera import pixel_ray
+from .camera import mean_focal_length, pixel_ray
 from .corners import surface_at
 from .inverse_depth import facing_slope, relative_step
-from .rim_marks import BOTTOMLESS, DROP, ends_before, mean_focal_length, rise_of
+from .look_up import BEFORE, HIDDEN_PIXELS
+from .rim_marks import BOTTOMLESS, DROP, ends_before, rise_of
 from .splat import inverse_depth_slope
 from .texels import texel_or_zero
 from .vectors import dot, length
@@ -22,6 +23,7 @@ SHALLOWEST, DEEPEST = F(1), F(200)
 STRAIGHT = F(1.05)
 AT_ODDS = F(0.6)
 FARTHER_IN, FARTHER_OUT, ALONG_A_ROW = F(0.3), F(0.1), F(0.5)
+CREASED, UNCREASED = F(1), F(0.1)
 OUTWARD = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])
 
 
@@ -29,6 +31,8 @@ class Rim(NamedTuple):
     outward: np.ndarray  # (n, 2)
     width: np.ndarray  # (n,)
     drop: np.ndarray  # (n,)
+    hidden: np.ndarray  # (n, 4)
+    folds: np.ndarray  # (n, 4, 3)
 
 
 class Around(NamedTuple):
@@ -36,7 +40,9 @@ class Around(NamedTuple):
     here: np.ndarray  # (n,)
     facing: np.ndarray  # (n, 2)
     focal: np.ndarray  # ()
-    own: np.ndarray  # (n,) int
+    tilt: np.ndarray  # (n, 2)
+    rises: np.ndarray  # (n, 4)
+    farther: np.ndarray  # (n, 4)
 
 
 def rise_at(
@@ -53,13 +59,25 @@ def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) 
     ray, focal = pixel_ray(pixel.astype(F), source), mean_focal_length(source)
     facing = _facing(ray, source)
     tilt = focal * (here[..., None] * inverse_depth_slope(normal, ray, here, source) - facing)
-    leave = np.minimum(length(tilt)[..., 0], MOST_TILT)
-    own = np.zeros(len(pixel), int)
+    near = pixel, here, facing, focal
+    rises, farther = (
+        np.stack([rise_at(surface_map, pixel, k * outward, *near[1:]) for outward in OUTWARD], -1) for k in (1, 2)
+    )
+    return Around(*near, tilt, rises, farther)
+
+
+def rise_around(surface_map: np.ndarray, around: Around, off: np.ndarray) -> np.ndarray:
+    return rise_at(surface_map, around.pixel, off, around.here, around.facing, around.focal)
+
+
+def own_pixels(surface_map: np.ndarray, around: Around) -> np.ndarray:
+    leave = np.minimum(length(around.tilt)[..., 0], MOST_TILT)
+    own = np.zeros(len(around.pixel), int)
     for k in range(25):
         off = np.array([k % 5 - 2, k // 5 - 2])
-        rise = rise_at(surface_map, pixel, off, here, facing, focal) - dot(tilt, off.astype(F))[..., 0]
+        rise = rise_around(surface_map, around, off) - dot(around.tilt, off.astype(F))[..., 0]
         own |= np.where(rise > -(DROP + leave * length(off.astype(F))[..., 0]), 1 << k, 0)
-    return Around(pixel, here, facing, focal, own)
+    return own
 
 
 def is_own(own: np.ndarray, off: np.ndarray) -> np.ndarray:
@@ -85,11 +103,15 @@ def border_distance(line: np.ndarray) -> np.ndarray:
     return np.clip(F(0.5) + line[..., 0], NARROWEST, BROADEST)
 
 
+def rim_at(outward: np.ndarray, width: np.ndarray, drop: np.ndarray) -> Rim:
+    return Rim(outward, width, drop, np.zeros((*width.shape, 4), F), np.zeros((*width.shape, 4, 3), F))
+
+
 def straight_rim(line: np.ndarray, outward: np.ndarray) -> Rim:
     cosine = F(1) / np.sqrt(F(1) + line[..., 1] * line[..., 1])
     across = np.stack([-outward[..., 1], outward[..., 0]], -1).astype(F)
     direction = cosine[..., None] * (outward.astype(F) - line[..., 1:2] * across)
-    return Rim(direction, cosine * border_distance(line), np.zeros_like(cosine))
+    return rim_at(direction, cosine * border_distance(line), np.zeros_like(cosine))
 
 
 def held_distance(distance: np.ndarray, line: np.ndarray) -> np.ndarray:
@@ -100,15 +122,21 @@ def held_distance(distance: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
 def bent_rim(
-    surface_map: np.ndarray, around: Around, outward: np.ndarray, a: np.ndarray, line: np.ndarray, straight: Rim
+    surface_map: np.ndarray,
+    around: Around,
+    own: np.ndarray,
+    outward: np.ndarray,
+    a: np.ndarray,
+    line: np.ndarray,
+    straight: Rim,
 ) -> Rim:
     def rise(off: np.ndarray) -> np.ndarray:
-        return rise_at(surface_map, around.pixel, off, around.here, around.facing, around.focal)
+        return rise_around(surface_map, around, off)
 
     b = rise(-2 * outward) - a
     bends = (a > SHALLOWEST) & (a < DEEPEST) & (np.abs(b) < F(2) * a + F(4)) & (a > STRAIGHT * b)
     side = np.stack([-outward[..., 1], outward[..., 0]], -1)
-    is_before, is_after = is_own(around.own, -side), is_own(around.own, side)
+    is_before, is_after = is_own(own, -side), is_own(own, side)
     before, after = np.where(is_before, rise(-side), F(0)), np.where(is_after, rise(side), F(0))
     share = np.where(is_before & is_after, F(0.5), F(1))
     lateral = share * (after - before)
@@ -128,22 +156,49 @@ def bent_rim(
     full = np.sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width)
     drop = np.where(moved, held * a + full, drop)
     direction = outward.astype(F) * cosine[..., None] - side.astype(F) * (across / slope)[..., None]
-    bent = Rim(direction, np.maximum(width, NARROWEST), drop)
+    bent = rim_at(direction, np.maximum(width, NARROWEST), drop)
     return _choose(bends, bent, straight)
 
 
-def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Rim:
-    around = look_around(surface_map, pixel, source)
-    count, last = len(pixel), np.array(surface_map.shape[1::-1]) - 1
-    corner = Rim(np.zeros((count, 2), F), np.ones(count, F), np.zeros(count, F))
+def is_less(one: np.ndarray, other: np.float32) -> np.ndarray:
+    return (one < other).astype(F)
+
+
+def hidden_pixels(around: Around) -> np.ndarray:
+    x, y = around.tilt.T
+    rise = np.stack([-x, x, -y, y], -1)
+    wide = is_less(np.abs(around.rises[:, [1, 0, 3, 2]] + rise), BEFORE)
+    first = is_less(rise - around.rises, -BEFORE) * is_less(np.abs(rise), DROP)
+    second = is_less(F(2) * rise - around.farther, -BEFORE) * is_less(F(2) * np.abs(rise), DROP)
+    return first * (F(1) + wide * second)
+
+
+def fold_at(surface_map: np.ndarray, around: Around, direction: int, source: np.ndarray) -> np.ndarray:
+    off = np.broadcast_to(OUTWARD[direction], around.pixel.shape).astype(F)
+    theirs = dot(around.tilt, off)[..., 0] - around.rises[:, direction]
+    beside = around.pixel + OUTWARD[direction]
+    there = texel_or_zero(surface_map, beside)
+    z = np.where(there[..., 3] == 0, F(1), np.abs(there[..., 3]))
+    slope = inverse_depth_slope(there[..., :3], pixel_ray(beside.astype(F), source), z, source)
+    first = F(1) / z - dot(slope, off)[..., 0]
+    plane = around.here[..., None] * np.concatenate([first[..., None], slope], -1)
+    ours = around.focal * (plane[..., 0] - F(1))
+    meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > UNCREASED) & (ours + theirs > CREASED)
+    return np.where(meets[..., None], plane, F(0))
+
+
+def estimate_outline(surface_map: np.ndarray, around: Around) -> Rim:
+    own = own_pixels(surface_map, around)
+    pixel, count, last = around.pixel, len(around.pixel), np.array(surface_map.shape[1::-1]) - 1
+    corner = rim_at(np.zeros((count, 2), F), np.ones(count, F), np.zeros(count, F))
     straight, steepest, border = corner, np.zeros((count, 2), int), np.zeros((count, 3), F)
     largest, least, is_corner = np.full(count, BOTTOMLESS), np.full(count, F(1e30)), np.zeros(count, bool)
-    for direction in OUTWARD:
+    for k, direction in enumerate(OUTWARD):
         outward, following = np.broadcast_to(direction, pixel.shape), pixel + direction
-        rise = rise_at(surface_map, pixel, direction, around.here, around.facing, around.focal)
-        inner = rise_at(surface_map, pixel, -direction, around.here, around.facing, around.focal)
-        ends = (following == np.clip(following, 0, last)).all(-1) & ends_before(rise, inner)
-        line = border_line(around.own, outward)
+        inner = around.rises[:, k ^ 1]
+        ends = ends_before(around.rises[:, k], inner)
+        ends &= (following == np.clip(following, 0, last)).all(-1)
+        line = border_line(own, outward)
         found = straight_rim(line, outward)
         is_corner |= ends & (least < 1e30) & (dot(found.outward, straight.outward)[..., 0] < AT_ODDS)
         flatter = ends & (np.abs(line[..., 1]) < least)
@@ -153,9 +208,16 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
         largest = np.where(steeper, inner, largest)
         steepest = np.where(steeper[..., None], outward, steepest)
         border = np.where(steeper[..., None], line, border)
-    bent = bent_rim(surface_map, around, steepest, largest, border, straight)
+    bent = bent_rim(surface_map, around, own, steepest, largest, border, straight)
     bent = _choose(np.abs(steepest).sum(-1) > 0, bent, straight)
     return _choose(is_corner, corner, bent)
+
+
+def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Rim:
+    around = look_around(surface_map, pixel, source)
+    folds = np.stack([fold_at(surface_map, around, k, source) for k in range(4)], -2)
+    rim = estimate_outline(surface_map, around)
+    return rim._replace(hidden=np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0)), folds=folds)
 
 
 def _facing(ray: np.ndarray, source: np.ndarray) -> np.ndarray:
@@ -163,6 +225,7 @@ def _facing(ray: np.ndarray, source: np.ndarray) -> np.ndarray:
 
 
 def _choose(condition: np.ndarray, one: Rim, other: Rim) -> Rim:
-    return Rim(
-        *(np.where(condition[:, None] if a.ndim == 2 else condition, a, b) for a, b in zip(one, other, strict=True))
-    )
+    def choose(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.where(condition.reshape(-1, *[1] * (a.ndim - 1)), a, b)
+
+    return Rim(*map(choose, one, other))

@@ -8,3 +8,8 @@ vec3 pixel_ray(vec2 pixel, vec4 intrinsics) {
 vec2 project(vec3 point, vec4 intrinsics) {
     return intrinsics.xy * point.xy / point.z + intrinsics.zw;
 }
+
+// One number for both axes, pixels.
+float mean_focal_length(vec4 intrinsics) {
+    return 0.5 * (abs(intrinsics.x) + abs(intrinsics.y));
+}

@@ -12,9 +12,10 @@ const float MOST_DETAIL = 4.0;         // source pixels for each target pixel, b
 const float UNLIKE = 0.7;              // cosine of two normals, below which they contradict each other
 const uint INVERSE_DEPTH = 0x3fffffffu; // the bits of a key that tell how far its splat is
 
-// What the splats leave at a pixel: the level of the nearest, then its 1/z. A higher level hides all lower ones.
-uint splat_key(float inverse_depth, int level) {
-    return (floatBitsToUint(inverse_depth) >> 1) | (uint(level) << 30);
+// What the splats leave at a pixel: the level of the nearest, then its 1/z, then whether it goes on behind others in its
+// frame. A higher level hides all lower ones.
+uint splat_key(float inverse_depth, int level, bool hidden) {
+    return hidden_mark(floatBitsToUint(inverse_depth) >> 1, hidden) | (uint(level) << 30);
 }
 
 float key_inverse_depth(uint key) {
@@ -63,7 +64,7 @@ float share_across(vec3 normal, vec2 target_pixel, mat4 view, vec4 target) {
 
 // As look_up, but where the ray meets the plane of the pixel that it hits first, if that is near; and 1/z is the plane's.
 Seen look_twice(
-    sampler2D surface_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
+    sampler2D surface_map, float inverse_depth, bool hidden, vec2 target_pixel, vec4 source, mat4 view, vec4 target, float band
 ) {
     vec2 last = vec2(textureSize(surface_map, 0) - 1);
     vec2 first = clamp(floor(carry_back(target_pixel, inverse_depth, target, view, source).xy + 0.5), vec2(0.0), last);
@@ -71,7 +72,7 @@ Seen look_twice(
     float met = plane_inverse_depth(hit, first, target_pixel, source, view, target);
     float off = (met / inverse_depth - 1.0) * share_across(hit.xyz, target_pixel, view, target);
     float start = abs(off) < band ? met : inverse_depth;
-    Seen seen = look_up(surface_map, start, target_pixel, source, view, target);
+    Seen seen = look_up(surface_map, start, hidden, target_pixel, source, view, target);
     seen.inverse_depth = plane_inverse_depth(seen.own, vec2(seen.pixel), target_pixel, source, view, target);
     return seen;
 }

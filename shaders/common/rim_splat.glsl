@@ -6,15 +6,33 @@ const float NEXT_PIXEL = 0.98;   // source pixels that a rim reaches towards an 
 const float OUTLINE_NEAR = 1.16; // along an axis it is no farther than this
 const float ENLARGED = 8.0;      // target pixels for each source pixel, beyond which a rim is drawn as its tangent plane
 const float BEHIND = 0.1;        // share of the pixel's depth in the view that all of a rim is taken to have
+const float ENDS_HIDDEN = 0.5;   // source pixels beyond the last pixel behind which a surface goes on
 
-// How far a rim may reach from its pixel in the source picture: left and up, right and down.
+// How far a rim that nothing hides may reach from its pixel in the source picture: left and up, right and down.
+vec4 open_reach(Rim rim) {
+    vec4 n = OUTLINE_NEAR * vec4(-rim.outward.x, rim.outward.x, -rim.outward.y, rim.outward.y);
+    vec4 reach = mix(vec4(splat_reach(1.0, false)), vec4(NEXT_PIXEL), greaterThan(n, vec4(rim.width)));
+    return vec4(-reach.x, -reach.z, reach.y, reach.w);
+}
+
+// The same with what goes on behind other pixels.
 vec4 rim_reach(Rim rim) {
-    vec2 n = OUTLINE_NEAR * rim.outward;
-    float reach = splat_reach(1.0, false);
-    return vec4(
-        -n.x > rim.width ? -NEXT_PIXEL : -reach, -n.y > rim.width ? -NEXT_PIXEL : -reach,
-        n.x > rim.width ? NEXT_PIXEL : reach, n.y > rim.width ? NEXT_PIXEL : reach
-    );
+    vec4 hidden = (sign(rim.hidden) * (rim.hidden + ENDS_HIDDEN)).xzyw;
+    vec4 reach = open_reach(rim);
+    return vec4(min(reach.xy, -hidden.xy), max(reach.zw, hidden.zw));
+}
+
+// Does a place in the source picture, so far from a rim's pixel, lie behind other pixels?
+bool is_hidden(Rim rim, vec2 off) {
+    vec4 open = open_reach(rim);
+    return off != clamp(off, open.xy, open.zw);
+}
+
+// Does a rim come to a place so far from its pixel? Behind others only straight on in a row or a column.
+bool rim_comes_to(vec2 off, vec4 open, vec4 reach) {
+    bool inside = all(greaterThanEqual(off, reach.xy)) && all(lessThanEqual(off, reach.zw));
+    bvec2 straight = bvec2(off.x == clamp(off.x, open.x, open.z), off.y == clamp(off.y, open.y, open.w));
+    return inside && any(straight);
 }
 
 // The circle's diameter; it is 0 for a rim on the tangent plane.
@@ -34,23 +52,35 @@ vec2 rim_slope(Rim rim, vec3 ray, vec4 own, vec4 source) {
     return own.w * inverse_depth_slope(own.xyz, ray, own.w, source);
 }
 
+// By how many pixels of depth a rim lies behind its plane where folds turn it down, this far from its pixel.
+float fold_drop(Rim rim, vec2 slope, vec2 off, float focal) {
+    float drop = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        vec3 fold = rim.folds[k];
+        if (fold.x > 0.0) drop = max(drop, focal * (1.0 + dot(slope, off) - fold.x - dot(fold.yz, off)));
+    }
+    return drop;
+}
+
 // A box round a rim in the view: left, top, right and bottom, target pixels.
 vec4 rim_box(Rim rim, vec2 pixel, vec4 own, vec4 source, mat4 view, vec4 target) {
     vec3 ray = pixel_ray(pixel, source);
     float w = 1.0 / own.w;
-    vec2 slope = w * rim_slope(rim, ray, own, source);
+    vec2 slope = rim_slope(rim, ray, own, source);
     vec4 reach = rim_reach(rim);
-    float diameter = rim_diameter(rim);
-    float inward = min(rim.width + NEXT_PIXEL * (abs(rim.outward.x) + abs(rim.outward.y)), 0.5 * diameter);
+    float focal = mean_focal_length(source), diameter = rim_diameter(rim);
+    vec2 farthest = max(-reach.xy, reach.zw);
+    float inward = min(rim.width + dot(farthest, abs(rim.outward)), 0.5 * diameter);
     float top = sqrt(inward * (diameter - inward)) - rim.drop;
     vec3 h = mat3(view) * ray + view[3].xyz * w;  // target point times w: linear in u, v and pixels of depth
-    vec3 h_u = view[0].xyz / source.x + view[3].xyz * slope.x;
-    vec3 h_v = view[1].xyz / source.y + view[3].xyz * slope.y;
-    vec3 h_t = view[3].xyz * (w / mean_focal_length(source));
+    vec3 h_u = view[0].xyz / source.x + view[3].xyz * (w * slope.x);
+    vec3 h_v = view[1].xyz / source.y + view[3].xyz * (w * slope.y);
+    vec3 h_t = view[3].xyz * (w / focal);
     vec4 box = vec4(1e9, 1e9, -1e9, -1e9);
     for (int k = 0; k < 8; ++k) {
         vec2 off = vec2((k & 1) == 0 ? reach.x : reach.z, (k & 2) == 0 ? reach.y : reach.w);
-        vec3 corner = h + h_u * off.x + h_v * off.y + h_t * ((k & 4) == 0 ? top : -rim.drop);
+        float bottom = diameter > 0.0 ? -rim.drop : -fold_drop(rim, slope, off, focal);
+        vec3 corner = h + h_u * off.x + h_v * off.y + h_t * ((k & 4) == 0 ? top : bottom);
         corner.z = max(corner.z, BEHIND * h.z);
         vec2 at = project(corner, target);
         box = vec4(min(box.xy, at), max(box.zw, at));
@@ -64,6 +94,22 @@ vec2 roots_of(float square, float linear, float constant) {
     if (!(rest >= 0.0)) return vec2(BOTTOMLESS);
     float q = -0.5 * (linear + (linear < 0.0 ? -sqrt(rest) : sqrt(rest)));
     return vec2(q / square, constant / q);
+}
+
+// Where a ray meets the plane of a rim, folded: the unknown of rim_inverse_depth, or BOTTOMLESS. before: how far it runs
+// before the plane, and how that changes; start, change: as there. What is behind all planes is inside: the ray enters
+// at the last plane that it meets from ahead, unless it has left one before.
+float meet_folds(Rim rim, vec2 before, float closer, float focal, vec3 start, vec3 change) {
+    float entry = before.y > 0.0 ? -before.x / before.y : -BOTTOMLESS;
+    float leaving = before.y > 0.0 ? BOTTOMLESS : -before.x / before.y;
+    for (int k = 0; k < 4; ++k) {
+        vec3 fold = rim.folds[k].yzx;
+        vec2 other = focal * (closer - vec2(dot(fold, start), dot(fold, change)));
+        if (fold.z > 0.0 && other.y > 0.0) entry = min(entry, -other.x / other.y);
+        if (fold.z > 0.0 && other.y <= 0.0) leaving = max(leaving, -other.x / other.y);
+    }
+    if (entry == -BOTTOMLESS) return leaving;  // seen from behind
+    return entry >= leaving ? entry : BOTTOMLESS;
 }
 
 // 1/z in the view where the ray of a target pixel first meets a rim; 0 where it misses it. inverse_depth is that of the
@@ -83,7 +129,7 @@ float rim_inverse_depth(
     vec2 before = focal * (closer - vec2(start.z + dot(slope, start.xy), change.z + dot(slope, change.xy)));
     before += rim.drop * vec2(start.z, change.z);
     vec2 inside = rim.width * vec2(start.z, change.z) - vec2(dot(rim.outward, start.xy), dot(rim.outward, change.xy));
-    vec2 share = vec2(-before.x / before.y);
+    vec2 share = vec2(meet_folds(rim, before, closer, focal, start, change));
     if (diameter > 0.0) {
         share = roots_of(
             before.y * before.y + inside.y * (inside.y - diameter * change.z),
@@ -91,15 +137,14 @@ float rim_inverse_depth(
             before.x * before.x + inside.x * (inside.x - diameter * start.z)
         );
     }
-    vec4 reach = rim_reach(rim);
+    vec4 open = open_reach(rim), reach = rim_reach(rim);
     float nearest = 0.0;
     for (int k = 0; k < 2; ++k) {
         float here = k == 0 ? share.x : share.y;
         vec3 place = start + here * change;
-        vec2 off = place.xy / place.z;
-        bool reaches = all(greaterThanEqual(off, reach.xy)) && all(lessThanEqual(off, reach.zw));
+        bool comes = rim_comes_to(place.xy / place.z, open, reach);
         bool ends = inside.x + here * inside.y < 0.0 || (diameter > 0.0 && before.x + here * before.y < 0.0);
-        if (place.z > 0.0 && here > -1.0 && reaches && !ends) nearest = max(nearest, inverse_depth * (1.0 + here));
+        if (place.z > 0.0 && here > -1.0 && comes && !ends) nearest = max(nearest, inverse_depth * (1.0 + here));
     }
     return nearest;
 }

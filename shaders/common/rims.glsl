@@ -1,9 +1,10 @@
 #include "common/corners.glsl"
 #include "common/rim_marks.glsl"
 
-// A rim pixel is drawn as what is there: a surface that bends away, and ends at an outline between this pixel and the
-// next. Near a smooth outline, the square of the depth that is left to it is linear in pixels: seen from the side, the
-// surface is a circle.
+// A rim pixel is drawn as what is there. A surface that bends away ends at an outline between this pixel and the next:
+// near a smooth outline, the square of the depth that is left to it is linear in pixels: seen from the side, the surface
+// is a circle. A surface that something nearer hides goes on behind it. A surface that folds turns down at the crease,
+// where its plane meets the neighbour's.
 
 const float MOST_TILT = 10.0;    // pixels of depth for each pixel by which the surface may leave its tangent plane
 const float NARROWEST = 0.02;    // pixels from a rim pixel to the outline
@@ -16,21 +17,32 @@ const float AT_ODDS = 0.6;       // cosine between two borders of a corner
 const float FARTHER_IN = 0.3;    // how far the outline of the circle may lie from the border of the pixels, inward
 const float FARTHER_OUT = 0.1;
 const float ALONG_A_ROW = 0.5;   // both, where the border lies along a row or a column and so may be anywhere in it
+const float CREASED = 1.0;       // pixels of depth for each pixel between two planes that meet at a crease, at least
+const float UNCREASED = 0.1;     // of that, each plane lies so much before the other's pixel
 
 struct Rim {
     vec2 outward;  // unit, source pixels; 0 at a corner
     float width;   // from the pixel's centre to the outline, source pixels
     float drop;    // by how many pixels of depth the outline lies behind the pixel; 0: on its tangent plane
+    vec4 hidden;   // how many pixels it goes on behind what is nearer: left, right, up, down
+    mat4x3 folds;  // the planes of the neighbours in these directions on which it goes on beyond a crease: 1/z at the pixel
+                   // and its change per pixel, as shares of the pixel's 1/z; 0 where there is none
 };
 
-// A rim pixel and what is around it.
+// A rim pixel, its plane and its neighbours. Four directions: left, right, up, down.
 struct Around {
     ivec2 pixel;
     float here;    // its depth
     vec2 facing;   // slope of the surface that faces the viewer there
     float focal;
-    int own;       // which of the 5x5 pixels belong to its surface: a bit for each, row by row
+    vec2 tilt;     // pixels of depth by which its plane rises for each pixel
+    vec4 rises;    // how far the next pixels rise
+    vec4 farther;  // and those after them
 };
+
+ivec2 direction_of(int k) {
+    return k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5);
+}
 
 // How far the pixel rises that is this far off, see rise_of.
 float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 facing, float focal) {
@@ -44,14 +56,29 @@ Around look_around(sampler2D surface_map, ivec2 pixel, vec4 source) {
     float focal = mean_focal_length(source);
     vec2 facing = facing_slope(ray.xy, source);
     vec2 tilt = focal * (surface.w * inverse_depth_slope(surface.xyz, ray, surface.w, source) - facing);
-    float leave = min(length(tilt), MOST_TILT);
+    vec4 rises, farther;
+    for (int k = 0; k < 4; ++k) {
+        rises[k] = rise_at(surface_map, pixel, direction_of(k), surface.w, facing, focal);
+        farther[k] = rise_at(surface_map, pixel, 2 * direction_of(k), surface.w, facing, focal);
+    }
+    return Around(pixel, surface.w, facing, focal, tilt, rises, farther);
+}
+
+// How far a pixel rises that is this far off the rim pixel.
+float rise_around(sampler2D surface_map, Around around, ivec2 off) {
+    return rise_at(surface_map, around.pixel, off, around.here, around.facing, around.focal);
+}
+
+// Which of the 5x5 pixels belong to its surface: a bit for each, row by row.
+int own_pixels(sampler2D surface_map, Around around) {
+    float leave = min(length(around.tilt), MOST_TILT);
     int own = 0;
     for (int k = 0; k < 25; ++k) {
         ivec2 off = ivec2(k % 5, k / 5) - 2;
-        float rise = rise_at(surface_map, pixel, off, surface.w, facing, focal) - dot(tilt, vec2(off));
+        float rise = rise_around(surface_map, around, off) - dot(around.tilt, vec2(off));
         if (rise > -(DROP + leave * length(vec2(off)))) own |= 1 << k;
     }
-    return Around(pixel, surface.w, facing, focal, own);
+    return own;
 }
 
 bool is_own(int own, ivec2 off) {
@@ -83,11 +110,16 @@ float border_distance(vec3 line) {
     return clamp(0.5 + line.x, NARROWEST, BROADEST);
 }
 
+// A rim that is nothing but an outline.
+Rim rim_at(vec2 outward, float width, float drop) {
+    return Rim(outward, width, drop, vec4(0.0), mat4x3(0.0));
+}
+
 // The rim as the border of the pixels alone has it.
 Rim straight_rim(vec3 line, ivec2 outward) {
     float cosine = 1.0 / sqrt(1.0 + line.y * line.y);
     vec2 across = vec2(float(-outward.y), float(outward.x));
-    return Rim(cosine * (vec2(outward) - line.y * across), cosine * border_distance(line), 0.0);
+    return rim_at(cosine * (vec2(outward) - line.y * across), cosine * border_distance(line), 0.0);
 }
 
 // How far the outline of a circle lies outward if the border of the pixels has a say.
@@ -98,14 +130,14 @@ float held_distance(float distance, vec3 line) {
 }
 
 // The rim from the depth of the two pixels inward, the first of which rises by a, and of those beside; `straight` where
-// they lie on no circle. line: the border outward.
-Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, float a, vec3 line, Rim straight) {
-    float b = rise_at(surface_map, around.pixel, -2 * outward, around.here, around.facing, around.focal) - a;
+// they lie on no circle. own: from own_pixels; line: the border outward.
+Rim bent_rim(sampler2D surface_map, Around around, int own, ivec2 outward, float a, vec3 line, Rim straight) {
+    float b = rise_around(surface_map, around, -2 * outward) - a;
     if (!(a > SHALLOWEST && a < DEEPEST && abs(b) < 2.0 * a + 4.0 && a > STRAIGHT * b)) return straight;
     ivec2 side = ivec2(-outward.y, outward.x);
-    vec2 known = vec2(is_own(around.own, -side) ? 1.0 : 0.0, is_own(around.own, side) ? 1.0 : 0.0);
-    float before = rise_at(surface_map, around.pixel, -side, around.here, around.facing, around.focal) * known.x;
-    float after = rise_at(surface_map, around.pixel, side, around.here, around.facing, around.focal) * known.y;
+    vec2 known = vec2(is_own(own, -side) ? 1.0 : 0.0, is_own(own, side) ? 1.0 : 0.0);
+    float before = rise_around(surface_map, around, -side) * known.x;
+    float after = rise_around(surface_map, around, side) * known.y;
     float share = known.x * known.y > 0.0 ? 0.5 : 1.0;
     float lateral = share * (after - before);
     float straightness = a * a / (a * a + lateral * lateral);  // nearly the square of the cosine below
@@ -124,24 +156,56 @@ Rim bent_rim(sampler2D surface_map, Around around, ivec2 outward, float a, vec3 
         width = held * cosine;
         drop = held * a + sqrt(held * held * a * a + held * (a * a + cosine * cosine) + width * width);
     }
-    return Rim(vec2(outward) * cosine - vec2(side) * (across / slope), max(width, NARROWEST), drop);
+    return rim_at(vec2(outward) * cosine - vec2(side) * (across / slope), max(width, NARROWEST), drop);
 }
 
-Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
-    Around around = look_around(surface_map, pixel, source);
+// 1 where a number is less than another, else 0.
+vec4 is_less(vec4 one, float other) {
+    return vec4(lessThan(one, vec4(other)));
+}
+
+// How many pixels the surface of a rim pixel goes on behind what is nearer: as long as its plane stays near its depth.
+// Where it does not go on the other way, it is too narrow to tell more than one.
+vec4 hidden_pixels(Around around) {
+    vec4 rise = vec4(-around.tilt.x, around.tilt.x, -around.tilt.y, around.tilt.y);
+    vec4 wide = is_less(abs(around.rises.yxwz + rise), BEFORE);
+    vec4 first = is_less(rise - around.rises, -BEFORE) * is_less(abs(rise), DROP);
+    vec4 second = is_less(2.0 * rise - around.farther, -BEFORE) * is_less(2.0 * abs(rise), DROP);
+    return first * (1.0 + wide * second);
+}
+
+// The plane of a rim pixel's neighbour on which the surface goes on beyond a crease, see Rim; 0 if there is none. Each
+// plane of a crease that stands out lies before the other pixel.
+vec3 fold_at(sampler2D surface_map, Around around, int direction, vec4 source) {
+    vec2 outward = vec2(direction_of(direction));
+    float theirs = dot(around.tilt, outward) - around.rises[direction];
+    vec3 plane = vec3(0.0);
+    int folds = theirs > UNCREASED && theirs < -BOTTOMLESS ? 1 : 0;  // a loop, see estimate_rim
+    for (int k = 0; k < folds; ++k) {
+        vec4 there = surface_at(surface_map, around.pixel + direction_of(direction));
+        vec2 slope = inverse_depth_slope(there.xyz, pixel_ray(vec2(around.pixel) + outward, source), there.w, source);
+        plane = around.here * vec3(1.0 / there.w - dot(slope, outward), slope);
+        float ours = around.focal * (plane.x - 1.0);
+        if (!(ours > UNCREASED && ours + theirs > CREASED)) plane = vec3(0.0);
+    }
+    return plane;
+}
+
+// Where the surface of a rim pixel ends, if it does.
+Rim estimate_outline(sampler2D surface_map, Around around) {
+    int own = own_pixels(surface_map, around);
     ivec2 last = textureSize(surface_map, 0) - 1;
-    Rim straight = Rim(vec2(0.0), 1.0, 0.0);
+    Rim straight = rim_at(vec2(0.0), 1.0, 0.0);
     ivec2 steepest = ivec2(0);  // direction in which the surface ends after the largest step
     vec3 border = vec3(0.0);     // there
     float largest = BOTTOMLESS, least = 1e30;
     bool is_corner = false;
     for (int k = 0; k < 4; ++k) {
-        ivec2 outward = k < 2 ? ivec2(2 * k - 1, 0) : ivec2(0, 2 * k - 5);
-        ivec2 next = pixel + outward;
-        float rise = rise_at(surface_map, pixel, outward, around.here, around.facing, around.focal);
-        float inner = rise_at(surface_map, pixel, -outward, around.here, around.facing, around.focal);
-        if (next != clamp(next, ivec2(0), last) || !ends_before(rise, inner)) continue;
-        vec3 line = border_line(around.own, outward);
+        ivec2 outward = direction_of(k);
+        ivec2 next = around.pixel + outward;
+        float inner = around.rises[k ^ 1];
+        if (next != clamp(next, ivec2(0), last) || !ends_before(around.rises[k], inner)) continue;
+        vec3 line = border_line(own, outward);
         Rim found = straight_rim(line, outward);
         is_corner = is_corner || (least < 1e30 && dot(found.outward, straight.outward) < AT_ODDS);
         if (abs(line.y) < least) {
@@ -154,7 +218,19 @@ Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
             border = line;
         }
     }
-    if (is_corner) return Rim(vec2(0.0), 1.0, 0.0);
+    if (is_corner) return rim_at(vec2(0.0), 1.0, 0.0);
     if (steepest == ivec2(0)) return straight;
-    return bent_rim(surface_map, around, steepest, largest, border, straight);
+    return bent_rim(surface_map, around, own, steepest, largest, border, straight);
+}
+
+Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
+    Around around = look_around(surface_map, pixel, source);
+    bool ends = false;
+    for (int k = 0; k < 4; ++k) ends = ends || ends_before(around.rises[k], around.rises[k ^ 1]);
+    Rim rim = rim_at(vec2(0.0), 1.0, 0.0);
+    int outlines = ends ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
+    for (int k = 0; k < outlines; ++k) rim = estimate_outline(surface_map, around);
+    if (rim.drop == 0.0) rim.hidden = hidden_pixels(around);
+    for (int k = 0; k < 4; ++k) rim.folds[k] = fold_at(surface_map, around, k, source);
+    return rim;
 }

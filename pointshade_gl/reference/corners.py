@@ -49,10 +49,13 @@ def corner_pixel(corners: Corners, side: np.ndarray) -> np.ndarray:
     return np.where(side, corners.high, corners.low)
 
 
-def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
+def corner_texel(corners: Corners, side: np.ndarray) -> np.ndarray:
     right, below = side[..., :1], side[..., 1:]
-    surface = np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
-    return unmarked(surface)
+    return np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
+
+
+def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
+    return unmarked(corner_texel(corners, side))
 
 
 def corner_weights(

@@ -50,14 +50,13 @@ vec4 corner_surface(Corners corners, bvec2 side) {
     return vec4(surface.xyz, abs(surface.w));
 }
 
-// Weights of a, b, c, d at a position: bilinear, and 0 off the surface of `pixel`, whose w and slope are given. nearer:
-// from nearer_share
-vec4 corner_weights(Corners corners, vec2 at, vec2 pixel, float w, vec2 slope, float nearer) {
+// Weights of a, b, c, d at a position: bilinear, and 0 off the surface of `pixel`, whose w and slope are given.
+vec4 corner_weights(Corners corners, vec2 at, vec2 pixel, float w, vec2 slope) {
     vec2 low = vec2(corners.low), high = vec2(corners.high);
     return vec4(
-        neighbour_weight(corners.a.w, low, at, pixel, w, slope, nearer),
-        neighbour_weight(corners.b.w, vec2(high.x, low.y), at, pixel, w, slope, nearer),
-        neighbour_weight(corners.c.w, vec2(low.x, high.y), at, pixel, w, slope, nearer),
-        neighbour_weight(corners.d.w, high, at, pixel, w, slope, nearer)
+        neighbour_weight(corners.a.w, low, at, pixel, w, slope),
+        neighbour_weight(corners.b.w, vec2(high.x, low.y), at, pixel, w, slope),
+        neighbour_weight(corners.c.w, vec2(low.x, high.y), at, pixel, w, slope),
+        neighbour_weight(corners.d.w, high, at, pixel, w, slope)
     );
 }

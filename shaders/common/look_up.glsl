@@ -4,7 +4,6 @@
 
 const float SAME_SURFACE = 0.02;  // a neighbour off the tangent plane by more than this share of 1/z is another surface
 const float RIM_REACH = 0.985;    // source pixels from a rim's pixel that it may cover
-const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
 const float NEARBY = 1e-4;        // share of 1/z that an error weighs more for each square pixel: of equals the nearest counts
 const int HIDDEN_PIXELS = 2;      // so many pixels a surface goes on behind what hides it
 
@@ -41,19 +40,14 @@ uint hidden_mark(uint bits, bool hidden) {
     return hidden ? bits | 1u : bits & ~1u;
 }
 
-// By which share of 1/z a neighbour on the same surface may lie nearer than the plane of a pixel with depth z.
-float nearer_share(float z, vec4 source) {
-    return z < 0.0 ? min(BEFORE / mean_focal_length(source), SAME_SURFACE) : SAME_SURFACE;
-}
-
 // Depths z are negative at rims.
 
 // Weight of the neighbour with depth z at a corner around `at`: bilinear, but 0 if the neighbour is missing or on
-// another surface, so that nothing blends across an edge. nearer: from nearer_share
-float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope, float nearer) {
+// another surface, so that nothing blends across an edge.
+float neighbour_weight(float z, vec2 corner, vec2 at, vec2 pixel, float w, vec2 slope) {
     if (z == 0.0) return 0.0;
-    float before = 1.0 / abs(z) - (w + dot(slope, corner - pixel));
-    if (before < -SAME_SURFACE * w || before > nearer * w) return 0.0;
+    float expected = w + dot(slope, corner - pixel);
+    if (abs(1.0 / abs(z) - expected) > SAME_SURFACE * w) return 0.0;
     vec2 closeness = max(1.0 - abs(at - corner), 0.0);
     return closeness.x * closeness.y;
 }

@@ -12,7 +12,6 @@ struct Seen {
     float inverse_depth;  // 1/z in the target view
     ivec2 pixel;          // whose splat is seen
     vec4 own;             // its surface; depth 0 if there is none
-    float nearer;         // by which share of 1/z a neighbour on it may lie nearer than its plane
     Corners corners;      // around the position
 };
 
@@ -32,47 +31,45 @@ Seen see_splat(
         inverse_depth = rim_depth;
         at = carry_back(target_pixel, rim_depth, target, view, source).xy;
     }
-    float nearer = nearer_share(texel_at(surface_map, pixel).w, source);
-    return Seen(at, inverse_depth, pixel, own, nearer, corners_at(surface_map, at));
-}
-
-// The pixel whose surface goes on behind others at a position where 1/z is w_at: whose plane agrees best.
-ivec2 hidden_pixel(sampler2D surface_map, vec2 at, float w_at, vec4 source) {
-    ivec2 middle = ivec2(floor(at + 0.5)), found = middle;
-    float least = 1e30;
-    int side = 2 * HIDDEN_PIXELS + 1;
-    for (int k = 0; k < side * side; ++k) {
-        ivec2 pixel = middle + ivec2(k % side, k / side) - HIDDEN_PIXELS;
-        vec4 surface = texel_or_zero(surface_map, pixel);
-        if (!(surface.w < 0.0)) continue;
-        vec2 off = at - vec2(pixel);
-        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(pixel), source), -surface.w, source);
-        float error = abs(-1.0 / surface.w + dot(slope, off) - w_at) + NEARBY * w_at * dot(off, off);
-        if (error < least) found = pixel;
-        least = min(least, error);
+    Corners corners = corners_at(surface_map, at);
+    for (int k = 0; k < rims; ++k) {
+        float over = abs(texel_at(surface_map, clamp(ivec2(floor(at + 0.5)), corners.low, corners.high)).w);
+        w_at = carry_back(target_pixel, rim_depth, target, view, source).z;
+        if (over > 0.0 && over * w_at < 1.0) at = centre;  // hidden in its frame
     }
-    return found;
+    return Seen(at, inverse_depth, pixel, own, corners);
 }
 
-// The same if only its 1/z is known, and whether it is hidden in its frame: that says where to look.
+// What a target pixel shows if only its 1/z is known, and whether it is hidden in its frame: that says where to look.
 Seen look_up(
     sampler2D surface_map, float inverse_depth, bool hidden, vec2 target_pixel, vec4 source, mat4 view, vec4 target
 ) {
     vec3 back = carry_back(target_pixel, inverse_depth, target, view, source);
     Corners corners = corners_at(surface_map, back.xy);
-    ivec2 pixel = corner_pixel(corners, seen_corner(corners, back.xy, back.z));
-    int searches = hidden ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
-    for (int k = 0; k < searches; ++k) pixel = hidden_pixel(surface_map, back.xy, back.z, source);
-    vec4 own = texel_or_zero(surface_map, pixel);
-    return Seen(
-        back.xy, inverse_depth, pixel, vec4(own.xyz, abs(own.w)), nearer_share(own.w, source), corners
-    );
+    bvec2 side = seen_corner(corners, back.xy, back.z);
+    Seen seen = Seen(back.xy, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners);
+    float least = 1e30;
+    int around = 2 * HIDDEN_PIXELS + 1, searches = hidden ? around * around : 0;
+    for (int k = 0; k < searches; ++k) {  // the pixel whose plane goes on here
+        ivec2 pixel = ivec2(floor(back.xy + 0.5)) + ivec2(k % around, k / around) - HIDDEN_PIXELS;
+        vec4 surface = texel_or_zero(surface_map, pixel);
+        vec2 off = back.xy - vec2(pixel);
+        vec2 slope = inverse_depth_slope(surface.xyz, pixel_ray(vec2(pixel), source), -surface.w, source);
+        float error = abs(-1.0 / surface.w + dot(slope, off) - back.z) + NEARBY * back.z * dot(off, off);
+        if (surface.w < 0.0 && error < least) {
+            seen.at = vec2(pixel);
+            seen.pixel = pixel;
+            seen.own = vec4(surface.xyz, -surface.w);
+            least = error;
+        }
+    }
+    return seen;
 }
 
 vec4 seen_weights(Seen seen, vec4 source) {
     vec2 pixel = vec2(seen.pixel);
     vec2 slope = inverse_depth_slope(seen.own.xyz, pixel_ray(pixel, source), seen.own.w, source);
-    return corner_weights(seen.corners, seen.at, pixel, 1.0 / seen.own.w, slope, seen.nearer);
+    return corner_weights(seen.corners, seen.at, pixel, 1.0 / seen.own.w, slope);
 }
 
 vec3 mix_normal(Seen seen, vec4 weight) {

@@ -77,13 +77,15 @@ vec4 rim_box(Rim rim, vec2 pixel, vec4 own, vec4 source, mat4 view, vec4 target)
     vec3 h_v = view[1].xyz / source.y + view[3].xyz * (w * slope.y);
     vec3 h_t = view[3].xyz * (w / focal);
     vec4 box = vec4(1e9, 1e9, -1e9, -1e9);
-    for (int k = 0; k < 8; ++k) {
+    for (int k = 0; k < 4; ++k) {
         vec2 off = vec2((k & 1) == 0 ? reach.x : reach.z, (k & 2) == 0 ? reach.y : reach.w);
-        float bottom = diameter > 0.0 ? -rim.drop : -fold_drop(rim, slope, off, focal);
-        vec3 corner = h + h_u * off.x + h_v * off.y + h_t * ((k & 4) == 0 ? top : bottom);
-        corner.z = max(corner.z, BEHIND * h.z);
-        vec2 at = project(corner, target);
-        box = vec4(min(box.xy, at), max(box.zw, at));
+        vec3 corner = h + h_u * off.x + h_v * off.y;
+        vec3 highest = corner + h_t * top;
+        vec3 lowest = corner - h_t * (diameter > 0.0 ? rim.drop : fold_drop(rim, slope, off, focal));
+        highest.z = max(highest.z, BEHIND * h.z);
+        lowest.z = max(lowest.z, BEHIND * h.z);
+        vec2 one = project(highest, target), other = project(lowest, target);
+        box = vec4(min(box.xy, min(one, other)), max(box.zw, max(one, other)));
     }
     return box;
 }
@@ -105,8 +107,9 @@ float meet_folds(Rim rim, vec2 before, float closer, float focal, vec3 start, ve
     for (int k = 0; k < 4; ++k) {
         vec3 fold = rim.folds[k].yzx;
         vec2 other = focal * (closer - vec2(dot(fold, start), dot(fold, change)));
-        if (fold.z > 0.0 && other.y > 0.0) entry = min(entry, -other.x / other.y);
-        if (fold.z > 0.0 && other.y <= 0.0) leaving = max(leaving, -other.x / other.y);
+        float met = -other.x / other.y;
+        if (fold.z > 0.0 && other.y > 0.0) entry = min(entry, met);
+        if (fold.z > 0.0 && other.y <= 0.0) leaving = max(leaving, met);
     }
     if (entry == -BOTTOMLESS) return leaving;  // seen from behind
     return entry >= leaving ? entry : BOTTOMLESS;

@@ -23,6 +23,7 @@ uniform float primary;  // share of its splats that hide those of others
 flat in int id;
 flat in float inverse_depth;
 flat in vec4 rim;
+flat in vec2 slope;
 flat in vec4 hidden;
 flat in mat4x3 folds;
 flat in float stretched;
@@ -38,7 +39,7 @@ out int source_id;  // negative: its depth is exact; of several frames, the key
 void main() {
     ivec2 pixel = pixel_of(id - first_id, textureSize(surface_map, 0).x);
     vec4 own = surface_at(surface_map, pixel);
-    Rim found = Rim(rim.xy, rim.z, rim.w, hidden, folds);
+    Rim found = Rim(rim.xy, rim.z, rim.w, slope, hidden, folds);
     vec2 q = gl_FragCoord.xy - 0.5;
     float here = rim_inverse_depth(found, vec2(pixel), own, inverse_depth, q, source, view, target);
     if (here == 0.0) discard;

@@ -17,7 +17,8 @@ uniform int first_id;
 flat out int id;
 flat out float inverse_depth;  // of the pixel
 flat out vec4 rim;             // outward, width, drop
-flat out vec4 hidden;          // these as in rims.glsl
+flat out vec2 slope;           // these as in rims.glsl
+flat out vec4 hidden;
 flat out mat4x3 folds;
 flat out float stretched;      // for set_rims.frag: 1 if the pixel's footprint is
 
@@ -45,6 +46,7 @@ void main() {
         id = first_id + gl_VertexID;
         inverse_depth = splat.inverse_depth;
         rim = vec4(found.outward, found.width, found.drop);
+        slope = found.slope;
         hidden = found.hidden;
         folds = found.folds;
         stretched = is_stretched(footprint_extent(splat, splat_reach(1.0, false), false), 1.0) ? 1.0 : 0.0;

@@ -10,7 +10,7 @@ from .camera import mean_focal_length, pixel_ray, project
 from .inverse_depth import facing_slope
 from .rim_marks import BOTTOMLESS
 from .rims import Rim
-from .splat import FLAT, Footprint, inverse_depth_slope, splat_bends, splat_reach
+from .splat import FLAT, Footprint, splat_bends, splat_reach
 from .vectors import dot
 
 F = np.float32
@@ -52,10 +52,9 @@ def draws_rim(splat: Footprint, z: np.ndarray, source: np.ndarray, target: np.nd
     return (enlarged <= ENLARGED) & (splat_bends(splat, splat_reach(F(1), False)) <= FLAT)
 
 
-def rim_slope(rim: Rim, ray: np.ndarray, own: np.ndarray, source: np.ndarray) -> np.ndarray:
+def rim_slope(rim: Rim, ray: np.ndarray, source: np.ndarray) -> np.ndarray:
     facing = np.stack(facing_slope((ray[..., 0], ray[..., 1]), source), -1)
-    plane = own[..., 3:] * inverse_depth_slope(own[..., :3], ray, own[..., 3], source)
-    return np.where((rim.drop > 0)[..., None], facing, plane)
+    return np.where((rim.drop > 0)[..., None], facing, rim.slope)
 
 
 def fold_drop(rim: Rim, slope: np.ndarray, off: np.ndarray, focal: np.float32) -> np.ndarray:
@@ -70,7 +69,7 @@ def rim_box(
     rim: Rim, pixel: np.ndarray, own: np.ndarray, source: np.ndarray, view: np.ndarray, target: np.ndarray
 ) -> np.ndarray:
     ray, w = pixel_ray(pixel, source), (F(1) / own[..., 3])[..., None]
-    slope, reach, diameter = rim_slope(rim, ray, own, source), rim_reach(rim), rim_diameter(rim)
+    slope, reach, diameter = rim_slope(rim, ray, source), rim_reach(rim), rim_diameter(rim)
     focal, farthest = mean_focal_length(source), np.maximum(-reach[..., :2], reach[..., 2:])
     inward = np.minimum(rim.width + dot(farthest, np.abs(rim.outward))[..., 0], F(0.5) * diameter)
     top = np.sqrt(inward * (diameter - inward)) - rim.drop
@@ -127,7 +126,7 @@ def rim_inverse_depth(
     target: np.ndarray,
 ) -> np.ndarray:
     ray = pixel_ray(pixel, source)
-    slope = rim_slope(rim, ray, own, source)
+    slope = rim_slope(rim, ray, source)
     focal, closer, diameter = mean_focal_length(source), inverse_depth * own[..., 3], rim_diameter(rim)
     change = -inverse_depth[..., None] * (view[:3, 3] @ view[:3, :3])
     start = pixel_ray(target_pixel, target) @ view[:3, :3] + change

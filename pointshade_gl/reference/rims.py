@@ -23,7 +23,7 @@ SHALLOWEST, DEEPEST = F(1), F(200)
 STRAIGHT = F(1.05)
 AT_ODDS = F(0.6)
 FARTHER_IN, FARTHER_OUT, ALONG_A_ROW = F(0.3), F(0.1), F(0.5)
-CREASED, UNCREASED = F(1), F(0.1)
+UNSURE, CREASED, UNCREASED = F(0.5), F(1), F(0.1)
 OUTWARD = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])
 
 
@@ -31,6 +31,7 @@ class Rim(NamedTuple):
     outward: np.ndarray  # (n, 2)
     width: np.ndarray  # (n,)
     drop: np.ndarray  # (n,)
+    slope: np.ndarray  # (n, 2)
     hidden: np.ndarray  # (n, 4)
     folds: np.ndarray  # (n, 4, 3)
 
@@ -53,6 +54,13 @@ def rise_at(
     return rise_of(relative_step(here, there), along, focal)
 
 
+def borne_out(tilt: np.ndarray, rises: np.ndarray) -> np.ndarray:
+    x, y = np.moveaxis(tilt, -1, 0)
+    off = np.abs(rises - np.stack([-x, x, -y, y], -1))
+    least = np.stack([off[..., :2].min(-1), off[..., 2:].min(-1)], -1)
+    return (least <= BEFORE + UNSURE * np.abs(tilt)).astype(F)
+
+
 def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Around:
     surface = surface_at(surface_map, pixel)
     normal, here = surface[..., :3], surface[..., 3]
@@ -63,7 +71,7 @@ def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) 
     rises, farther = (
         np.stack([rise_at(surface_map, pixel, k * outward, *near[1:]) for outward in OUTWARD], -1) for k in (1, 2)
     )
-    return Around(*near, tilt, rises, farther)
+    return Around(*near, tilt * borne_out(tilt, rises), rises, farther)
 
 
 def rise_around(surface_map: np.ndarray, around: Around, off: np.ndarray) -> np.ndarray:
@@ -104,7 +112,7 @@ def border_distance(line: np.ndarray) -> np.ndarray:
 
 
 def rim_at(outward: np.ndarray, width: np.ndarray, drop: np.ndarray) -> Rim:
-    return Rim(outward, width, drop, np.zeros((*width.shape, 4), F), np.zeros((*width.shape, 4, 3), F))
+    return Rim(outward, width, drop, *(np.zeros((*width.shape, *more), F) for more in ((2,), (4,), (4, 3))))
 
 
 def straight_rim(line: np.ndarray, outward: np.ndarray) -> Rim:
@@ -217,7 +225,8 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
     around = look_around(surface_map, pixel, source)
     folds = np.stack([fold_at(surface_map, around, k, source) for k in range(4)], -2)
     rim = estimate_outline(surface_map, around)
-    return rim._replace(hidden=np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0)), folds=folds)
+    slope = around.tilt / around.focal + around.facing
+    return rim._replace(slope=slope, hidden=np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0)), folds=folds)
 
 
 def _facing(ray: np.ndarray, source: np.ndarray) -> np.ndarray:

@@ -47,9 +47,8 @@ bool draws_rim(Footprint splat, float z, vec4 source, vec4 target) {
 }
 
 // The slope of the surface that a rim is drawn relative to, as a share of 1/z: for a circle the one facing the viewer.
-vec2 rim_slope(Rim rim, vec3 ray, vec4 own, vec4 source) {
-    if (rim.drop > 0.0) return facing_slope(ray.xy, source);
-    return own.w * inverse_depth_slope(own.xyz, ray, own.w, source);
+vec2 rim_slope(Rim rim, vec3 ray, vec4 source) {
+    return rim.drop > 0.0 ? facing_slope(ray.xy, source) : rim.slope;
 }
 
 // By how many pixels of depth a rim lies behind its plane where folds turn it down, this far from its pixel.
@@ -66,7 +65,7 @@ float fold_drop(Rim rim, vec2 slope, vec2 off, float focal) {
 vec4 rim_box(Rim rim, vec2 pixel, vec4 own, vec4 source, mat4 view, vec4 target) {
     vec3 ray = pixel_ray(pixel, source);
     float w = 1.0 / own.w;
-    vec2 slope = rim_slope(rim, ray, own, source);
+    vec2 slope = rim_slope(rim, ray, source);
     vec4 reach = rim_reach(rim);
     float focal = mean_focal_length(source), diameter = rim_diameter(rim);
     vec2 farthest = max(-reach.xy, reach.zw);
@@ -121,7 +120,7 @@ float rim_inverse_depth(
     Rim rim, vec2 pixel, vec4 own, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target
 ) {
     vec3 ray = pixel_ray(pixel, source);
-    vec2 slope = rim_slope(rim, ray, own, source);
+    vec2 slope = rim_slope(rim, ray, source);
     float focal = mean_focal_length(source), closer = inverse_depth * own.w, diameter = rim_diameter(rim);
     // Source pixels from the rim's pixel, times depth; depth; and how both change with the unknown.
     vec3 change = -inverse_depth * (view[3].xyz * mat3(view));

@@ -18,6 +18,7 @@ const float FARTHER_IN = 0.3;    // how far the outline of the circle may lie fr
 const float FARTHER_OUT = 0.1;
 const float ALONG_A_ROW = 0.5;   // both, where the border lies along a row or a column and so may be anywhere in it
 const float BEFORE = 1.5;        // pixels of depth by which what hides a surface lies before its plane, at least
+const float UNSURE = 0.5;        // share of a tilt by which a neighbour may differ that bears it out
 const float CREASED = 1.0;       // pixels of depth for each pixel between two planes that meet at a crease, at least
 const float UNCREASED = 0.1;     // of that, each plane lies so much before the other's pixel
 
@@ -25,6 +26,7 @@ struct Rim {
     vec2 outward;  // unit, source pixels; 0 at a corner
     float width;   // from the pixel's centre to the outline, source pixels
     float drop;    // by how many pixels of depth the outline lies behind the pixel; 0: on its tangent plane
+    vec2 slope;    // of its plane: change of 1/z per pixel as a share of it
     vec4 hidden;   // how many pixels it goes on behind what is nearer: left, right, up, down
     mat4x3 folds;  // the planes of the neighbours in these directions on which it goes on beyond a crease: 1/z at the pixel
                    // and its change per pixel, as shares of the pixel's 1/z; 0 where there is none
@@ -36,7 +38,7 @@ struct Around {
     float here;    // its depth
     vec2 facing;   // slope of the surface that faces the viewer there
     float focal;
-    vec2 tilt;     // pixels of depth by which its plane rises for each pixel
+    vec2 tilt;     // pixels of depth by which its plane rises for each pixel, where a neighbour bears it out
     vec4 rises;    // how far the next pixels rise
     vec4 farther;  // and those after them
 };
@@ -51,6 +53,14 @@ float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 fa
     return rise_of(relative_step(here, there), dot(facing, vec2(off)), focal);
 }
 
+// 1 for a direction, across and down, in which a neighbour on either side rises much as a plane does: narrow things have
+// no plane across, whatever their normal.
+vec2 borne_out(vec2 tilt, vec4 rises) {
+    vec4 off = abs(rises - vec4(-tilt.x, tilt.x, -tilt.y, tilt.y));
+    vec2 least = vec2(min(off.x, off.y), min(off.z, off.w));
+    return vec2(lessThanEqual(least, BEFORE + UNSURE * abs(tilt)));
+}
+
 Around look_around(sampler2D surface_map, ivec2 pixel, vec4 source) {
     vec4 surface = surface_at(surface_map, pixel);
     vec3 ray = pixel_ray(vec2(pixel), source);
@@ -62,7 +72,7 @@ Around look_around(sampler2D surface_map, ivec2 pixel, vec4 source) {
         rises[k] = rise_at(surface_map, pixel, direction_of(k), surface.w, facing, focal);
         farther[k] = rise_at(surface_map, pixel, 2 * direction_of(k), surface.w, facing, focal);
     }
-    return Around(pixel, surface.w, facing, focal, tilt, rises, farther);
+    return Around(pixel, surface.w, facing, focal, tilt * borne_out(tilt, rises), rises, farther);
 }
 
 // How far a pixel rises that is this far off the rim pixel.
@@ -113,7 +123,7 @@ float border_distance(vec3 line) {
 
 // A rim that is nothing but an outline.
 Rim rim_at(vec2 outward, float width, float drop) {
-    return Rim(outward, width, drop, vec4(0.0), mat4x3(0.0));
+    return Rim(outward, width, drop, vec2(0.0), vec4(0.0), mat4x3(0.0));
 }
 
 // The rim as the border of the pixels alone has it.
@@ -231,6 +241,7 @@ Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
     Rim rim = rim_at(vec2(0.0), 1.0, 0.0);
     int outlines = ends ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < outlines; ++k) rim = estimate_outline(surface_map, around);
+    rim.slope = around.tilt / around.focal + around.facing;
     if (rim.drop == 0.0) rim.hidden = hidden_pixels(around);
     for (int k = 0; k < 4; ++k) rim.folds[k] = fold_at(surface_map, around, k, source);
     return rim;

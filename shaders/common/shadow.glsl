@@ -42,7 +42,7 @@ float light_share(sampler2D shadow_map, sampler2D views, int row, vec3 point, ve
     vec2 at = project(seen, intrinsics);
     vec3 normal = turn * n;
     vec3 ray = seen / seen.z;
-    float cosine = dot(normal, ray);
+    float cosine = dot(normal, ray), away = abs(cosine);
     cosine = sign(cosine) * max(abs(cosine), FLATTEST * length(ray));
     vec2 slope = cosine == 0.0 ? vec2(0.0) : normal.xy / (intrinsics.xy * (cosine * seen.z));
     vec2 middle = floor(at + 0.5);
@@ -54,7 +54,7 @@ float light_share(sampler2D shadow_map, sampler2D views, int row, vec3 point, ve
             vec2 pixel = middle + vec2(x - 1, y - 1);
             float own = max(1.0 / seen.z + dot(slope, pixel - at), 0.0);
             float occluder = occluder_at(shadow_map, pixel, tile, range);
-            share += occluder > own * (1.0 + own * range.z) ? 0.0 : across[x] * down[y];
+            share += (occluder - own) * away > range.z * own * occluder ? 0.0 : across[x] * down[y];
         }
     }
     return share;

@@ -16,7 +16,7 @@ from .gpu.objects import Objects, Thing
 from .gpu.point_objects import Points, PointSet, ShownPoints, ShownSet
 from .gpu.steps import Steps
 from .gpu.target_normals import target_estimator
-from .gpu.textures import FrameTextures
+from .gpu.textures import FrameTextures, PointSurface
 from .gpu.tiles import TiledPoints, TileStore
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .look import LIT_EARLY, Look, check_sizes
@@ -102,8 +102,11 @@ class Things:
             drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
             if look.fills and p in alone:  # frames of one thing fill each other's gaps
                 drawn = self.frames.fill(textures, frame, drawn)
-            is_mesh = look.splat == "mesh"
-            shown[p] = self._as_grid(p, drawn, textures) if is_mesh else _as_splats(p, drawn, textures, step)
+            if look.splat == "mesh":
+                shown[p] = self._as_grid(p, drawn, textures)
+            else:
+                bridged = self.frames.bridge(textures, drawn) if p in alone and p in shot.casting else None
+                shown[p] = _as_splats(p, drawn, textures, step, bridged)
         return shown
 
     def _coarser(self, frame: Frame, step: int) -> Frame:
@@ -150,10 +153,12 @@ def _coarser_step(p: Placed, shot: Shot) -> int:
     return coarser_step(p, shot.eye) if p.content.look.is_uniform and not is_alone(shot.scene.things) else 1
 
 
-def _as_splats(p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int) -> ShownPoints:
+def _as_splats(
+    p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int, bridged: PointSurface | None
+) -> ShownPoints:
     look, (surface, lit, source, colors) = p.content.look, drawn
     sizes = check_sizes(look.size, p.content.frame.depth.shape)
     sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
-    points = Points(surface, source, *p.rigid_axes, sizes, look.splat)
+    points = Points(surface, source, *p.rigid_axes, sizes, look.splat, bridged)
     light = lit if look.shading in LIT_EARLY else None
     return ShownPoints(points, textures, colors, light, look.shading)

@@ -12,6 +12,7 @@ from ..estimators import parse_max_depth_step
 from ..frame import Frame
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
+from .bridge import BridgePass, bridged_camera
 from .fill import FillPass
 from .own_colors import OwnColors
 from .steps import Steps
@@ -42,6 +43,7 @@ class FrameStore:
         self._surface = SurfacePass(context)
         self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
         self._fill: FillPass | None = None  # and for the first whose gaps are filled
+        self._bridge: BridgePass | None = None  # and for the first that casts a shadow
         self._colors = OwnColors(context, steps)
         self.streams = Streams(context, steps)
         self._kept: list[FrameTextures] = []
@@ -125,6 +127,20 @@ class FrameStore:
         self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
         return points._replace(surface=filled.surface, lit=filled.lit)
 
+    def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
+        """What the points hide and what goes on behind them, at the size of their `bridged_camera`."""
+        camera = bridged_camera(points.camera)
+        size = camera.width, camera.height
+        if textures.bridged is None or textures.bridged.size != size:
+            if textures.bridged is not None:
+                self._steps.forget(of=textures.bridged)
+                textures.bridged.release()
+            textures.bridged = None  # stays so when the new one does not fit the GPU
+            textures.bridged = PointSurface(self._context, size)
+        self._bridge = self._bridge or BridgePass(self._context)
+        self._steps.run("bridge", self._bridge.run, points.surface, points.camera, textures.bridged, of=textures)
+        return textures.bridged
+
     def _fit(self, textures: FrameTextures, name: Literal["large", "filled"], size: tuple[int, int]) -> LargePoints:
         points: LargePoints | None = getattr(textures, name)
         if points is None or points.size != size:
@@ -137,7 +153,7 @@ class FrameStore:
         return points
 
     def release(self) -> None:
-        for item in (*self._kept, self.streams, self._colors, self._fill, self._upsample, self._surface):
+        for item in (*self._kept, self.streams, self._colors, self._bridge, self._fill, self._upsample, self._surface):
             if item is not None:
                 item.release()
 

@@ -10,6 +10,7 @@ import numpy as np
 from ..camera import Camera, Eye
 from ..consensus import primary_shares
 from ..explain import SetReport
+from .bridge import bridged_camera
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
@@ -31,6 +32,9 @@ from .target_normals import TargetNormals
 from .textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
 
 
+SINGLE = np.ones(1, np.float32)
+
+
 class Points(NamedTuple):
     """Where the points of an object are, and how large: all that its shadow depends on."""
 
@@ -40,6 +44,14 @@ class Points(NamedTuple):
     scale: float
     sizes: np.ndarray  # (1,) or (h*w,) float32, source pixels
     splat: str
+    bridged: PointSurface | None = None  # what they hide, of their `bridged_camera`: it casts shadows, too
+
+    @property
+    def hidden(self) -> Points | None:
+        """What they hide, as points."""
+        if self.bridged is None:
+            return None
+        return Points(self.bridged, bridged_camera(self.source), self.pose, self.scale, SINGLE, "footprint")
 
 
 class ShownPoints(NamedTuple):
@@ -184,7 +196,12 @@ class PointObjects:
         return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
 
     def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
-        """The object's depth in a light's view. The eye is the light's."""
+        """The object's depth in a light's view, with what it hides. The eye is the light's."""
+        if isinstance(points, Points) and points.hidden:
+            self._add_shadow(tile, points.hidden, eye)
+        self._add_shadow(tile, points, eye)
+
+    def _add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
         scratch = self._scratch.fit((tile.side, tile.side))
         if isinstance(points, PointSet):
             fragment, (look_up, inputs) = "set_shadow.frag", self._set_depths(points, scratch, eye)

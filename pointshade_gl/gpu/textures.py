@@ -54,6 +54,7 @@ class FrameTextures(DepthTextures):
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.filled: LargePoints | None = None
+        self.bridged: PointSurface | None = None  # made when the frame casts a shadow
         self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
         self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
@@ -78,12 +79,12 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        made = [image for image in (self.trust, self.matte, self.albedo) if image]
+        made = [image for image in (self.trust, self.matte, self.albedo, self.bridged) if image]
         points = [image for made in (self.large, self.filled) if made for image in made.images]
         return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
-        for made in (self.large, self.filled, self.trust, self.matte, self.albedo):
+        for made in (self.large, self.filled, self.bridged, self.trust, self.matte, self.albedo):
             if made:
                 made.release()
         super().release()

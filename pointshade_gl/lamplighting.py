@@ -45,7 +45,7 @@ class Lamplighting:
         if not (early or any(light.shadow or light.is_spot for light in lights)):
             return Lamps(lights, shot.scene.ambient)
         shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
-        views, spans = shadow_views(lights, *shot.scene.bounds)
+        views, spans = shadow_views(lights, shot.scene.extent)
         if views:
             drawn = (things[p] for p in shot.casting)
             shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)

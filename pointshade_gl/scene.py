@@ -23,6 +23,7 @@ from .light import Light
 from .look import SPLATS, Look, Material
 from .mesh import Mesh
 from .preview import Preview
+from .shadow_views import Extent
 from .wording import counted, option, shown
 
 Matrix = NDArray[np.float64]
@@ -241,6 +242,12 @@ class Placed:
             return np.concatenate([member.main_corners for member in self.members])
         return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
 
+    @property
+    def grain(self) -> float:
+        """How wide a pixel of a frame is at its median distance, world units."""
+        camera = self.content.frame.camera
+        return self.content.scale * self.rigid_axes[1] / (0.5 * (abs(camera.fx) + abs(camera.fy)))
+
     def seen_from(self, pose: Matrix) -> Matrix:
         """(4, 4) the rigid pose of somebody in the world, as the frames of a point object have theirs."""
         seen = np.linalg.inv(self.world) @ pose
@@ -342,7 +349,18 @@ class Scene(Preview):
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
         """Centre (3,) and radius of a sphere round all things but stray points, world; radius 1 without any."""
-        return sphere_round(np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)]))
+        return sphere_round(self._main_corners)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """Where all things but stray points lie, for the views of lights."""
+        members = (m for p in self.things if isinstance(p.content, PointObject) for m in p.members)
+        grain = max((m.grain for m in members), default=0.0)
+        return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
+
+    @cached_property
+    def _main_corners(self) -> NDArray[np.float64]:
+        return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
 
     def framed(self) -> Scene:
         """The scene with a camera: its own, or one that sees everything, turned like its pose."""

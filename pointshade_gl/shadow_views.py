@@ -15,11 +15,13 @@ from .light import Light, unit
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
 FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
-CONTACT = 0.003  # of the scene's radius: a nearer occluder touches the surface and casts no shadow on it
+CONTACT = 0.7  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
+LEAST_CONTACT = 0.0005  # of the scene's radius: shadow maps are no finer
 SHADOW_SIDE = 1024  # pixels of a shadow view
 SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller
 NEAREST = 0.002  # of the scene's radius: what is nearer to a light casts no shadow
 RIM = 2  # pixels round a view that stay empty: shadows are looked up in 3x3
+NARROWEST = 1e-4  # of the scene's radius or distance: half of a view at least
 WIDEST_VIEW = 70.0  # degrees from the middle of a view to its rim; beyond, six views are sharper
 FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
 
@@ -28,48 +30,75 @@ class ShadowView(NamedTuple):
     """One picture that a light takes of the scene."""
 
     eye: Eye
-    contact: float  # world units by which an occluder must be nearer to the light than what it shades
+    contact: float  # world units by which an occluder must stand out of the surface that it shades
+
+
+class Extent(NamedTuple):
+    """Where things lie, for the views of lights."""
+
+    corners: Matrix  # (n, 3) of boxes round them, world
+    centre: NDArray[np.float64]  # (3,) of a sphere round these, and its radius
+    radius: float
+    grain: float  # how wide a pixel of a frame is among them, world units; 0 without frames
 
 
 def shadow_views(
-    lights: Sequence[Light], centre: NDArray[np.float64], radius: float
+    lights: Sequence[Light], extent: Extent
 ) -> tuple[list[ShadowView], list[Span | None]]:
-    """The views that the lights take of what lies within a sphere, all of one size, and which are each light's.
+    """The views that the lights take of what has this extent, all of one size, and which are each light's.
 
     A light that casts no shadow has no view.
     """
-    looks = [_directions(light, centre, radius) if light.shadow else [] for light in lights]
+    looks = [_directions(light, extent) if light.shadow else [] for light in lights]
+    contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
     views: list[ShadowView] = []
     spans: list[Span | None] = []
     for light, directions in zip(lights, looks, strict=True):
         spans.append((len(views), len(directions)) if directions else None)
         for direction, half in directions:
-            views.append(ShadowView(_eye(light, direction, half, centre, radius, side), CONTACT * radius))
+            views.append(ShadowView(_eye(light, direction, half, extent, side), contact))
     return views, spans
 
 
-def _directions(light: Light, centre: NDArray[np.float64], radius: float) -> list[tuple[NDArray[np.float64], float]]:
-    """Where a light looks, unit, and half the angle that it must see, radians: the narrowest view that shows all of the
-    sphere, or all that a spot shines on; else six of 90 degrees."""
+def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:
+    """Where a light looks, unit, and half the angle that it must see, radians: the narrowest view that shows all things,
+    or all that a spot shines on; else six of 90 degrees."""
     if light.position is None:
         return [(unit(light.direction), 0.0)]  # parallel rays
-    to_centre = centre - np.array(light.position)
+    position = np.array(light.position)
+    to_centre = extent.centre - position
     away = float(np.linalg.norm(to_centre))
     found = [(unit(light.direction), math.radians(light.cone[1]))] if light.direction is not None else []
-    if away > radius:
-        found.append((to_centre / away, math.asin(radius / away)))
+    if away > extent.radius:
+        found.append(_narrowest(position, to_centre / away, extent.corners))
     found = [look for look in found if look[1] <= math.radians(WIDEST_VIEW)]
     return [min(found, key=lambda look: look[1])] if found else [(face, math.pi / 4) for face in FACES]
 
 
-def _eye(
-    light: Light, direction: NDArray[np.float64], half: float, centre: NDArray[np.float64], radius: float, side: int
-) -> Eye:
-    """Who looks for a light in a direction: a camera of side x side pixels, as near as the sphere comes."""
+def _narrowest(
+    position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix
+) -> tuple[NDArray[np.float64], float]:
+    """Near this direction, unit, the one in which all corners are seen within the smallest square, and half its angle."""
+    for _ in range(2):  # towards the middle, then as wide as needed
+        turn = _looking(position, direction)[:3, :3]
+        seen = (corners - position) @ turn
+        places = seen[:, :2] / seen[:, 2:]
+        half = math.atan(max(float(np.abs(places).max()), NARROWEST))
+        previous, direction = direction, unit(turn @ np.append((places.min(0) + places.max(0)) / 2, 1.0))
+    return previous, half
+
+
+def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Extent, side: int) -> Eye:
+    """Who looks for a light in a direction: a camera of side x side pixels, as near as the things come."""
+    corners, centre, radius, _ = extent
     if light.position is None:
-        distance = FAR_AWAY * radius
-        position, focal = centre - distance * direction, (side / 2 - RIM) * (distance - radius) / radius
+        across = _looking(centre, direction)[:3, :2]
+        places = (corners - centre) @ across
+        low, high = places.min(0), places.max(0)
+        distance, reach = FAR_AWAY * radius, max(float((high - low).max()) / 2, NARROWEST * radius)
+        position = centre + across @ ((low + high) / 2) - distance * direction
+        focal = (side / 2 - RIM) * (distance - radius) / reach
     else:
         position, focal = np.array(light.position), (side / 2 - RIM) / math.tan(half)
     near = max(float((centre - position) @ direction) - 1.1 * radius, NEAREST * radius)

@@ -1,6 +1,8 @@
 // The cameras of the pictures that lights take for their shadows (shadow_views.py), and where those lie (gpu/shadows.py).
 
-const FAR_AWAY = 1000, CONTACT = 0.003, NEAREST = 0.002; // radii of the scene
+const FAR_AWAY = 1000, LEAST_CONTACT = 0.0005, NEAREST = 0.002; // radii of the scene
+const CONTACT = 0.7; // pixels of a frame
+const NARROWEST = 1e-4; // radii of the scene, or distances
 const SHADOW_SIDE = 1024, SHADOW_MAP = 8192; // pixels of a view, and of all of them side by side
 const SHADOW_RIM = 2; // pixels round a view that stay empty
 const WIDEST_VIEW = radians(70);
@@ -9,15 +11,15 @@ const FACES = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -
 const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
 const minus = (a, b) => a.map((x, k) => x - b[k]);
 
-// The views that the lights take of what lies within a sphere, and which are each light's; toWorld turns home axes.
-function shadowViews(lights, { centre, radius }, toWorld) {
-  const looks = lights.map((one) => (one.shadow ? shadowDirections(one, centre, radius, toWorld) : []));
+// The views that the lights take of what has this extent, and which are each light's; toWorld turns home axes.
+function shadowViews(lights, extent, toWorld) {
+  const looks = lights.map((one) => (one.shadow ? shadowDirections(one, extent, toWorld) : []));
   const count = looks.flat().length;
   const side = Math.min(SHADOW_SIDE, Math.floor(SHADOW_MAP / Math.max(Math.ceil(Math.sqrt(count)), 1)));
   const views = [], spans = [];
   lights.forEach((one, k) => {
     spans.push(looks[k].length ? [views.length, looks[k].length] : null);
-    for (const [direction, half] of looks[k]) views.push(shadowEye(one, direction, half, centre, radius, side, toWorld));
+    for (const [direction, half] of looks[k]) views.push(shadowEye(one, direction, half, extent, side, toWorld));
   });
   const columns = Math.max(Math.ceil(Math.sqrt(count)), 1);
   views.forEach((view, k) => (view.first = [(k % columns) * side, Math.floor(k / columns) * side]));
@@ -25,25 +27,43 @@ function shadowViews(lights, { centre, radius }, toWorld) {
 }
 
 // Where a light looks, and half the angle that it must see.
-function shadowDirections({ position, direction, cone }, centre, radius, toWorld) {
+function shadowDirections({ position, direction, cone }, { corners, centre, radius }, toWorld) {
   if (!position) return [[unit(direction), 0]];
   const toCentre = minus(centre, position), away = Math.hypot(...toCentre), found = [];
   if (direction) found.push([unit(direction), radians(cone[1])]);
-  if (away > radius) found.push([times(toCentre, 1 / away), Math.asin(radius / away)]);
+  if (away > radius) found.push(narrowestView(position, times(toCentre, 1 / away), corners, toWorld));
   const narrow = found.filter(([, half]) => half <= WIDEST_VIEW).sort((a, b) => a[1] - b[1]);
   return narrow.length ? [narrow[0]] : FACES.map((face) => [applied(transposed(toWorld), face), Math.PI / 4]);
 }
 
-function shadowEye({ position }, direction, half, centre, radius, side, toWorld) {
+// Near this direction, the one in which all corners are seen within the smallest square, and half its angle.
+function narrowestView(position, direction, corners, toWorld) {
+  let previous, half;
+  for (let k = 0; k < 2; ++k) {
+    const turn = rotation(lookingAlong(position, direction, toWorld));
+    const seen = corners.map((corner) => applied(transposed(turn), minus(corner, position)));
+    const [x, y] = [0, 1].map((axis) => seen.map((at) => at[axis] / at[2]));
+    half = Math.atan(Math.max(...x.map(Math.abs), ...y.map(Math.abs), NARROWEST));
+    [previous, direction] = [direction, unit(applied(turn, [middleOf(x), middleOf(y), 1]))];
+  }
+  return [previous, half];
+}
+
+const middleOf = (values) => (Math.min(...values) + Math.max(...values)) / 2;
+
+function shadowEye({ position }, direction, half, { corners, centre, radius, grain }, side, toWorld) {
   let place = position, focal = (side / 2 - SHADOW_RIM) / Math.tan(half);
   if (!position) {
-    const away = FAR_AWAY * radius;
-    place = minus(centre, times(direction, away));
-    focal = ((side / 2 - SHADOW_RIM) * (away - radius)) / radius;
+    const away = FAR_AWAY * radius, turn = rotation(lookingAlong(centre, direction, toWorld));
+    const seen = corners.map((corner) => applied(transposed(turn), minus(corner, centre)));
+    const [x, y] = [0, 1].map((axis) => seen.map((at) => at[axis]));
+    const reach = Math.max(Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y), 2 * NARROWEST * radius) / 2;
+    place = plus(centre, applied(turn, [middleOf(x), middleOf(y), -away]));
+    focal = ((side / 2 - SHADOW_RIM) * (away - radius)) / reach;
   }
   const near = Math.max(dot(minus(centre, place), direction) - 1.1 * radius, NEAREST * radius), middle = (side - 1) / 2;
   const camera = { fx: focal, fy: focal, cx: middle, cy: middle, width: side, height: side };
-  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact: CONTACT * radius };
+  return { camera, pose: lookingAlong(place, direction, toWorld), near, contact: Math.max(CONTACT * grain, LEAST_CONTACT * radius) };
 }
 
 // The pose of a camera that looks along a unit direction; similar directions give a similar roll.

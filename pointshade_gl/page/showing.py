@@ -49,7 +49,8 @@ class Showing:
     def values(self) -> dict[str, Any]:
         """For the JSON: all but the things."""
         stage = self.stage
-        pivot, radius = self.scene.bounds
+        extent = self.scene.extent
+        pivot, radius = extent.centre, extent.radius
         start = self.start(stage)
         lights = [self._light(light) for light in self._placed(start.pose(stage))]
         return {
@@ -69,7 +70,12 @@ class Showing:
             "held": lights[0],
             "lights": lights[1:],
             "ambient": list(self.scene.ambient),
-            "bounds": {"centre": self._at_home(pivot).tolist(), "radius": radius},
+            "bounds": {
+                "corners": [self._at_home(corner).tolist() for corner in extent.corners],
+                "centre": self._at_home(pivot).tolist(),
+                "radius": radius,
+                "grain": extent.grain,
+            },
             "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
             "background": self._background(),

@@ -205,7 +205,7 @@ def hung_up(lights: Sequence[Light], points: Splatted) -> Lamps:
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
     if not any(one.shadow or one.is_spot for one in lights):
         return Lamps(lights, [None] * len(lights), [], None)
-    views, spans = shadow_views(lights, *Scene((Node(PointObject(points.frame)),)).bounds)
+    views, spans = shadow_views(lights, Scene((Node(PointObject(points.frame)),)).extent)
     return Lamps(lights, spans, views, draw_views(points, views))
 
 

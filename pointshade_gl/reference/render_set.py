@@ -267,7 +267,7 @@ def _light(
         rows = light_rows(lights, eye.pose, [None] * len(lights))
         return light_surface(*common, rows, len(rows))
     frames = [view.frame for view in judged.views]
-    views, spans = shadow_views(lights, *Scene((Node(PointObject(frames)),)).bounds)
+    views, spans = shadow_views(lights, Scene((Node(PointObject(frames)),)).extent)
     columns, side = tiling(views)
     shadow_map = np.ones((-(-len(views) // columns) * side, columns * side), F)
     for k, shadow in enumerate(views):

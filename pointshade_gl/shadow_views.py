@@ -15,7 +15,7 @@ from .light import Light, unit
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
 FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
-CONTACT = 0.7  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
+CONTACT = 1.2  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
 LEAST_CONTACT = 0.0005  # of the scene's radius: shadow maps are no finer
 SHADOW_SIDE = 1024  # pixels of a shadow view
 SHADOW_MAP = 8192  # pixels of all of them, side by side: beyond 64 views each becomes smaller

@@ -1,7 +1,7 @@
 // The cameras of the pictures that lights take for their shadows (shadow_views.py), and where those lie (gpu/shadows.py).
 
 const FAR_AWAY = 1000, LEAST_CONTACT = 0.0005, NEAREST = 0.002; // radii of the scene
-const CONTACT = 0.7; // pixels of a frame
+const CONTACT = 1.2; // pixels of a frame
 const NARROWEST = 1e-4; // radii of the scene, or distances
 const SHADOW_SIDE = 1024, SHADOW_MAP = 8192; // pixels of a view, and of all of them side by side
 const SHADOW_RIM = 2; // pixels round a view that stay empty

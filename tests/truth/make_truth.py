@@ -214,7 +214,9 @@ def check_lambert(name: str, lamp: Lamp, light: np.ndarray, seen: dict[str, np.n
     wrong = (error > 0.01).mean()
     print(f"  {name}: lit {lit.mean():.3f} of the picture, {100 * wrong:.3f} % of it not Lambert", file=sys.stderr)
     if wrong > 0.002:
-        raise ValueError(f"{name}: {100 * wrong:.2f} % of the lit pixels differ from Lambert's formula by more than 1 %")
+        raise ValueError(
+            f"{name}: {100 * wrong:.2f} % of the lit pixels differ from Lambert's formula by more than 1 %"
+        )
 
 
 def stacked(layers: dict[str, np.ndarray], name: str, axes: str) -> np.ndarray:

@@ -68,7 +68,9 @@ def stairs(rng: Rng) -> Setting:
         parts.append(Part(shapes.box((wide, run, high), (0, k * run, high / 2)), stone))
     side, metal, up = wide / 2 - 0.06, color(rng), 0.55
     for k in range(count):
-        parts.append(Part(shapes.rod((side, k * run, (k + 1) * rise), (side, k * run, (k + 1) * rise + up), 0.014), metal))
+        parts.append(
+            Part(shapes.rod((side, k * run, (k + 1) * rise), (side, k * run, (k + 1) * rise + up), 0.014), metal)
+        )
     start, end = (side, -0.1, rise + up - 0.05), (side, (count - 1) * run + 0.1, count * rise + up + 0.05)
     parts.append(Part(shapes.rod(start, end, 0.022), metal))
     size, thick = rng.uniform(0.16, 0.22), rng.uniform(0.028, 0.042)
@@ -100,7 +102,12 @@ def corner(rng: Rng) -> Setting:
 
 def rods(rng: Rng) -> Setting:
     parts = [floor(rng, 2.4)]
-    wide, seat, back, r = rng.uniform(0.4, 0.5), rng.uniform(0.42, 0.5), rng.uniform(0.9, 1.05), rng.uniform(0.014, 0.02)
+    wide, seat, back, r = (
+        rng.uniform(0.4, 0.5),
+        rng.uniform(0.42, 0.5),
+        rng.uniform(0.9, 1.05),
+        rng.uniform(0.014, 0.02),
+    )
     h, wood, chair = wide / 2, color(rng), []
     for x in (-h, h):
         chair += [shapes.rod((x, -h, 0), (x, -h, seat), r), shapes.rod((x, h, 0), (x, h + 0.06, back), r)]
@@ -115,7 +122,10 @@ def rods(rng: Rng) -> Setting:
     parts.append(Part(shapes.joined(*chair).moved(place, rng.uniform(-60, 60)), wood))
     high, lean, metal, ladder = rng.uniform(1.2, 1.5), rng.uniform(0.2, 0.4), color(rng), []
     for x in (-0.2, 0.2):
-        ladder += [shapes.rod((x, 0, 0), (0.8 * x, lean, high), 0.02), shapes.rod((x, 2 * lean, 0), (0.8 * x, lean, high), 0.016)]
+        ladder += [
+            shapes.rod((x, 0, 0), (0.8 * x, lean, high), 0.02),
+            shapes.rod((x, 2 * lean, 0), (0.8 * x, lean, high), 0.016),
+        ]
     for s in np.linspace(0.14, 0.92, int(rng.integers(5, 8))):
         ladder.append(shapes.rod((-0.2 + 0.04 * s, lean * s, high * s), (0.2 - 0.04 * s, lean * s, high * s), 0.014))
     ladder = shapes.joined(*ladder).moved((rng.uniform(0.35, 0.5), rng.uniform(-0.2, 0.1), 0), rng.uniform(-30, 30))
@@ -125,12 +135,22 @@ def rods(rng: Rng) -> Setting:
 
 def plant(rng: Rng) -> Setting:
     high = rng.uniform(0.26, 0.34)
-    pot = [(0, 0), (0.12, 0), (0.17, high), (0.185, high), (0.185, high + 0.03), (0.16, high + 0.03), (0.15, high - 0.03)]
+    pot = [
+        (0, 0),
+        (0.12, 0),
+        (0.17, high),
+        (0.185, high),
+        (0.185, high + 0.03),
+        (0.16, high + 0.03),
+        (0.15, high - 0.03),
+    ]
     soil = shapes.disc(0.152, high - 0.03)
     parts = [floor(rng, 1.8), Part(shapes.lathe(pot), color(rng, 130)), Part(soil, (92, 70, 55))]
     for k in range(int(rng.integers(11, 17))):
         up = rng.uniform(0.06, 0.42)
-        blade = shapes.leaf(rng.uniform(0.28, 0.48), rng.uniform(0.08, 0.15), rng.uniform(0.4, 1.1), rng.uniform(0.3, 1.0))
+        blade = shapes.leaf(
+            rng.uniform(0.28, 0.48), rng.uniform(0.08, 0.15), rng.uniform(0.4, 1.1), rng.uniform(0.3, 1.0)
+        )
         around = 137.5 * k + rng.uniform(-15, 15)
         green = (int(rng.integers(70, 140)), int(rng.integers(150, 220)), int(rng.integers(60, 120)))
         parts.append(Part(blade.moved((0, 0, high + up - 0.02), around), green))

@@ -1,4 +1,4 @@
-"""Closed and open surfaces as vertices (n, 3) and faces, in metres, z up. NumPy only: Blender's Python reads this too."""
+"""Surfaces as vertices (n, 3) and faces, in metres, z up. NumPy only: Blender's Python reads this too."""
 
 from __future__ import annotations
 

@@ -21,10 +21,11 @@ from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, trace
 
 from .files import MATTE, Truth, View, as_light, load
 from .lamps import Lamp, lambert
-from .measures import STEP, decibels, edges, linear, overlap, seen_by_frame
+from .measures import STEP, decibels, edges, grown, linear, overlap, seen_by_frame
 from .shell import shaded_by_shell
 
 SHADOW_ERROR = 0.25  # share of the light; what differs by more is a shadow's fault, not the shading's
+TEETH = 0.05  # % of what is judged: false shadow that does not touch a true one
 LIT = 0.03  # light on white; where less would arrive, a shadow is not to be seen
 SIZES = (0.7, 0.993, 1.1, 1.37)  # of pictures from the frame's own direction, beside the frame's own
 AWAY = {0: 36, 10: 33, 25: 32, 40: 32}  # dB at an angle
@@ -90,11 +91,17 @@ def light_figures(renderer: ps.Renderer, truth: Truth, lamp: Lamp, yaw: int) -> 
     yield Figure(row, "IoU truth", full)
     if wanted and yaw == 0:
         yield Figure(f"table {lamp.name} {yaw}", "IoU truth", full, wanted)
-    shell = truly.copy()
-    asked = judged & (dark != truly)
-    shell[asked] = shaded_by_shell(truth, lamp, view.points[asked])
+    shell = shell_shadow(truth, lamp, view, judged & (dark != truly), truly)
     yield Figure(row, "IoU shell", overlap(dark & judged, shell & judged), 0.96 if lamp.name != "side" else None)
-    yield Figure(row, "dark %", 100 * (dark & ~truly & judged).sum() / judged.sum())
+    teeth = dark & judged & ~grown(truly, 2)
+    yield Figure(row, "teeth %", 100 * teeth.sum() / judged.sum(), TEETH, False)
+
+
+def shell_shadow(truth: Truth, lamp: Lamp, view: View, asked: np.ndarray, truly: np.ndarray) -> np.ndarray:
+    """(h, w) the true shadow, but where asked that of the frame's own surface."""
+    shadow = truly.copy()
+    shadow[asked] = shaded_by_shell(truth, lamp, view.points[asked])
+    return shadow
 
 
 def with_share(renderer: ps.Renderer, truth: Truth, lamp: Lamp, view: View) -> tuple[np.ndarray, np.ndarray]:
@@ -110,19 +117,21 @@ def reached(lamp: Lamp, view: View) -> np.ndarray:
 
 
 def turned_figures(renderer: ps.Renderer, truth: Truth, yaw: int) -> Iterator[Figure]:
-    """Holes where the frame saw something, spill, and what lies too far behind, % of what is judged."""
+    """Holes where the frame saw something, spill where it did not, and what is drawn in front or behind, %."""
     view, row = truth.view(yaw), f"turned {yaw}"
     seen = seen_by_frame(truth, view)
     depth = renderer.render_depth(truth.frame, truth.camera, view.pose)
     z = view.depth
     drawn = depth > 0
     yield Figure(row, "holes %", 100 * (seen & ~drawn).sum() / seen.sum(), HOLES.get(yaw), False)
-    spilled = drawn & ((z == 0) | (depth < (1 - STEP) * z))
+    nearer = drawn & (z > 0) & (depth < (1 - STEP) * z)
+    spilled = drawn & (z == 0) | nearer & ~seen
     yield Figure(row, "spilled %", 100 * spilled.sum() / drawn.sum(), 0.2 if yaw in HOLES else None, False)
+    yield Figure(row, "in front %", 100 * (nearer & seen).sum() / seen.sum(), None, False)
     behind = seen & drawn & (depth > (1 + STEP) * z)
-    yield Figure(row, "behind %", 100 * behind.sum() / seen.sum())
+    yield Figure(row, "behind %", 100 * behind.sum() / seen.sum(), None, False)
     traced = view.visible & inside_picture(truth, view)
-    yield Figure(row, "empty but traced %", 100 * (traced & ~drawn).sum() / z.size)
+    yield Figure(row, "empty but traced %", 100 * (traced & ~drawn).sum() / z.size, None, False)
 
 
 def inside_picture(truth: Truth, view: View) -> np.ndarray:
@@ -174,7 +183,10 @@ def overexposed(renderer: ps.Renderer) -> float:
 
 
 def write_pictures(renderer: ps.Renderer, truth: Truth, folder: Path) -> None:
-    """Ours and truth; shadows (white both, red ours alone, blue truth alone, grey not judged); the error, times 8."""
+    """Ours and truth; below them shadows and the error, times 8 (magenta: a hole).
+
+    Shadows: white right, red ours alone, blue the frame's own surface casts it, dim blue only what no picture saw does.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for lamp in truth.lamps:
         for yaw in truth.lit_angles(lamp):
@@ -186,10 +198,11 @@ def panels(renderer: ps.Renderer, truth: Truth, lamp: Lamp, yaw: int) -> np.ndar
     picture, share = with_share(renderer, truth, lamp, view)
     seen = seen_by_frame(truth, view)
     true = encode(np.clip(light, 0, 1))
-    judged = (seen & (picture[..., 3] > 0) & reached(lamp, view))[..., None]
-    masks = np.where(
-        judged, 255 * np.stack([share < 0.5, (share < 0.5) & (light.max(-1) == 0), light.max(-1) == 0], -1), 40
-    )
+    judged = seen & (picture[..., 3] > 0) & reached(lamp, view)
+    dark, truly = share < 0.5, light.max(-1) == 0
+    shell = shell_shadow(truth, lamp, view, judged & (dark != truly), truly)
+    blue = np.where(shell, 255, 90 * truly)
+    masks = np.where(judged[..., None], np.stack([255 * dark, 255 * (dark & shell), blue], -1), 40)
     error = np.where(seen[..., None], np.minimum(8 * np.abs(picture[..., :3] - true), 255), 40)
     error[seen & (picture[..., 3] == 0)] = (255, 0, 255)
     whole = np.concatenate([np.concatenate([on_check(picture), true], 1), np.concatenate([masks, error], 1)])

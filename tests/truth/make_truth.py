@@ -23,8 +23,8 @@ from .exr import read_layers
 from .lamps import Lamp, lambert, lamps
 from .scenes import SCENES, Part, Setting, setting
 
-LIT = (0, 10, 25, 40)  # degrees of the views in which every lamp is rendered
-TURNED = (2, 5, 15, 30)  # of those that only tell what is seen
+LIT = "0,10,25,40"  # degrees of the views in which every lamp is rendered
+TURNED = (0, 2, 5, 10, 15, 25, 30, 40)  # of all views; the others only tell what is seen
 FLIP = np.diag([1.0, -1, -1, 1])  # between our camera axes and Blender's
 
 
@@ -34,13 +34,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--size", default="400x300")
     parser.add_argument("--scenes", default=",".join(SCENES))
+    parser.add_argument("--lit", default=LIT, help="degrees of the views in which every lamp is rendered")
     given = parser.parse_args()
     width, height = map(int, given.size.split("x"))
+    lit = set(map(int, given.lit.split(",")))
     given.out.mkdir(parents=True, exist_ok=True)
     for name in given.scenes.split(","):
         with tempfile.TemporaryDirectory() as folder:
             scene = Tracer(setting(name, given.seed), width, height, Path(folder) / "out.exr")
-            truth = scene.truth(np.random.default_rng([given.seed, 99, list(SCENES).index(name)]))
+            truth = scene.truth(np.random.default_rng([given.seed, 99, list(SCENES).index(name)]), lit)
         np.savez_compressed(given.out / f"{name}.npz", **truth)
         print(f"{name}: {given.out / name}.npz", file=sys.stderr)
 
@@ -57,19 +59,19 @@ class Tracer:
             add_part(part)
         self.camera = add_camera(what.fov)
 
-    def truth(self, rng: np.random.Generator) -> dict[str, np.ndarray]:
+    def truth(self, rng: np.random.Generator, lit: set[int]) -> dict[str, np.ndarray]:
         up, target = self.source[:3, :3].T @ (0, 0, 1), np.array([0, 0, self.distance])
         given = lamps(rng, up, target, self.distance)
         eye = Lamp("eye", 1.0, (0, 0, 0), None, self.distance)
         first = self.render(np.eye(4), eye)
         pivot = np.median(points_of(first["depth"], self.focal)[first["depth"] > 0], axis=0)
         found, poses = {}, {}
-        for yaw in sorted(LIT + TURNED):
+        for yaw in TURNED:
             pose = poses[yaw] = turned(pivot, yaw)
             seen = first if yaw == 0 else self.render(pose, eye)
             found |= {f"{name}_{yaw}": seen[name] for name in ("depth", "normals", "albedo")}
             found[f"visible_{yaw}"] = seen["light"].max(-1) > 0
-            for lamp in given if yaw in LIT else ():
+            for lamp in given if yaw in lit else ():
                 found[f"{lamp.name}_{yaw}"] = light = self.render(pose, lamp)["light"]
                 check_lambert(f"{lamp.name} {yaw}", lamp, light, seen, pose, self.focal)
         about = {

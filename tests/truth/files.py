@@ -32,14 +32,20 @@ class View:
 
 
 class Truth:
-    """One scene: its views by angle, its lamps, and the frame that its camera takes."""
+    """One scene: its views by angle, its lamps, and the frame that its camera takes.
 
-    def __init__(self, path: Path):
-        self.name = path.stem
-        self._arrays = np.load(path)
-        about = json.loads(str(self._arrays["about"]))
+    every  takes the middle one of so many pixels each way; odd
+    """
+
+    def __init__(self, path: Path, every: int = 1):
+        self.path, self.name = path, path.stem
+        stored = np.load(path)
+        about = json.loads(str(stored["about"]))
         fx, fy, cx, cy, width, height = about["camera"]
-        self.camera = ps.Camera(fx, fy, cx, cy, int(width), int(height))
+        self.camera = ps.Camera(fx, fy, cx, cy, int(width), int(height)).resized(width // every, height // every)
+        self.about = json.dumps(about | {"camera": [*self.camera.intrinsics, self.camera.width, self.camera.height]})
+        middle = slice(every // 2, None, every)
+        self._arrays = {name: stored[name][middle, middle] for name in stored.files if name != "about"}
         self.lamps = [Lamp(**{key: as_tuple(value) for key, value in lamp.items()}) for lamp in about["lamps"]]
         self.up = np.array(about["up"])
         self._poses = {int(yaw): np.array(pose) for yaw, pose in about["poses"].items()}

@@ -1,0 +1,192 @@
+"""The pictures of the contact sheet: what is drawn, what is true, and which share of it may be wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import pointshade_gl as ps
+from pointshade_gl.bench.tracing import Hits, as_frame, encode, occluder, patch, plane, shade, sphere_and_wall, trace
+
+from .files import MATTE
+from .kept import FINE, WRONG, at_size, scene, wrong
+
+OWN, TURNED = 0.01, 0.1  # % of a picture that may be wrong, from the frame's own direction and from another one
+SMALL = ps.Camera(220, 220, 99.5, 74.5, 200, 150)  # of the frames that are traced here
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A picture (h, w, 4) uint8, the truth beside it, and which of its pixels are wrong (h, w)."""
+
+    name: str
+    picture: np.ndarray
+    truth: np.ndarray
+    wrong: np.ndarray
+    bound: float  # % of the pixels
+
+    @property
+    def share(self) -> float:
+        return 100 * float(self.wrong.mean())
+
+    @property
+    def passes(self) -> bool:
+        return self.share <= self.bound
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A view of a kept scene under a lamp, with shadows."""
+
+    scene: str
+    lamp: str
+    yaw: int = 0
+    size: float = 1.0
+    samples: int = 1
+    splat: str = "footprint"
+    shading: str = "phong"
+    rasterizer: str = "auto"
+    merged: bool = False
+
+    @property
+    def name(self) -> str:
+        parts = [f"{self.scene} {self.lamp} {self.yaw}", *(f"{v}" for v in (self.splat, self.shading, self.rasterizer))]
+        parts += [f"x{self.size}", f"{self.samples} samples", "merged"]
+        usual = ("footprint", "phong", "auto", "x1.0", "1 samples", "" if self.merged else "merged")
+        return ", ".join(part for part in parts if part not in usual)
+
+    def draw(self, renderer: ps.Renderer) -> Cell:
+        kept = scene(self.scene)
+        camera = kept.camera.resized(*(round(self.size * side) for side in (kept.camera.width, kept.camera.height)))
+        source = [kept.frame, kept.second] if self.merged else kept.frame
+        options = {"samples": self.samples, "splat": self.splat, "shading": self.shading}
+        picture = renderer.render(source, kept.light(self.lamp), MATTE, camera, kept.poses[self.yaw], **options)
+        return self.judged(picture)
+
+    def judged(self, picture: np.ndarray) -> Cell:
+        """A picture of this view, wherever it comes from."""
+        truth = scene(self.scene).picture(self.lamp, self.yaw)
+        found = wrong(picture, truth)
+        return Cell(self.name, picture, at_size(truth, *picture.shape[:2]), found, TURNED if self.yaw else OWN)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A picture whose truth has a closed form."""
+
+    name: str
+    draw_it: Callable[[ps.Renderer], tuple[np.ndarray, np.ndarray]]  # the picture, and truth at FINE times its size
+    steps: float = WRONG
+    bound: float = OWN
+    rasterizer: str = "auto"
+
+    def draw(self, renderer: ps.Renderer) -> Cell:
+        picture, truth = self.draw_it(renderer)
+        return Cell(
+            self.name, picture, at_size(truth, *picture.shape[:2]), wrong(picture, truth, self.steps), self.bound
+        )
+
+
+def cases() -> Iterator[Traced | Made]:
+    table, stairs = Traced("table", "sun"), Traced("stairs", "sun")
+    yield from (replace(table, size=size) for size in (1.0, 0.7, 0.993, 1.1, 1.37))
+    yield from (replace(table, size=2.0, samples=16), replace(table, samples=16), replace(table, lamp="point"))
+    yield from (replace(table, splat="mesh", size=size) for size in (1.0, 1.1))
+    yield from (replace(table, splat="round", size=size) for size in (1.0, 1.37))
+    yield from (replace(table, yaw=15), replace(table, yaw=15, samples=16), replace(table, yaw=15, merged=True))
+    yield from (replace(stairs, yaw=yaw) for yaw in (0, 5, 30))
+    yield from (replace(stairs, rasterizer="points"), replace(stairs, lamp="spot", yaw=15))
+    yield from (replace(stairs, yaw=30, splat=splat) for splat in ("round", "mesh"))
+    yield replace(stairs, yaw=5, rasterizer="points", size=1.1)
+    yield from (Traced("corner", "spot"), Traced("corner", "sun", 15), Traced("corner", "sun", 30, samples=16))
+    yield Traced("corner", "spot", shading="gouraud", size=1.1)
+    yield from (Traced("plant", "sun"), Traced("plant", "sun", size=1.1, samples=16))
+    yield from (Traced("plant", "point", 15), Traced("plant", "point", 15, splat="mesh", samples=16))
+    yield Made("waves, x0.993, 16 samples", waves)
+    yield from (Made(f"ground, {share} of the light", ground(share, 1), 6) for share in (0.3, 0.6, 0.9))
+    yield Made("ground, 0.6 of the light, 16 samples", ground(0.6, 16), 6)
+    yield Made("soft and over-exposed, 64 samples", soft, 12)
+    yield Made("wall, depth rounded to 1 mm", rounded_wall, 6, 0.5)
+
+
+def waves(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
+    """A smooth texture on a ball and a wall."""
+    light, material = ps.Light(position=(-1, -1, -0.5)), ps.Material(specular=0)
+    frame = as_frame(trace(sphere_and_wall(), SMALL), SMALL)
+    camera = SMALL.resized(199, 149)
+    picture = renderer.render(frame, light, material, camera, samples=16)
+    return picture, pictured(trace(sphere_and_wall(), fine(camera)), light, material)
+
+
+def ground(share: float, samples: int) -> Callable[[ps.Renderer], tuple[np.ndarray, np.ndarray]]:
+    """A box on the ground that only shows shadows, in two suns of one direction: one casts them."""
+
+    def draw(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
+        pose = ps.orbit_pose(None, (0, 0, 2.0), 30, 30)
+        box, floor = standing_box(), plane((0, -1, 0), (0, 0.3, 0), grey)
+        suns = [
+            ps.Light(direction=(0.25, 1, 0.6), intensity=part, shadow=k == 0)
+            for k, part in enumerate((share, 1 - share))
+        ]
+        frame = as_frame(trace(box, SMALL, pose), SMALL, pose)
+        picture = renderer.render(frame, suns, MATTE, ground=(0, -1, 0), samples=samples)
+        truth = pictured(trace(box, fine(SMALL), pose), replace(suns[0], intensity=1.0), MATTE)
+        below = trace([floor], fine(SMALL), pose)
+        shaded = occluder(below, suns[0], box)[0] & (truth[..., 3] == 0)
+        truth[shaded] = (0, 0, 0, round(255 * share))
+        return picture, truth
+
+    return draw
+
+
+def standing_box() -> list:
+    """The six faces of a box whose lowest edges lie at y = 0.3."""
+    middle, half = np.array([0, 0.05, 2.0]), np.diag([0.25, 0.25, 0.2])
+    faces = []
+    for k in range(3):
+        u, v = half[(k + 1) % 3], half[(k + 2) % 3]
+        faces += [patch(middle + side * half[k], u, v, grey) for side in (-1, 1)]
+    return faces
+
+
+def soft(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
+    """A board before a wall in a ball of light that is far too bright: the mean of many small lamps, then the clamp."""
+    things = [patch((0.05, 0, 1.5), (0.2, 0, 0), (0, 0.15, 0), grey), plane((0, 0, -1), (0, 0, 2), grey)]
+    lamp = ps.Light(position=(-0.6, -0.5, 0), intensity=6, radius=0.15, shadow=True)
+    picture = renderer.render(as_frame(trace(things, SMALL), SMALL), lamp, MATTE, samples=64)
+    hits, places = trace(things, fine(SMALL)), np.random.default_rng(1).normal(size=(400, 3))
+    places = lamp.position + lamp.radius * places / np.linalg.norm(places, axis=-1, keepdims=True)
+    open_ = np.mean(
+        [~occluder(hits, replace(lamp, position=tuple(at), radius=0.0), things)[0] for at in places], axis=0
+    )
+    light = open_[..., None] * shade(hits, replace(lamp, intensity=0.6, radius=0.0), MATTE, (0, 0, 0)) * 10
+    return picture, opaque(encode(np.clip(light, 0, 1)))
+
+
+def rounded_wall(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
+    """Smooth walls whose depth a sensor rounds to millimetres."""
+    walls = [plane((0.35, 0, -1), (0, 0, 2.6), grey), plane((0, -1, -0.15), (0, 0.7, 2), grey)]
+    light = ps.Light(position=(-0.8, -0.6, 0.3))
+    frame = as_frame(trace(walls, SMALL), SMALL)
+    picture = renderer.render(ps.Frame(frame.color, np.round(frame.depth, 3), SMALL), light, MATTE)
+    return picture, pictured(trace(walls, fine(SMALL)), light, MATTE)
+
+
+def grey(points: np.ndarray) -> np.ndarray:
+    return np.full(points.shape, 0.5)
+
+
+def fine(camera: ps.Camera) -> ps.Camera:
+    return camera.resized(FINE * camera.width, FINE * camera.height)
+
+
+def pictured(hits: Hits, light: ps.Light, material: ps.Material) -> np.ndarray:
+    """(h, w, 4) uint8 of what was traced without shadows; alpha 0 where nothing is."""
+    return opaque(encode(shade(hits, light, material, (0, 0, 0))), hits.surface >= 0)
+
+
+def opaque(colour: np.ndarray, where: np.ndarray | bool = True) -> np.ndarray:
+    alpha = np.broadcast_to(np.where(where, 255, 0), colour.shape[:2])
+    return np.dstack([np.rint(colour), alpha]).astype(np.uint8)

@@ -13,7 +13,9 @@ from pointshade_gl.bench.tracing import Hits, as_frame, encode, occluder, patch,
 from .files import MATTE
 from .kept import FINE, WRONG, at_size, scene, wrong
 
-OWN, TURNED = 0.01, 0.1  # % of a picture that may be wrong, from the frame's own direction and from another one
+# % of a picture that may be wrong: unlit and lit, from the frame's own direction and from another one
+SEAMS, TURNED_SEAMS, OWN, TURNED = 0.01, 0.02, 0.1, 0.2
+Drawing = Callable[[ps.Renderer], tuple[np.ndarray, np.ndarray]]  # the picture, and truth at FINE times its size
 SMALL = ps.Camera(220, 220, 99.5, 74.5, 200, 150)  # of the frames that are traced here
 
 
@@ -38,7 +40,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Traced:
-    """A view of a kept scene under a lamp, with shadows."""
+    """A view of a kept scene under a lamp, with shadows; the lamp "albedo" is none."""
 
     scene: str
     lamp: str
@@ -61,15 +63,20 @@ class Traced:
         kept = scene(self.scene)
         camera = kept.camera.resized(*(round(self.size * side) for side in (kept.camera.width, kept.camera.height)))
         source = [kept.frame, kept.second] if self.merged else kept.frame
-        options = {"samples": self.samples, "splat": self.splat, "shading": self.shading}
-        picture = renderer.render(source, kept.light(self.lamp), MATTE, camera, kept.poses[self.yaw], **options)
+        unlit = self.lamp == "albedo"
+        options = {"samples": self.samples, "splat": self.splat, "shading": "none" if unlit else self.shading}
+        light = None if unlit else kept.light(self.lamp)
+        picture = renderer.render(source, light, MATTE, camera, kept.poses[self.yaw], **options)
         return self.judged(picture)
 
     def judged(self, picture: np.ndarray) -> Cell:
         """A picture of this view, wherever it comes from."""
         truth = scene(self.scene).picture(self.lamp, self.yaw)
         found = wrong(picture, truth)
-        return Cell(self.name, picture, at_size(truth, *picture.shape[:2]), found, TURNED if self.yaw else OWN)
+        unlit, lit = (TURNED_SEAMS, TURNED) if self.yaw else (SEAMS, OWN)
+        return Cell(
+            self.name, picture, at_size(truth, *picture.shape[:2]), found, unlit if self.lamp == "albedo" else lit
+        )
 
 
 @dataclass(frozen=True)
@@ -77,9 +84,9 @@ class Made:
     """A picture whose truth has a closed form."""
 
     name: str
-    draw_it: Callable[[ps.Renderer], tuple[np.ndarray, np.ndarray]]  # the picture, and truth at FINE times its size
+    draw_it: Drawing
     steps: float = WRONG
-    bound: float = OWN
+    bound: float = SEAMS
     rasterizer: str = "auto"
 
     def draw(self, renderer: ps.Renderer) -> Cell:
@@ -90,25 +97,27 @@ class Made:
 
 
 def cases() -> Iterator[Traced | Made]:
-    table, stairs = Traced("table", "sun"), Traced("stairs", "sun")
+    """Unlit, so that seams are seen; then lit, with shadows; then what has a closed form."""
+    table, stairs, corner, plant = (Traced(name, "albedo") for name in ("table", "stairs", "corner", "plant"))
     yield from (replace(table, size=size) for size in (1.0, 0.7, 0.993, 1.1, 1.37))
-    yield from (replace(table, size=2.0, samples=16), replace(table, samples=16), replace(table, lamp="point"))
+    yield from (replace(plant, size=size, samples=samples) for size, samples in ((1.1, 1), (1.37, 16), (0.7, 16)))
     yield from (replace(table, splat="mesh", size=size) for size in (1.0, 1.1))
-    yield from (replace(table, splat="round", size=size) for size in (1.0, 1.37))
-    yield from (replace(table, yaw=15), replace(table, yaw=15, samples=16), replace(table, yaw=15, merged=True))
-    yield from (replace(stairs, yaw=yaw) for yaw in (0, 5, 30))
-    yield from (replace(stairs, rasterizer="points"), replace(stairs, lamp="spot", yaw=15))
+    yield from (replace(table, splat="round", size=1.1), replace(table, rasterizer="points", size=1.1))
+    yield from (replace(stairs, yaw=5), replace(stairs, yaw=30), replace(corner, yaw=15), replace(plant, yaw=15))
     yield from (replace(stairs, yaw=30, splat=splat) for splat in ("round", "mesh"))
-    yield replace(stairs, yaw=5, rasterizer="points", size=1.1)
-    yield from (Traced("corner", "spot"), Traced("corner", "sun", 15), Traced("corner", "sun", 30, samples=16))
-    yield Traced("corner", "spot", shading="gouraud", size=1.1)
-    yield from (Traced("plant", "sun"), Traced("plant", "sun", size=1.1, samples=16))
-    yield from (Traced("plant", "point", 15), Traced("plant", "point", 15, splat="mesh", samples=16))
+    table, stairs, corner, plant = (replace(one, lamp="sun") for one in (table, stairs, corner, plant))
+    yield from (table, replace(table, size=1.37), replace(table, samples=16), replace(table, lamp="point"))
+    yield from (replace(table, yaw=15), replace(table, yaw=15, samples=16), replace(table, yaw=15, merged=True))
+    yield from (stairs, replace(stairs, rasterizer="points"), replace(stairs, yaw=5), replace(stairs, yaw=30))
+    yield from (replace(stairs, lamp="spot", yaw=15), replace(corner, yaw=15), replace(corner, yaw=30, samples=16))
+    yield from (replace(corner, lamp="spot"), replace(corner, lamp="spot", shading="gouraud", size=1.1))
+    yield from (plant, replace(plant, samples=16, size=1.1), replace(plant, lamp="point", yaw=15))
     yield Made("waves, x0.993, 16 samples", waves)
     yield from (Made(f"ground, {share} of the light", ground(share, 1), 6) for share in (0.3, 0.6, 0.9))
     yield Made("ground, 0.6 of the light, 16 samples", ground(0.6, 16), 6)
     yield Made("soft and over-exposed, 64 samples", soft, 12)
-    yield Made("wall, depth rounded to 1 mm", rounded_wall, 6, 0.5)
+    for name, normal in (("slanted", (0.35, 0, -1)), ("facing", (0.005, 0.003, -1))):
+        yield Made(f"{name} wall, depth rounded to 1 mm", rounded_wall(normal), 2, 0.05)
 
 
 def waves(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
@@ -120,7 +129,7 @@ def waves(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
     return picture, pictured(trace(sphere_and_wall(), fine(camera)), light, material)
 
 
-def ground(share: float, samples: int) -> Callable[[ps.Renderer], tuple[np.ndarray, np.ndarray]]:
+def ground(share: float, samples: int) -> Drawing:
     """A box on the ground that only shows shadows, in two suns of one direction: one casts them."""
 
     def draw(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
@@ -165,13 +174,17 @@ def soft(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
     return picture, opaque(encode(np.clip(light, 0, 1)))
 
 
-def rounded_wall(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
-    """Smooth walls whose depth a sensor rounds to millimetres."""
-    walls = [plane((0.35, 0, -1), (0, 0, 2.6), grey), plane((0, -1, -0.15), (0, 0.7, 2), grey)]
-    light = ps.Light(position=(-0.8, -0.6, 0.3))
-    frame = as_frame(trace(walls, SMALL), SMALL)
-    picture = renderer.render(ps.Frame(frame.color, np.round(frame.depth, 3), SMALL), light, MATTE)
-    return picture, pictured(trace(walls, fine(SMALL)), light, MATTE)
+def rounded_wall(normal: tuple[float, float, float]) -> Drawing:
+    """A smooth wall, seen by a long lens, whose depth a sensor rounds to millimetres."""
+
+    def draw(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
+        camera = replace(SMALL, fx=480, fy=480)
+        wall, light = [plane(normal, (0, 0, 2.6), grey)], ps.Light(position=(-0.8, -0.6, 1.8))
+        frame = as_frame(trace(wall, camera), camera)
+        picture = renderer.render(ps.Frame(frame.color, np.round(frame.depth, 3), camera), light, MATTE)
+        return picture, pictured(trace(wall, fine(camera)), light, MATTE)
+
+    return draw
 
 
 def grey(points: np.ndarray) -> np.ndarray:

@@ -10,14 +10,22 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import pointshade_gl as ps
+from pointshade_gl.page import draw_page
 
-from .cases import Cell, cases
+from ..browser import Browser, find_chromium
+from ..test_page_pictures import drawn
+from .cases import Cell, Traced, cases
 from .compare import on_check
+from .files import MATTE
+from .kept import scene
 
 WIDTH, HEIGHT, CAPTION, ACROSS = 200, 150, 16, 3
 
@@ -25,10 +33,23 @@ WIDTH, HEIGHT, CAPTION, ACROSS = 200, 150, 16, 3
 def main() -> int:
     with ps.Renderer() as auto, ps.Renderer(rasterizer="points") as points:
         cells = [case.draw(points if case.rasterizer == "points" else auto) for case in cases()]
+        if find_chromium():
+            with TemporaryDirectory() as folder, Browser.launched(Path(folder)) as browser:
+                cells.append(page_cell(browser, points))
     sheet(cells).save(sys.argv[1])
     for cell in cells:
         print(f"{'ok    ' if cell.passes else 'MISSED'} {cell.share:7.3f} % (<= {cell.bound}) {cell.name}")
     return 0 if all(cell.passes for cell in cells) else 1
+
+
+def page_cell(browser: Browser, renderer: ps.Renderer) -> Cell:
+    """What the browser draws of a page, lit with shadows."""
+    case = Traced("table", "sun")
+    kept = scene(case.scene)
+    with browser.opened(draw_page(renderer, kept.frame, light=kept.light(case.lamp), material=MATTE)) as opened:
+        opened.wait_until_drawn()
+        cell = case.judged(drawn(opened, {}, None, [kept.light(case.lamp)])[0])
+    return replace(cell, name=f"{cell.name}, page")
 
 
 def sheet(cells: Sequence[Cell]) -> Image.Image:

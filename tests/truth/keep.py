@@ -17,7 +17,7 @@ import pointshade_gl as ps
 from pointshade_gl.bench.tracing import encode
 
 from .compare import reached
-from .files import Truth
+from .files import Truth, View
 from .kept import FINE, FOLDER, PICTURES, UNASKED
 from .measures import grown, seen_by_frame
 from .shell import shaded_by_shell
@@ -31,7 +31,8 @@ def main() -> None:
         keep_frames(coarse)
         for name in wanted:
             lamp, yaw = name.split("_")
-            picture = kept_picture(fine, coarse, lamp, int(yaw))
+            keep = kept_albedo if lamp == "albedo" else kept_picture
+            picture = keep(fine, coarse, lamp, int(yaw))
             ps.save_image(FOLDER / f"{scene}_{name}.png", picture)
 
 
@@ -48,13 +49,22 @@ def kept_picture(fine: Truth, coarse: Truth, name: str, yaw: int) -> np.ndarray:
     """(h, w, 4) uint8: the traced picture; alpha 0 is empty, UNASKED what the frame did not see or cannot shade."""
     lamp = next(lamp for lamp in fine.lamps if lamp.name == name)
     view, light = fine.view(yaw), fine.light(lamp, yaw)
-    hit, seen = view.depth > 0, seen_by_frame(coarse, view)
-    unasked = hit & opened(~seen)
+    seen = seen_by_frame(coarse, view)
     dark = seen & reached(lamp, view) & (light.max(-1) == 0)
     through = dark.copy()
     through[dark] = ~shaded_by_shell(coarse, lamp, view.points[dark])
-    alpha = np.where(unasked | opened(through), UNASKED, 255) * hit
-    return np.dstack([np.rint(encode(np.clip(light, 0, 1))), alpha]).astype(np.uint8)
+    return with_alpha(np.rint(encode(np.clip(light, 0, 1))), view, opened(~seen) | opened(through))
+
+
+def kept_albedo(fine: Truth, coarse: Truth, _: str, yaw: int) -> np.ndarray:
+    """The same without light."""
+    view = fine.view(yaw)
+    return with_alpha(view.albedo, view, opened(~seen_by_frame(coarse, view)))
+
+
+def with_alpha(colour: np.ndarray, view: View, unasked: np.ndarray) -> np.ndarray:
+    hit = view.depth > 0
+    return np.dstack([colour * hit[..., None], np.where(unasked, UNASKED, 255) * hit]).astype(np.uint8)
 
 
 def opened(mask: np.ndarray) -> np.ndarray:

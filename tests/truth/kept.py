@@ -16,14 +16,14 @@ from .lamps import Lamp
 
 FOLDER = Path(__file__).parent / "kept"
 PICTURES = {
-    "table": ("sun_0", "sun_15", "point_0"),
-    "stairs": ("sun_0", "sun_5", "sun_30", "spot_15"),
-    "corner": ("spot_0", "sun_15", "sun_30"),
-    "plant": ("sun_0", "point_15"),
+    "table": ("albedo_0", "sun_0", "sun_15", "point_0"),
+    "stairs": ("albedo_0", "albedo_5", "albedo_30", "sun_0", "sun_5", "sun_30", "spot_15"),
+    "corner": ("albedo_15", "spot_0", "sun_15", "sun_30"),
+    "plant": ("albedo_0", "albedo_15", "sun_0", "point_15"),
 }
 FINE = 3  # pixels of a picture across one of the frame
 UNASKED = 128  # alpha where a frame cannot know the truth
-WRONG = 40  # steps of 255 by which a pixel lies outside of all that truth shows around it
+WRONG = 24  # steps of 255 by which a pixel lies outside of all that truth shows around it
 
 
 class Kept:
@@ -54,26 +54,34 @@ def scene(name: str) -> Kept:
 
 
 def wrong(picture: np.ndarray, truth: np.ndarray, steps: float = WRONG) -> np.ndarray:
-    """(h, w) bool: pixels whose colour, before black, or alpha is not among those of truth within 2/3 of a pixel.
+    """(h, w) bool: pixels whose colour, before black, or alpha is not among those of truth around them.
+
+    Around are 2/3 of a pixel of the frame, or of the picture where its pixels are larger.
 
     picture  (h, w, 4) uint8, of any size
     truth    (3 H, 3 W, 4) uint8, the same view. Where its alpha is UNASKED everything is right.
     """
-    low, high = around(truth)
+    low, high = around(truth, max(2, round(2 * truth.shape[0] / FINE / picture.shape[0])))
     v, u = ((np.arange(n) + 0.5) * m / n - 0.5 for n, m in zip(picture.shape[:2], truth.shape[:2], strict=True))
     at = np.ix_(np.rint(v).astype(int), np.rint(u).astype(int))
     colour = before_black(picture)
     return ((colour < low[at] - steps) | (colour > high[at] + steps)).any(-1)
 
 
-def around(truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The least and the most of the colours and alphas within two fine pixels, (h, w, 4)."""
+def around(truth: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
+    """The least and the most of the colours and alphas within so many fine pixels, (h, w, 4)."""
     unasked = (truth[..., 3] == UNASKED)[..., None]
     colour = before_black(truth)
-    wide = [np.pad(np.where(unasked, edge, colour), ((2, 2), (2, 2), (0, 0)), mode="edge") for edge in (-255, 510)]
-    h, w = truth.shape[:2]
-    parts = [[whole[i : i + h, j : j + w] for i in range(5) for j in range(5)] for whole in wide]
-    return np.minimum.reduce(parts[0]), np.maximum.reduce(parts[1])
+    low, high = (np.where(unasked, edge, colour) for edge in (-255, 510))
+    for axis in (0, 1):
+        low, high = np.minimum.reduce(shifted(low, axis, reach)), np.maximum.reduce(shifted(high, axis, reach))
+    return low, high
+
+
+def shifted(picture: np.ndarray, axis: int, reach: int) -> list[np.ndarray]:
+    """The picture (h, w, 4), moved along an axis by -reach to reach pixels; edges are repeated."""
+    at = np.arange(picture.shape[axis])
+    return [np.take(picture, np.clip(at + k, 0, len(at) - 1), axis) for k in range(-reach, reach + 1)]
 
 
 def before_black(picture: np.ndarray) -> np.ndarray:

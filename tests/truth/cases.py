@@ -161,17 +161,16 @@ def standing_box() -> list:
 
 
 def soft(renderer: ps.Renderer) -> tuple[np.ndarray, np.ndarray]:
-    """A board before a wall in a ball of light that is far too bright: the mean of many small lamps, then the clamp."""
+    """A board before a wall in a ball of light, four times too bright: many small lamps' mean, then the clamp."""
     things = [patch((0.05, 0, 1.5), (0.2, 0, 0), (0, 0.15, 0), grey), plane((0, 0, -1), (0, 0, 2), grey)]
-    lamp = ps.Light(position=(-0.6, -0.5, 0), intensity=6, radius=0.15, shadow=True)
+    lamp = ps.Light(position=(-0.6, -0.5, 0), intensity=8, radius=0.15, shadow=True)
     picture = renderer.render(as_frame(trace(things, SMALL), SMALL), lamp, MATTE, samples=64)
-    hits, places = trace(things, fine(SMALL)), np.random.default_rng(1).normal(size=(400, 3))
-    places = lamp.position + lamp.radius * places / np.linalg.norm(places, axis=-1, keepdims=True)
-    open_ = np.mean(
-        [~occluder(hits, replace(lamp, position=tuple(at), radius=0.0), things)[0] for at in places], axis=0
-    )
-    light = open_[..., None] * shade(hits, replace(lamp, intensity=0.6, radius=0.0), MATTE, (0, 0, 0)) * 10
-    return picture, opaque(encode(np.clip(light, 0, 1)))
+    hits, turns = trace(things, SMALL), np.random.default_rng(1).normal(size=(400, 4))
+    places = lamp.position + lamp.radius * (turns / np.linalg.norm(turns, axis=-1, keepdims=True))[:, :3]
+    dim = replace(lamp, intensity=1.0, radius=0.0)  # below the clamp of `shade`
+    free = 1 - np.mean([occluder(hits, replace(dim, position=tuple(at)), things)[0] for at in places], axis=0)
+    light = lamp.intensity * free[..., None] * shade(hits, dim, MATTE, (0, 0, 0))
+    return picture, opaque(encode(np.clip(light, 0, 1))).repeat(FINE, 0).repeat(FINE, 1)
 
 
 def rounded_wall(normal: tuple[float, float, float]) -> Drawing:

@@ -1,43 +1,44 @@
-// Shared by the vertex shaders of a frame's triangles: their inputs, and where a vertex is. Each square of four pixels has
-// four vertices, found from gl_VertexID.
+// Shared by grid.comp and grid.vert: their inputs, and the pieces of the squares between the pixels of a frame.
 #include "common/grid.glsl"
 
 uniform sampler2D surface_map;   // of the frame: unit normal, depth, whose sign does not count
-uniform sampler2D triangle_map;  // which of the triangles there are, over 255
-uniform ivec3 window;            // of squares: first column and row, columns
-uniform int first_square;        // of those that are drawn
+uniform sampler2D triangle_map;  // from grid_triangles.frag
+uniform ivec4 window;            // of squares: first column and row, columns, rows; a column and a row begin before the frame
 uniform vec4 source;
 uniform mat4 view;
 uniform vec4 target;
-uniform vec2 target_size;
+uniform ivec2 target_size;
 uniform float near;
 
-out vec3 point;           // source axes
-flat out float is_whole;  // 1: the square has both triangles
-
-const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
-
-struct Vertex {
-    ivec2 square;
+struct Square {
+    ivec2 first;  // its first pixel
+    vec4 w;       // 1/z of its corners
     int triangles;
-    int number;   // 0 to 3
-    ivec2 pixel;
+    int pieces;
 };
 
-Vertex find_vertex() {
-    int number = gl_VertexID & 3;
-    ivec2 square = window.xy + pixel_of(first_square + (gl_VertexID >> 2), window.z);
-    int triangles = int(texelFetch(triangle_map, square, 0).r * 255.0 + 0.5);
-    return Vertex(square, triangles, number, square + vertex_corner(triangles, number));
+float inverse_depth_of(ivec2 pixel) {
+    float depth = abs(texel_or_zero(surface_map, pixel).w);
+    return depth > 0.0 ? 1.0 / depth : 0.0;
 }
 
-// What the vertex hands on, but for its light. Depth is 1 - near/z, linear in 1/z, as for splats.
-void place_vertex(Vertex vertex, float depth) {
-    point = pixel_ray(vec2(vertex.pixel), source) * abs(depth);
-    is_whole = (vertex.triangles & (FIRST + SECOND)) == FIRST + SECOND ? 1.0 : 0.0;
-    vec3 seen = mat3(view) * point + view[3].xyz;
-    // Pixel centres are at integers: (u + 0.5) / width of the way across. Homogeneous, for points behind the viewer.
-    vec2 place = target.xy * seen.xy + (target.zw + 0.5) * seen.z;
-    bool exists = vertex.triangles != 0;
-    gl_Position = exists ? vec4(2.0 * place / target_size - seen.z, seen.z - 2.0 * near, seen.z) : NOWHERE;
+Square square_at(ivec2 first) {
+    vec4 w = vec4(
+        inverse_depth_of(first), inverse_depth_of(first + ivec2(1, 0)),
+        inverse_depth_of(first + ivec2(0, 1)), inverse_depth_of(first + ivec2(1, 1))
+    );
+    int triangles = code_triangles(texel_or_zero(triangle_map, first).r);
+    return Square(first, w, triangles, square_pieces(w, triangles, mean_focal_length(source)));
+}
+
+// The piece of a square with this number, one of its pieces.
+Piece piece_of(Square square, int number) {
+    if (number < QUARTER) return inner_piece(square.w, square.triangles, number);
+    int corner = number == 8 * QUARTER ? 3 : number / (2 * QUARTER);
+    ivec2 pixel = square.first + ivec2(corner & 1, corner >> 1);
+    vec4 surface = surface_at(surface_map, pixel);
+    vec4 reach = code_reach(texel_at(triangle_map, pixel).r);
+    vec2 side = vec2(reach[(corner & 1) == 0 ? 2 : 0], reach[corner < 2 ? 3 : 1]);
+    vec2 slope = edge_slope(surface, vec2(pixel), greaterThan(side, vec2(1.0)), source);
+    return edge_piece(1.0 / surface.w, square.triangles, corner, slope, reach);
 }

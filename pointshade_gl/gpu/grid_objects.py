@@ -9,19 +9,20 @@ import numpy as np
 
 from ..camera import Camera, Eye
 from ..estimators import Step, parse_max_depth_step
-from ..look import Look
-from .images import confine
+from ..look import SHADINGS, Look
+from .images import Box, Fitted, empty
 from .memory import Owner
-from .passes import FullscreenPass, bind_textures
+from .passes import FullscreenPass, FullscreenPasses, bind_textures
 from .point_objects import carried
-from .programs import build_program, set_uniforms, source_and_target
+from .programs import build_compute, build_program, set_uniforms, source_and_target
 from .raw_gl import DEPTH_TEST
 from .shadows import Tile
 from .state import enabled
-from .target import SurfaceImage
+from .target import SplatImage, SurfaceImage
 from .textures import Colors, FrameTextures, PointLight, PointSurface
 
-TOGETHER = 1 << 16  # squares that one call draws
+TOGETHER = 1 << 14  # squares that one call draws
+GROUP = 32  # threads, as in grid.comp
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
 
 
@@ -52,85 +53,131 @@ class ShownGrid(NamedTuple):
 
 
 class GridObjects(Owner):
-    """Draws the triangles of point objects into views and into shadow maps, both sides of each.
+    """Draws the meshes between the pixels of frames into views and into shadow maps, both sides of each triangle.
 
-    There is no vertex buffer: the vertex shaders find pixels by gl_VertexID. Which triangles there are is found once
-    for the points, not for each view.
+    First 1/z of all that a mesh covers: by a compute shader where there is one, else as depth; then each pixel of the
+    view looks back into the frame. Which triangles there are is found once for the points, not for each view.
     """
 
-    def __init__(self, context: moderngl.Context):
+    def __init__(self, context: moderngl.Context, can_compute: bool):
         super().__init__(context)
-        self._finding: FullscreenPass | None = None
-        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}  # made when first needed
-        with self._all_or_nothing():
-            corners = 4 * np.arange(TOGETHER, dtype=np.uint32)[:, None] + np.array((0, 1, 2, 3, 2, 1), np.uint32)
-            self._corners = self._allocate(context.buffer, corners.tobytes())
+        self._can_compute = can_compute
+        self._passes = FullscreenPasses(context)
+        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+        self._compute: moderngl.ComputeShader | None = None  # these two are made when they are first needed
+        self._array: moderngl.VertexArray | None = None
 
     def find_triangles(self, grid: Grid) -> None:
-        """Which triangles there are, by shaders/common/grid.glsl."""
-        self._finding = self._finding or self._keep(FullscreenPass(self._context, "grid_triangles.frag"))
+        """Which triangles there are, and how far pixels reach beside them, by shaders/common/grid.glsl."""
         target, surface = grid.surface.triangles.target, {"surface_map": grid.surface.texture}
-        confine(target, grid.surface.window)
-        self._finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
+        empty(target, grid.surface.window)
+        finding = self._passes.get("grid_triangles.frag")
+        finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
 
     def add_surface(
-        self, surfaces: SurfaceImage, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]
+        self,
+        surfaces: SurfaceImage,
+        splats: SplatImage,
+        shown: ShownGrid,
+        eye: Eye,
+        number: int,
+        lights: dict[str, Any],
     ) -> None:
-        """The triangles among the surfaces of others. number: of the material, counted from 1.
+        """The mesh among the surfaces of others. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
-        grid, shading = shown.points, shown.shading
-        inputs: dict[str, Any] = {"scale": grid.scale, "material_number": number / 65535}
-        if shading == "gouraud":
-            assert shown.light is not None
-            inputs["light_map"] = shown.light.texture
-        else:
-            inputs |= {"color_map": shown.colors.texture, "source_size": grid.surface.size}
-            is_flat = shading == "flat"
-            inputs |= lights | {"material": shown.material} if is_flat else {"is_lit": shading == "phong"}
+        grid = shown.points
+        seen = self._draw_depths(splats, grid, eye) | _maps(grid) | _way(grid, eye)
+        inputs = seen | {"scale": grid.scale, "material_number": number / 65535}
+        with enabled(self._context, DEPTH_TEST):
+            self._resolve(shown, inputs, lights).draw(surfaces.shared_target, {}, **inputs)
+
+    def _resolve(self, shown: ShownGrid, inputs: dict[str, Any], lights: dict[str, Any]) -> FullscreenPass:
+        """The pass that looks a mesh up; adds to its inputs what colours it."""
+        inputs["color_map"] = shown.colors.texture if shown.light is None else shown.light.texture
+        if shown.shading == "flat":
+            inputs |= lights | {"material": shown.material}
+            return self._passes.get("grid_flat.frag", self._can_compute, SHADOWS=int("shadow_map" in lights))
+        constants = {"SHADING": SHADINGS.index(shown.shading)}
         if shown.has_doubts:
-            inputs["certainty_map"], shading = grid.surface.certainty, "phong_doubtful"
-        variant = "flat_shadowed" if shading == "flat" and "shadow_map" in lights else shading
-        self._draw(variant, surfaces.shared_target, grid, eye, inputs)
+            inputs["certainty_map"], constants["CERTAINTY"] = shown.points.surface.certainty, 1
+        return self._passes.get("grid.frag", self._can_compute, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
-        """The triangles' depth in a light's view. The eye is the light's."""
-        self._draw("shadow", tile.target, grid, eye, {})
+        """The mesh's depth in a light's view. The eye is the light's."""
+        if not self._can_compute:
+            self._draw_pieces(tile.target, grid, eye)
+            return
+        image = self._scratch.fit((tile.side, tile.side))
+        self._note_pieces(image, grid, eye)
+        with enabled(self._context, DEPTH_TEST):
+            shadow, near = self._passes.get("shadow.frag", True), eye.near / grid.scale
+            shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
 
-    def _draw(self, variant: str, target: moderngl.Framebuffer, grid: Grid, eye: Eye, inputs: dict[str, Any]) -> None:
-        left, top, width, height = grid.surface.window
-        squares = max(width - 1, 0) * max(height - 1, 0)
-        program, array = self._program(variant)
-        inputs |= {"surface_map": grid.surface.texture, "triangle_map": grid.surface.triangles.texture}
-        inputs |= {"window": (left, top, width - 1), "near": eye.near / grid.scale}
-        inputs |= {"target_size": (eye.camera.width, eye.camera.height)}
-        inputs |= source_and_target(grid.source, eye.camera, carried(grid, eye))
-        bind_textures(program, inputs)
-        set_uniforms(program, **inputs)
+    def _draw_depths(self, image: SplatImage, grid: Grid, eye: Eye) -> dict[str, Any]:
+        """Draws what the mesh covers. Returns where its depths are."""
+        if self._can_compute:
+            self._note_pieces(image, grid, eye)
+            return {"target_size": image.size}
+        image.visible.use()
+        image.visible.clear(depth=1.0)
+        self._draw_pieces(image.visible, grid, eye)
+        return {"window_depths": image.depth}
+
+    def _note_pieces(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
+        """1/z of the mesh, by the compute shader."""
+        self._compute = self._compute or self._keep(build_compute(self._context, "grid.comp"))
+        self._context.finish()  # whoever still reads 1/z comes before it is cleared: llvmpipe's threads heed no barrier
+        image.nearest.clear()
+        image.nearest.bind_to_storage_buffer(0)
+        window = _squares(grid)
+        self._set_inputs(self._compute, grid, eye)
+        self._compute.run(-(-window[2] // GROUP), window[3])
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+        image.window = 0, 0, *image.size
+        image.raise_version()
+
+    def _draw_pieces(self, target: moderngl.Framebuffer, grid: Grid, eye: Eye) -> None:
+        """Depth of the mesh, by quads that are found from their numbers: there is no vertex buffer but for their order."""
+        if self._array is None:
+            order = 4 * np.arange(4 * TOGETHER, dtype=np.uint32)[:, None] + np.array((0, 1, 2, 3, 2, 1), np.uint32)
+            program = self._keep(build_program(self._context, "grid.vert", "grid_depth.frag"))
+            buffer = self._allocate(self._context.buffer, order.tobytes())
+            self._array = self._allocate(self._context.vertex_array, program, [], buffer)
+        self._set_inputs(self._array.program, grid, eye)
+        _, _, columns, rows = _squares(grid)
         target.use()
         with enabled(self._context, DEPTH_TEST):
-            for first in range(0, squares, TOGETHER):
-                set_uniforms(program, first_square=first)
-                array.render(moderngl.TRIANGLES, vertices=6 * min(TOGETHER, squares - first))
+            for first in range(0, columns * rows, TOGETHER):
+                set_uniforms(self._array.program, first_square=first)
+                self._array.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
 
-    def _program(self, variant: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        if variant not in self._programs:
-            vertex, fragment, constants = PROGRAMS[variant]
-            program = self._keep(build_program(self._context, vertex, fragment, None, **constants))
-            self._programs[variant] = program, self._allocate(self._context.vertex_array, program, [], self._corners)
-        return self._programs[variant]
+    def _set_inputs(self, program: moderngl.Program | moderngl.ComputeShader, grid: Grid, eye: Eye) -> None:
+        inputs = _maps(grid) | _way(grid, eye) | {"window": _squares(grid)}
+        inputs["target_size"] = eye.camera.width, eye.camera.height
+        bind_textures(program, inputs)
+        set_uniforms(program, **inputs)
+
+    def release(self) -> None:
+        self._scratch.release()
+        self._passes.release()
+        super().release()
 
 
-PROGRAMS: dict[str, tuple[str, str, dict[str, int]]] = {
-    "none": ("grid.vert", "grid.frag", {}),
-    "flat": ("grid_flat.vert", "grid_flat.frag", {}),
-    "flat_shadowed": ("grid_flat.vert", "grid_flat.frag", {"SHADOWS": 1}),
-    "gouraud": ("grid_gouraud.vert", "grid_gouraud.frag", {}),
-    "phong": ("grid.vert", "grid.frag", {}),
-    "phong_doubtful": ("grid.vert", "grid.frag", {"CERTAINTY": 1}),
-    "shadow": ("grid.vert", "grid_shadow.frag", {}),
-}
+def _maps(grid: Grid) -> dict[str, Any]:
+    return {"surface_map": grid.surface.texture, "triangle_map": grid.surface.triangles.texture}
+
+
+def _way(grid: Grid, eye: Eye) -> dict[str, Any]:
+    """The uniforms of the warp."""
+    return source_and_target(grid.source, eye.camera, carried(grid, eye)) | {"near": eye.near / grid.scale}
+
+
+def _squares(grid: Grid) -> Box:
+    """First column and row, columns and rows of the squares that have corners among the points."""
+    left, top, width, height = grid.surface.window
+    return left - 1, top - 1, width + 1, height + 1
 
 
 def depth_step(look: Look) -> Step:

@@ -31,6 +31,7 @@ class Objects:
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
         self._context = context
         self._steps = steps
+        self._rasterizers = rasterizers
         self.points = PointObjects(context, rasterizers)
         self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
@@ -62,7 +63,7 @@ class Objects:
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
-            self._grid_objects().add_surface(target.surfaces, thing, eye, number, lights)
+            self._grid_objects().add_surface(target.surfaces, target.splats, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
         elif isinstance(thing, TiledPoints):
@@ -73,7 +74,7 @@ class Objects:
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
     def _grid_objects(self) -> GridObjects:
-        self._grids = self._grids or GridObjects(self._context)
+        self._grids = self._grids or GridObjects(self._context, self._rasterizers.can_compute)
         return self._grids
 
     def _mesh_objects(self) -> MeshObjects:

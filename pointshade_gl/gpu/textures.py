@@ -193,11 +193,12 @@ class PointSurface(Images):
 
 
 class TriangleImage(Images):
-    """Which triangles lie between a pixel and its neighbours on the right and below (R8), see common/grid.glsl."""
+    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches where
+    there are none (R32F), see `grid_code` of common/grid.glsl."""
 
     @cached_property
     def texture(self) -> moderngl.Texture:
-        return self._texture(1)
+        return self._texture(1, "f4")
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:

@@ -1,9 +1,17 @@
 #version 330 core
 // The pieces of a mesh between the pixels of a frame in the target view, found from gl_VertexID: four of each square, and
 // four vertices of each piece.
-#include "squares.glsl"
+#include "common/grid.glsl"
 
-uniform int first_square;  // of those that are drawn
+uniform sampler2D surface_map;  // of the frame: unit normal, depth, negative at rims
+uniform vec4 source;
+uniform mat4 view;
+uniform vec4 target;
+uniform ivec2 target_size;
+uniform ivec4 window_of_squares;  // first column and row, columns, rows
+uniform int first_square;         // of those that are drawn
+
+#include "squares.glsl"
 
 out vec3 place;      // in the square
 flat out vec3 side;
@@ -18,7 +26,7 @@ int nth_piece(int pieces, int n) {
 
 void main() {
     gl_Position = NOWHERE;
-    Square square = square_at(window.xy + pixel_of(first_square + (gl_VertexID >> 4), window.z));
+    Square square = square_at(window_of_squares.xy + pixel_of(first_square + (gl_VertexID >> 4), window_of_squares.z));
     int number = nth_piece(square.pieces, gl_VertexID >> 2 & 3);
     if (number == 0) return;
     Piece piece = piece_of(square, number);

@@ -1,13 +1,8 @@
-// Shared by grid.comp and grid.vert: their inputs, and the pieces of the squares between the pixels of a frame.
+// Shared by grid.comp and grid.vert, after their inputs: the pieces of the squares between the pixels of a frame.
 #include "common/grid.glsl"
+#include "common/rim_splat.glsl"
 
-uniform sampler2D surface_map;   // of the frame: unit normal, depth, whose sign does not count
 uniform sampler2D triangle_map;  // from grid_triangles.frag
-uniform ivec4 window;            // of squares: first column and row, columns, rows; a column and a row begin before the frame
-uniform vec4 source;
-uniform mat4 view;
-uniform vec4 target;
-uniform ivec2 target_size;
 uniform float near;
 
 struct Square {
@@ -17,28 +12,48 @@ struct Square {
     int pieces;
 };
 
-float inverse_depth_of(ivec2 pixel) {
-    float depth = abs(texel_or_zero(surface_map, pixel).w);
-    return depth > 0.0 ? 1.0 / depth : 0.0;
+// Is a pixel drawn as a rim in this view?
+bool is_drawn_as_rim(ivec2 pixel) {
+    vec4 marked = texel_or_zero(surface_map, pixel);
+    bool is_rim = marked.w < 0.0, answer = false;
+    for (int k = 0; k < (is_rim ? 1 : 0); ++k) {  // a loop that no pixel takes costs software drivers nothing
+        Footprint splat = carry_footprint(vec2(pixel), -marked.w, marked.xyz, source, view, target);
+        answer = splat_is_ahead(splat, near) && draws_rim(splat, -marked.w, source, target);
+    }
+    return answer;
+}
+
+// Is a pixel drawn as a rim, and no triangles all around it?
+bool ends_in_rim(ivec2 pixel) {
+    bool ends = false;
+    int corners = is_drawn_as_rim(pixel) ? 4 : 0;
+    for (int k = 0; k < corners; ++k) {
+        int triangles = code_triangles(texel_or_zero(triangle_map, pixel - ivec2(k & 1, k >> 1)).r);
+        ends = ends || !covers_corner(triangles, k);
+    }
+    return ends;
 }
 
 Square square_at(ivec2 first) {
-    vec4 w = vec4(
-        inverse_depth_of(first), inverse_depth_of(first + ivec2(1, 0)),
-        inverse_depth_of(first + ivec2(0, 1)), inverse_depth_of(first + ivec2(1, 1))
+    vec4 z = vec4(
+        texel_or_zero(surface_map, first).w, texel_or_zero(surface_map, first + ivec2(1, 0)).w,
+        texel_or_zero(surface_map, first + ivec2(0, 1)).w, texel_or_zero(surface_map, first + ivec2(1, 1)).w
     );
+    vec4 w = mix(1.0 / abs(z), vec4(0.0), equal(z, vec4(0.0)));
     int triangles = code_triangles(texel_or_zero(triangle_map, first).r);
-    return Square(first, w, triangles, square_pieces(w, triangles, mean_focal_length(source)));
+    int pieces = square_pieces(w, triangles, mean_focal_length(source));
+    return Square(first, w, triangles, pieces);
 }
 
-// The piece of a square with this number, one of its pieces.
+// The piece of a square with this number, one of its pieces. A rim covers what is its own; only what goes on behind
+// something nearer is a piece.
 Piece piece_of(Square square, int number) {
     if (number < QUARTER) return inner_piece(square.w, square.triangles, number);
     int corner = number == 8 * QUARTER ? 3 : number / (2 * QUARTER);
     ivec2 pixel = square.first + ivec2(corner & 1, corner >> 1);
-    vec4 surface = surface_at(surface_map, pixel);
-    vec4 reach = code_reach(texel_at(triangle_map, pixel).r);
+    vec4 surface = surface_at(surface_map, pixel), reach = code_reach(texel_at(triangle_map, pixel).r);
     vec2 side = vec2(reach[(corner & 1) == 0 ? 2 : 0], reach[corner < 2 ? 3 : 1]);
+    if (max(side.x, side.y) < 1.0 && is_drawn_as_rim(pixel)) reach = vec4(-1.0);
     vec2 slope = edge_slope(surface, vec2(pixel), greaterThan(side, vec2(1.0)), source);
     return edge_piece(1.0 / surface.w, square.triangles, corner, slope, reach);
 }

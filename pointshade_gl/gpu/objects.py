@@ -9,7 +9,8 @@ import moderngl
 
 from ..camera import Eye
 from ..mesh import Mesh
-from .grid_objects import Grid, GridObjects, ShownGrid
+from .grid_depths import Grid
+from .grid_objects import GridObjects, ShownGrid
 from .mesh_objects import MeshObjects, PlacedMesh
 from .point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .rasterizers import Rasterizers
@@ -31,7 +32,7 @@ class Objects:
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
         self._context = context
         self._steps = steps
-        self._rasterizers = rasterizers
+        self._can_compute, self._is_software = rasterizers.can_compute, rasterizers.is_software
         self.points = PointObjects(context, rasterizers)
         self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
@@ -74,7 +75,7 @@ class Objects:
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
     def _grid_objects(self) -> GridObjects:
-        self._grids = self._grids or GridObjects(self._context, self._rasterizers.can_compute)
+        self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
         return self._grids
 
     def _mesh_objects(self) -> MeshObjects:

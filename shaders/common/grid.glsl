@@ -126,17 +126,22 @@ vec3 square_plane(vec4 w) {
     return vec3(slope, 0.25 * (w.x + w.y + w.z + w.w) - 0.5 * (slope.x + slope.y));
 }
 
+// Do a square's triangles cover all that belongs to the pixel of a corner, 0 to 3?
+bool covers_corner(int triangles, int corner) {
+    int there = triangles & (FIRST + SECOND);
+    bool is_other = (triangles & OTHER_DIAGONAL) != 0;
+    return there == FIRST + SECOND || (there == FIRST && corner == (is_other ? 1 : 0))
+        || (there == SECOND && corner == (is_other ? 2 : 3));
+}
+
 // Which pieces a square is drawn as, the sum of their numbers. w: 1/z of its corners, 0 where there is none
 int square_pieces(vec4 w, int triangles, float focal) {
     bool is_whole = (triangles & (FIRST + SECOND)) == FIRST + SECOND;
     bool is_level = focal * abs(w.y + w.z - w.x - w.w) < 4.0 * LEVEL * w.x;
     if (is_whole) return is_level ? FLAT_SQUARE : FIRST + SECOND;
-    bool is_other = (triangles & OTHER_DIAGONAL) != 0;
-    bool is_first = (triangles & FIRST) != 0, is_second = (triangles & SECOND) != 0;
-    bvec4 covered = is_other ? bvec4(false, is_first, is_second, false) : bvec4(is_first, false, false, is_second);
     int pieces = triangles & (FIRST + SECOND);
     for (int k = 0; k < 4; ++k) {
-        if (w[k] > 0.0 && !covered[k]) pieces += QUARTER << k;
+        if (w[k] > 0.0 && !covers_corner(triangles, k)) pieces += QUARTER << k;
     }
     return pieces;
 }
@@ -218,13 +223,14 @@ vec4 triangle_weights(int triangle, vec2 place) {
 
 // By how much a pixel's own square is off what is seen at a position where 1/z is w_at; very much where it does not reach.
 float edge_error(sampler2D surface_map, sampler2D triangle_map, ivec2 pixel, vec2 at, float w_at, vec4 source) {
-    vec4 own = surface_at(surface_map, pixel);
+    vec4 marked = texel_at(surface_map, pixel), own = vec4(marked.xyz, abs(marked.w));
     vec2 off = at - vec2(pixel);
     vec4 reach = code_reach(texel_at(triangle_map, pixel).r);
     vec2 side = mix(reach.xy, reach.zw, greaterThan(off, vec2(0.0)));
     bool reaches = own.w > 0.0 && all(lessThanEqual(abs(off), side + 2.0 * SEAM));
     vec2 slope = edge_slope(own, vec2(pixel), greaterThan(side, vec2(1.0)), source);
-    return reaches ? abs(1.0 / own.w + dot(slope, off) - w_at) : 1e30;
+    float plane_error = reaches ? abs(1.0 / own.w + dot(slope, off) - w_at) : 1e30;
+    return min(plane_error, marked.w < 0.0 ? look_up_error(marked.w, vec2(pixel), at, w_at) : 1e30);
 }
 
 // The pixel whose own square is seen at a position; the nearest one if it fits.

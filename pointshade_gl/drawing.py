@@ -89,6 +89,8 @@ class Drawing:
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
+        if len(shown) == 1 and isinstance(shown[0], ShownGrid):
+            surfaces.window = target.splats.window
         surfaces.raise_version()
 
     def _light_pixels(self, target: Target, canvas: Canvas, shot: Shot, lamps: Lamps) -> None:

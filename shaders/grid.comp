@@ -4,46 +4,38 @@
 #endif
 #define SET 0
 // The mesh between the pixels of a frame: notes 1/z of its pieces at every target pixel that they cover; the nearest stays.
-// A thread draws the pieces of a square. A place on a plane is linear in target pixels, times its depth in the view: so no
-// piece has to be cut where it passes the viewer (homogeneous rasterisation: Olano, Greer 1997). Rims that the mesh ends at
-// are put on a list for rims.comp.
-#include "carried.glsl"
-#include "squares.glsl"
+// Squares on planes are drawn here, most of them 2x2 together; the others are put on a list for odd_squares.comp.
+#include "pieces.glsl"
 
 layout(local_size_x = 32) in;
 
-uniform ivec4 window_of_squares;  // first column and row, columns, rows
-uniform int most_groups;          // of rims.comp
+uniform sampler2D plane_map;  // from grid_planes.frag
+uniform ivec4 squares;        // first column and row of plane_map, columns, rows
 
-void draw_piece(Piece piece, ivec2 first) {
-    mat3 carried = carry_plane(piece.plane, vec2(first), source, view, target);
-    ivec4 box = piece_pixels(piece, carried, target_size, near);
-    mat3 seen = invert_carried(carried);
-#if WINDOW
-    widen_window(box.xy, box.zw);
-#endif
-    ivec2 steps = max(box.zw - box.xy + 1, 0), q = box.xy;
-    for (int k = 0; k < steps.x * steps.y; ++k) {
-        float inverse_depth = piece_inverse_depth(piece, seen, vec2(q), near);
-        if (inverse_depth > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], floatBitsToUint(inverse_depth));
-        q = q.x < box.z ? ivec2(q.x + 1, q.y) : ivec2(box.x, q.y + 1);
-    }
+const int ROWS = 16;  // of a thread
+
+void put_on_list(ivec2 place) {
+    uint index = atomicAdd(odd_count, 1u);
+    atomicMax(odd_groups.x, min(index / 32u + 1u, uint(most_groups)));
+    if (index < uint(odd.length())) odd[index] = uint(place.y * textureSize(plane_map, 0).x + place.x);
 }
 
-void put_rim_on_list(ivec2 pixel) {
-    uint place = atomicAdd(rim_count, 1u);
-    atomicMax(rim_groups.x, min((place + 32u) / 32u, uint(most_groups)));
-    if (place < uint(rims.length())) rims[place] = uint(pixel.y * textureSize(surface_map, 0).x + pixel.x);
+// The squares of a block of 2x2: all at once, or one by one.
+void draw_block(ivec2 block) {
+    int k = 0, count = 4;
+    do {
+        ivec2 place = block + ivec2(k & 1, k >> 1);
+        vec4 plane = texel_or_zero(plane_map, place);
+        if (plane.w == PAIRS) count = 1;
+        if (plane.w == SINGLE || plane.w == PAIRS) draw_piece(plane_piece(plane.xyz, plane.w), place - FIRST_SQUARE);
+        if (plane.w == IN_PIECES) put_on_list(place);
+    } while (++k < count);
 }
 
 void main() {
-    ivec2 place = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(place, window_of_squares.zw))) return;
-    Square square = square_at(window_of_squares.xy + place);
-    if (ends_in_rim(square.first)) put_rim_on_list(square.first);
-    for (int left = square.pieces; left != 0; left &= left - 1) {
-        draw_piece(piece_of(square, left & -left), square.first);
-    }
+    ivec2 block = squares.xy + 2 * ivec2(1, ROWS / 2) * ivec2(gl_GlobalInvocationID.xy);
+    if (block.x >= squares.x + squares.z) return;
+    for (int row = 0; row < ROWS; row += 2) draw_block(block + ivec2(0, row));
 #if WINDOW
     note_window();
 #endif

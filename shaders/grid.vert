@@ -8,6 +8,7 @@ uniform vec4 source;
 uniform mat4 view;
 uniform vec4 target;
 uniform ivec2 target_size;
+uniform float near;
 uniform ivec4 window_of_squares;  // first column and row, columns, rows
 uniform int first_square;         // of those that are drawn
 
@@ -29,7 +30,8 @@ void main() {
     Square square = square_at(window_of_squares.xy + pixel_of(first_square + (gl_VertexID >> 4), window_of_squares.z));
     int number = nth_piece(square.pieces, gl_VertexID >> 2 & 3);
     if (number == 0) return;
-    Piece piece = piece_of(square, number);
+    Piece piece = triangle_piece(square.w, square.triangles, number == SECOND);
+    if (number >= QUARTER) piece = outer_piece(square, number == 8 * QUARTER ? 3 : number / (2 * QUARTER));
     vec4 box = piece.box + SEAM * vec4(-1.0, -1.0, 1.0, 1.0);
     side = piece.side;
     place = vec3((gl_VertexID & 1) == 0 ? box.x : box.z, (gl_VertexID & 2) == 0 ? box.y : box.w, 1.0);

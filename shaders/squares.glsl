@@ -1,9 +1,8 @@
-// Shared by grid.comp and grid.vert, after their inputs: the pieces of the squares between the pixels of a frame.
+// Shared by odd_squares.comp and grid.vert, after their inputs: the pieces of the squares between the pixels of a frame.
 #include "common/grid.glsl"
 #include "common/rim_splat.glsl"
 
 uniform sampler2D triangle_map;  // from grid_triangles.frag
-uniform float near;
 
 struct Square {
     ivec2 first;  // its first pixel
@@ -23,15 +22,14 @@ bool is_drawn_as_rim(ivec2 pixel) {
     return answer;
 }
 
-// Is a pixel drawn as a rim, and no triangles all around it?
-bool ends_in_rim(ivec2 pixel) {
-    bool ends = false;
-    int corners = is_drawn_as_rim(pixel) ? 4 : 0;
-    for (int k = 0; k < corners; ++k) {
+// The first of a pixel's squares that triangles do not cover there, by the corner that the pixel is of it; -1 if all do.
+int first_open_corner(ivec2 pixel) {
+    int found = -1;
+    for (int k = 3; k >= 0; --k) {
         int triangles = code_triangles(texel_or_zero(triangle_map, pixel - ivec2(k & 1, k >> 1)).r);
-        ends = ends || !covers_corner(triangles, k);
+        if (!covers_corner(triangles, k)) found = k;
     }
-    return ends;
+    return found;
 }
 
 Square square_at(ivec2 first) {
@@ -41,15 +39,13 @@ Square square_at(ivec2 first) {
     );
     vec4 w = mix(1.0 / abs(z), vec4(0.0), equal(z, vec4(0.0)));
     int triangles = code_triangles(texel_or_zero(triangle_map, first).r);
-    int pieces = square_pieces(w, triangles, mean_focal_length(source));
+    int pieces = square_pieces(w, triangles);
     return Square(first, w, triangles, pieces);
 }
 
-// The piece of a square with this number, one of its pieces. A rim covers what is its own; only what goes on behind
-// something nearer is a piece.
-Piece piece_of(Square square, int number) {
-    if (number < QUARTER) return inner_piece(square.w, square.triangles, number);
-    int corner = number == 8 * QUARTER ? 3 : number / (2 * QUARTER);
+// What a corner's own pixel covers of a square, 0 to 3. A rim covers what is its own: then it is only what goes on behind
+// something nearer.
+Piece outer_piece(Square square, int corner) {
     ivec2 pixel = square.first + ivec2(corner & 1, corner >> 1);
     vec4 surface = surface_at(surface_map, pixel), reach = code_reach(texel_at(triangle_map, pixel).r);
     vec2 side = vec2(reach[(corner & 1) == 0 ? 2 : 0], reach[corner < 2 ? 3 : 1]);

@@ -20,7 +20,7 @@ from .state import enabled
 from .target import SplatImage
 from .textures import PointSurface
 
-GROUP = 32  # threads, as in grid.comp
+GROUP, ROWS = 32, 16  # as in grid.comp
 TOGETHER = 1 << 14  # squares that one call draws
 NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # on a list, and where the mesh comes to
 
@@ -42,46 +42,57 @@ class Grid(NamedTuple):
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
 
     @property
+    def squares_in_blocks(self) -> Box:
+        """The same in `planes`, whose first ones lie before the frame, from an even column and row on."""
+        left, top, width, height = self.surface.window
+        return left // 2 * 2, top // 2 * 2, width + 1 + left % 2, height + 1 + top % 2
+
+    @property
     def squares(self) -> Box:
         """First column and row, columns and rows of the squares that have corners among the points."""
         left, top, width, height = self.surface.window
         return left - 1, top - 1, width + 1, height + 1
 
 
-def _set_inputs(program: moderngl.Program | moderngl.ComputeShader, grid: Grid, eye: Eye, **more: Any) -> None:
-    inputs = grid.maps() | grid.way(eye) | more
+def _set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
     bind_textures(program, inputs)
-    set_uniforms(program, window_of_squares=grid.squares, **inputs)
+    set_uniforms(program, **inputs)
 
 
 class ComputedDepths(Owner):
-    """Notes 1/z of all that a mesh covers, and then of the rims that it ends at."""
+    """Notes 1/z of all that a mesh covers: squares on planes, then other squares, then the rims that it ends at."""
 
     def __init__(self, context: moderngl.Context, is_software: bool):
         super().__init__(context)
         self._is_software = is_software
-        self._rims: RimList | None = None
+        self._lists: list[RimList] = []  # of rims, and of squares that are drawn in pieces
+        names = "grid.comp", "odd_squares.comp", "rims.comp"
         with self._all_or_nothing():
-            made = (build_compute(context, name, WINDOW=int(is_software)) for name in ("grid.comp", "rims.comp"))
-            self._pieces, self._ends = map(self._keep, made)
+            self._steps = [self._keep(build_compute(context, name, WINDOW=int(is_software))) for name in names]
             self._window = self._allocate(context.buffer, reserve=NOTHING_YET.nbytes)
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
         """Fills `nearest` of an image of the view."""
         self._clear(image)
-        rims = self._empty_rims(grid.surface.size)
-        _set_inputs(self._pieces, grid, eye, target_size=image.size, most_groups=MOST_GROUPS)
-        _, _, columns, rows = grid.squares
-        self._pieces.run(-(-columns // GROUP), rows)
-        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
-        inputs = {"surface_map": grid.surface.texture, "target_size": image.size}
-        inputs |= source_and_target(grid.source, eye.camera, carried(grid, eye))
-        bind_textures(self._ends, inputs)
-        set_uniforms(self._ends, **inputs)
-        self._ends.run_indirect(rims)
+        squares, odd, rims = self._steps
+        odd_list, rim_list = self._empty_lists(grid.surface.size)
+        way = source_and_target(grid.source, eye.camera, carried(grid, eye)) | {"target_size": image.size}
+        listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
+        left, top, columns, rows = grid.squares_in_blocks
+        planes = {"plane_map": grid.surface.triangles.planes, "squares": (left, top, columns, rows)}
+        _set_inputs(squares, way | listed | planes)
+        squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
+        self._run_list(odd, odd_list, way | listed | grid.maps())
+        self._run_list(rims, rim_list, way | {"surface_map": grid.surface.texture})
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
         image.window = self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
         image.raise_version()
+
+    def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:
+        """Draws what a step before has put on a list."""
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
+        _set_inputs(program, inputs)
+        program.run_indirect(listed)
 
     def _clear(self, image: SplatImage) -> None:
         """Whoever still reads 1/z comes before it is cleared: llvmpipe's threads heed no barrier."""
@@ -92,18 +103,23 @@ class ComputedDepths(Owner):
         image.nearest.clear()
         image.nearest.bind_to_storage_buffer(0)
 
-    def _empty_rims(self, size: tuple[int, int]) -> moderngl.Buffer:
-        """The list of rim pixels, with room for all; and no window yet."""
-        if self._rims is None or self._rims.most < size[0] * size[1]:
-            if self._rims is not None:
-                self._rims.release()
-            self._rims = None
-            self._rims = RimList(self._context, size[0] * size[1])
-        self._rims.buffer.write(NOTHING_YET[:5])
-        self._rims.buffer.bind_to_storage_buffer(2)
+    def _empty_lists(self, size: tuple[int, int]) -> list[moderngl.Buffer]:
+        """Room for all squares and for all rims; and no window yet."""
+        most = (size[0] + 1) * (size[1] + 1)
+        if not self._lists or self._lists[0].most < most:
+            self._free_lists()
+            for _ in range(2):
+                self._lists.append(RimList(self._context, most))
+        for place, one in zip((3, 2), self._lists, strict=True):
+            one.buffer.write(NOTHING_YET[:5])
+            one.buffer.bind_to_storage_buffer(place)
         self._window.write(NOTHING_YET)
         self._window.bind_to_storage_buffer(1)
-        return self._rims.buffer
+        return [one.buffer for one in self._lists]
+
+    def _free_lists(self) -> None:
+        while self._lists:
+            self._lists.pop().release()
 
     def _read_window(self, width: int, height: int) -> Box:
         """The part of the view that the mesh comes to, to which later passes are confined."""
@@ -111,8 +127,7 @@ class ComputedDepths(Owner):
         return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def release(self) -> None:
-        if self._rims is not None:
-            self._rims.release()
+        self._free_lists()
         super().release()
 
 
@@ -143,7 +158,8 @@ class DrawnDepths(Owner):
     def add(self, target: moderngl.Framebuffer, grid: Grid, eye: Eye) -> None:
         """The depth where it is nearest, with colours that mean nothing."""
         size = eye.camera.width, eye.camera.height
-        _set_inputs(self._pieces.program, grid, eye, target_size=size)
+        here = {"target_size": size, "window_of_squares": grid.squares}
+        _set_inputs(self._pieces.program, grid.maps() | grid.way(eye) | here)
         _, _, columns, rows = grid.squares
         target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
@@ -151,6 +167,5 @@ class DrawnDepths(Owner):
                 set_uniforms(self._pieces.program, first_square=first)
                 self._pieces.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
             inputs = {"surface_map": grid.surface.texture, "target_size": size, "first_id": 1} | grid.way(eye)
-            bind_textures(self._ends.program, inputs)
-            set_uniforms(self._ends.program, **inputs)
+            _set_inputs(self._ends.program, inputs)
             self._ends.render(moderngl.POINTS, vertices=grid.source.width * grid.source.height)

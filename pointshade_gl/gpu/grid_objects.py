@@ -58,6 +58,10 @@ class GridObjects(Owner):
         empty(target, grid.surface.window)
         finding = self._passes.get("grid_triangles.frag")
         finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
+        if self._look_up:
+            target, (left, top, width, height) = grid.surface.triangles.planes_target, grid.surface.window
+            empty(target, (left, top, width + 1, height + 1))
+            self._passes.get("grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
 
     def add_surface(
         self,

@@ -204,6 +204,15 @@ class TriangleImage(Images):
     def target(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.texture)
 
+    @cached_property
+    def planes(self) -> moderngl.Texture:
+        """How the squares are drawn (RGBA32F), one more column and row: see grid_planes.frag."""
+        return self._texture(4, "f4", (self.size[0] + 1, self.size[1] + 1))
+
+    @cached_property
+    def planes_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.planes)
+
 
 class PointLight(Images):
     """The light of the points of a frame (RGBA16, linear)."""

@@ -10,10 +10,15 @@
 const int FIRST = 1, SECOND = 2;  // triangles of a square: a b c and d c b
 const int OTHER_DIAGONAL = 4;     // instead b d a and c a d
 const int CODES = 8;
-const int FLAT_SQUARE = 4;        // pieces of a square: FIRST, SECOND or both at once; QUARTER, 2 QUARTER, ... of a, b, c, d
-const int QUARTER = 8;
+const int QUARTER = 4;            // pieces of a square: FIRST, SECOND; QUARTER, 2 QUARTER, ... of its corners' own pixels
 
-const float LEVEL = 0.01;         // pixels of depth by which a square's corners may leave a plane to be drawn as one piece
+const float LEVEL = 0.02;         // pixels of depth by which pixels may leave a plane to be drawn as one piece
+const float NOTHING = 0.0;        // how a square is drawn: not, or by another one
+const float SINGLE = 1.0;         // as one piece
+const float PAIRS = 2.0;          // as one piece with those on the right and below
+const float IN_PIECES = 3.0;
+const int FIRST_SQUARE = 1;       // columns and rows of squares before the frame
+
 const float SEAM = 0.02;          // source pixels by which pieces overlap
 const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
 const float STEEPEST = 10.0;      // pixels of depth for each pixel: a steeper surface does not go on behind another
@@ -120,7 +125,7 @@ vec3 triangle_plane(vec4 w, int triangles, bool is_second) {
     return vec3(right, down, is_second && !is_other ? w.y + w.z - w.w : w.x);
 }
 
-// The plane nearest to all four corners.
+// The plane nearest to all four corners of a square; of one that is so many pixels wide, its slope times that.
 vec3 square_plane(vec4 w) {
     vec2 slope = 0.5 * vec2(w.y - w.x + w.w - w.z, w.z - w.x + w.w - w.y);
     return vec3(slope, 0.25 * (w.x + w.y + w.z + w.w) - 0.5 * (slope.x + slope.y));
@@ -134,11 +139,13 @@ bool covers_corner(int triangles, int corner) {
         || (there == SECOND && corner == (is_other ? 2 : 3));
 }
 
+// Does a pixel lie on a plane, so nearly that nobody sees a difference? w: its 1/z
+bool is_level(float w, vec2 place, vec3 plane, float focal) {
+    return focal * abs(w - dot(plane, vec3(place, 1.0))) < LEVEL * w;
+}
+
 // Which pieces a square is drawn as, the sum of their numbers. w: 1/z of its corners, 0 where there is none
-int square_pieces(vec4 w, int triangles, float focal) {
-    bool is_whole = (triangles & (FIRST + SECOND)) == FIRST + SECOND;
-    bool is_level = focal * abs(w.y + w.z - w.x - w.w) < 4.0 * LEVEL * w.x;
-    if (is_whole) return is_level ? FLAT_SQUARE : FIRST + SECOND;
+int square_pieces(vec4 w, int triangles) {
     int pieces = triangles & (FIRST + SECOND);
     for (int k = 0; k < 4; ++k) {
         if (w[k] > 0.0 && !covers_corner(triangles, k)) pieces += QUARTER << k;
@@ -146,13 +153,14 @@ int square_pieces(vec4 w, int triangles, float focal) {
     return pieces;
 }
 
-// FIRST, SECOND or FLAT_SQUARE.
-Piece inner_piece(vec4 w, int triangles, int which) {
-    const vec4 whole = vec4(0.0, 0.0, 1.0, 1.0);
-    if (which == FLAT_SQUARE) return Piece(square_plane(w), whole, vec3(0.0, 0.0, 1.0));
-    bool is_second = which == SECOND;
+// Both triangles of squares on one plane, this many in a row.
+Piece plane_piece(vec3 plane, float side) {
+    return Piece(plane, vec4(0.0, 0.0, side, side), vec3(0.0, 0.0, 1.0));
+}
+
+Piece triangle_piece(vec4 w, int triangles, bool is_second) {
     vec3 side = first_side(triangles);
-    return Piece(triangle_plane(w, triangles, is_second), whole, is_second ? -side : side);
+    return Piece(triangle_plane(w, triangles, is_second), vec4(0.0, 0.0, 1.0, 1.0), is_second ? -side : side);
 }
 
 // What a corner's own pixel covers of a square. corner: 0 to 3; slope, reach: the pixel's

@@ -17,6 +17,8 @@
 
 uniform sampler2D color_map;  // sRGB, of any size; where light is interpolated, linear light
 uniform sampler2D certainty_map;
+uniform float scale;  // of the object; the view does not contain it
+uniform float material_number;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;

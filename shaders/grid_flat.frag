@@ -19,6 +19,8 @@ uniform int light_count;
 uniform sampler2D shadow_map;
 uniform sampler2D views;
 uniform mat3 to_world;
+uniform float scale;  // of the object; the view does not contain it
+uniform float material_number;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;

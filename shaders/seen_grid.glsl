@@ -6,9 +6,7 @@ uniform sampler2D triangle_map;  // from grid_triangles.frag
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
-uniform float near;           // of the splats' depth, in the frame's unit
-uniform float scale;          // of the object; the view does not contain it
-uniform float material_number;
+uniform float near;              // source units
 #if LOOK_UP
 layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; };  // bits of 1/z, 0: nothing
 uniform ivec2 target_size;

@@ -36,7 +36,7 @@ class Grid(NamedTuple):
 
     def way(self, eye: Eye) -> dict[str, Any]:
         """The uniforms of the warp."""
-        return source_and_target(self.source, eye.camera, carried(self, eye)) | {"near": eye.near / self.scale}
+        return source_and_target(self.source, eye.camera, carried(self, eye))
 
     def maps(self) -> dict[str, Any]:
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
@@ -76,7 +76,7 @@ class ComputedDepths(Owner):
         self._clear(image)
         squares, odd, rims = self._steps
         odd_list, rim_list = self._empty_lists(grid.surface.size)
-        way = source_and_target(grid.source, eye.camera, carried(grid, eye)) | {"target_size": image.size}
+        way = grid.way(eye) | {"target_size": image.size}
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
         left, top, columns, rows = grid.squares_in_blocks
         planes = {"plane_map": grid.surface.triangles.planes, "squares": (left, top, columns, rows)}
@@ -158,14 +158,13 @@ class DrawnDepths(Owner):
     def add(self, target: moderngl.Framebuffer, grid: Grid, eye: Eye) -> None:
         """The depth where it is nearest, with colours that mean nothing."""
         size = eye.camera.width, eye.camera.height
-        here = {"target_size": size, "window_of_squares": grid.squares}
-        _set_inputs(self._pieces.program, grid.maps() | grid.way(eye) | here)
+        here = grid.way(eye) | {"target_size": size, "near": eye.near / grid.scale}
+        _set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
         _, _, columns, rows = grid.squares
         target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             for first in range(0, columns * rows, TOGETHER):
                 set_uniforms(self._pieces.program, first_square=first)
                 self._pieces.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
-            inputs = {"surface_map": grid.surface.texture, "target_size": size, "first_id": 1} | grid.way(eye)
-            _set_inputs(self._ends.program, inputs)
+            _set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
             self._ends.render(moderngl.POINTS, vertices=grid.source.width * grid.source.height)

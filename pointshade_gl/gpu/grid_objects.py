@@ -9,6 +9,7 @@ import moderngl
 from ..camera import Eye
 from ..estimators import Step, parse_max_depth_step
 from ..look import SHADINGS, Look
+from .canvas import Canvas
 from .grid_depths import ComputedDepths, DrawnDepths, Grid
 from .images import Fitted, confine, empty
 from .memory import Owner
@@ -63,39 +64,65 @@ class GridObjects(Owner):
             empty(target, (left, top, width + 1, height + 1))
             self._passes.get("grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
 
-    def add_surface(
-        self,
-        surfaces: SurfaceImage,
-        splats: SplatImage,
-        shown: ShownGrid,
-        eye: Eye,
-        number: int,
-        lights: dict[str, Any],
+    def draw_splats(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
+        """How far the mesh is at each pixel of a view."""
+        self._depths.draw(image, grid, eye)
+
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """What is seen of a mesh -> the picture, where its colours are known already: for none and gouraud."""
+        self.draw_lit(canvas, splats, shown, eye, {})
+
+    def draw_lit(
+        self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]
     ) -> None:
+        """The same, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+        inputs, passed = lights | self._inputs(splats, shown, eye), self._pass("grid_picture.frag", shown, **constants)
+        with canvas.opened(splats.window) as image:
+            passed.draw(image, {}, **inputs)
+
+    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """The surfaces of a mesh that is alone, for the light pass."""
+        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        empty(surfaces.target, splats.window)
+        own = {"scale": 1.0, "material_number": 1 / 65535, "near": eye.near}
+        self._pass("grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye), **own)
+        surfaces.raise_version()
+
+    def add_surface(
+        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]
+    ) -> None:  # fmt: skip
         """The mesh among the surfaces of others. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
-        grid = shown.points
-        self._depths.draw(splats, grid, eye)
-        seen = {"target_size": splats.size} if self._look_up else {"window_depths": splats.depth}
-        inputs = seen | grid.maps() | grid.way(eye) | {"scale": grid.scale, "material_number": number / 65535}
-        resolve = self._resolve(shown, inputs, lights)
-        confine(surfaces.shared_target, splats.window)
-        with enabled(self._context, DEPTH_TEST):
-            resolve.draw(surfaces.shared_target, {}, **inputs)
-        confine(surfaces.shared_target, None)
-
-    def _resolve(self, shown: ShownGrid, inputs: dict[str, Any], lights: dict[str, Any]) -> FullscreenPass:
-        """The pass that looks a mesh up; adds to its inputs what colours it."""
-        inputs["color_map"] = shown.colors.texture if shown.light is None else shown.light.texture
+        self.draw_splats(splats, shown.points, eye)
+        scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
+        inputs |= {"scale": scale, "material_number": number / 65535, "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
-            return self._passes.get("grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
-        constants = {"SHADING": SHADINGS.index(shown.shading)}
+            passed = self._passes.get("grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
+        else:
+            passed = self._pass("grid.frag", shown)
+        confine(surfaces.shared_target, splats.window)
+        with enabled(self._context, DEPTH_TEST):
+            passed.draw(surfaces.shared_target, {}, **inputs)
+        confine(surfaces.shared_target, None)
+
+    def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
+        """Where the mesh is, and what colours it."""
+        colors = shown.colors.texture if shown.light is None else shown.light.texture
+        inputs = shown.points.maps() | shown.points.way(eye) | {"color_map": colors}
         if shown.has_doubts:
-            inputs["certainty_map"], constants["CERTAINTY"] = shown.points.surface.certainty, 1
-        return self._passes.get("grid.frag", self._look_up, **constants)
+            inputs["certainty_map"] = shown.points.surface.certainty
+        if not self._look_up:
+            return inputs | {"window_depths": splats.depth, "near": eye.near / shown.points.scale}
+        splats.nearest.bind_to_storage_buffer(0)
+        return inputs | {"target_size": splats.size}
+
+    def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
+        constants |= {"SHADING": SHADINGS.index(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
+        return self._passes.get(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
         """The mesh's depth in a light's view. The eye is the light's."""

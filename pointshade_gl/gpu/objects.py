@@ -74,6 +74,10 @@ class Objects:
             self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
+    def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
+        """What draws such a thing where it is alone."""
+        return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
+
     def _grid_objects(self) -> GridObjects:
         self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
         return self._grids

@@ -12,7 +12,7 @@ const int OTHER_DIAGONAL = 4;     // instead b d a and c a d
 const int CODES = 8;
 const int QUARTER = 4;            // pieces of a square: FIRST, SECOND; QUARTER, 2 QUARTER, ... of its corners' own pixels
 
-const float LEVEL = 0.02;         // pixels of depth by which pixels may leave a plane to be drawn as one piece
+const float LEVEL = 0.05;         // pixels of depth by which pixels may leave a plane to be drawn as one piece
 const float NOTHING = 0.0;        // how a square is drawn: not, or by another one
 const float SINGLE = 1.0;         // as one piece
 const float PAIRS = 2.0;          // as one piece with those on the right and below

@@ -69,8 +69,14 @@ int square_triangles(vec4 a, vec4 b, vec4 c, vec4 d, vec2 pixel, vec4 intrinsics
     return usual == 0 && others != 0 ? OTHER_DIAGONAL + others : usual;
 }
 
+// Is what the pixel shows that is this far off nearer than a surface goes on to there? slope: of that, as a share of 1/z
+bool hides(sampler2D surface_map, ivec2 pixel, ivec2 off, float z, vec2 slope, float focal) {
+    float there = abs(texel_or_zero(surface_map, pixel + off).w);
+    return there > 0.0 && focal * (relative_step(z, there) - dot(slope, vec2(off))) > BEFORE;
+}
+
 // How far a pixel's own square reaches where no triangle is: left, up, right, down, source pixels. Half a pixel; farther
-// where the next pixels are nearer than its plane goes on.
+// where the next pixels hide what its plane goes on to.
 vec4 edge_reach(sampler2D surface_map, ivec2 pixel, vec4 source) {
     vec4 own = surface_at(surface_map, pixel), reach = vec4(0.5);
     vec3 ray = pixel_ray(vec2(pixel), source);
@@ -78,13 +84,18 @@ vec4 edge_reach(sampler2D surface_map, ivec2 pixel, vec4 source) {
     vec2 slope = own.w * inverse_depth_slope(own.xyz, ray, own.w, source), steep = slope - facing_slope(ray.xy, source);
     for (int k = 0; k < 4; ++k) {
         ivec2 outward = (k & 1) == 0 ? ivec2(k - 1, 0) : ivec2(0, k - 2);
-        int hidden = 0;
+        bool goes_on = focal * abs(dot(steep, vec2(outward))) < STEEPEST;
         for (int off = 1; off <= HIDDEN_PIXELS; ++off) {
-            float there = abs(texel_or_zero(surface_map, pixel + off * outward).w);
-            float rise = focal * (relative_step(own.w, there) - dot(slope, vec2(off * outward)));
-            if (there > 0.0 && rise > BEFORE && hidden == off - 1) hidden = off;
+            goes_on = goes_on && hides(surface_map, pixel, off * outward, own.w, slope, focal);
+            if (goes_on) reach[k] += 1.0;
         }
-        if (focal * abs(dot(steep, vec2(outward))) < STEEPEST) reach[k] += float(hidden);
+    }
+    // Between two such directions as well; else the square goes on in one of them only.
+    for (int k = 0; k < 4 * HIDDEN_PIXELS * HIDDEN_PIXELS; ++k) {
+        int right = 2 * (k & 1), down = 1 + (k & 2);
+        ivec2 off = ivec2(k >> 2 & 1, k >> 3) + 1, outward = ivec2(right - 1, down - 2);
+        bool is_reached = reach[right] > float(off.x) && reach[down] > float(off.y);
+        if (is_reached && !hides(surface_map, pixel, off * outward, own.w, slope, focal)) reach[down] = 0.5;
     }
     return reach;
 }

@@ -23,7 +23,7 @@ QUARTER = 4
 LEVEL, SEAM = F(0.05), F(0.02)
 BEFORE, STEEPEST, STEEP_END = F(1.5), F(10), F(1)
 HIDDEN_PIXELS = 2
-ON_MESH = F(0.0005)
+ON_MESH, NEARBY = F(0.0005), F(0.0001)
 NO_SIDE = np.array((0, 0, 1), F)
 
 
@@ -241,6 +241,18 @@ def triangle_weights(triangle: np.ndarray, place: np.ndarray) -> np.ndarray:
     return np.select(known, kinds[:3], kinds[3])
 
 
+def edge_inverse_depth(
+    surface_map: np.ndarray, triangle_map: np.ndarray, pixel: np.ndarray, at: np.ndarray, source: np.ndarray
+) -> np.ndarray:
+    own, off = surface_at(surface_map, pixel), at - pixel.astype(F)
+    reach = code_reach(triangle_map[pixel[..., 1], pixel[..., 0]])
+    side = np.where(off > 0, reach[..., 2:], reach[..., :2])
+    reaches = (own[..., 3] > 0) & (np.abs(off) <= side + 2 * SEAM).all(-1)
+    own = np.where(reaches[..., None], own, F(1))
+    slope = edge_slope(own, pixel.astype(F), side > 1, source)
+    return np.where(reaches, F(1) / own[..., 3] + dot(slope, off)[..., 0], F(0))
+
+
 def edge_error(
     surface_map: np.ndarray,
     triangle_map: np.ndarray,
@@ -249,16 +261,10 @@ def edge_error(
     w_at: np.ndarray,
     source: np.ndarray,
 ) -> np.ndarray:
-    marked, own, off = texel(surface_map, pixel), surface_at(surface_map, pixel), at - pixel.astype(F)
-    reach = code_reach(triangle_map[pixel[..., 1], pixel[..., 0]])
-    side = np.where(off > 0, reach[..., 2:], reach[..., :2])
-    known = own[..., 3] > 0
-    own = np.where(known[..., None], own, F(1))
-    slope = edge_slope(own, pixel.astype(F), side > 1, source)
-    reaches = known & (np.abs(off) <= side + 2 * SEAM).all(-1)
-    error = np.where(reaches, np.abs(F(1) / own[..., 3] + dot(slope, off)[..., 0] - w_at), F(1e30))
-    rim = look_up_error(marked[..., 3], pixel.astype(F), at, w_at)
-    return np.where(marked[..., 3] < 0, np.minimum(error, rim), error)
+    w, marked = edge_inverse_depth(surface_map, triangle_map, pixel, at, source), texel(surface_map, pixel)[..., 3]
+    error = np.where(w > 0, np.abs(w - w_at), F(1e30))
+    as_rim = np.where(marked < 0, look_up_error(marked, pixel.astype(F), at, w_at), F(1e30))
+    return np.minimum(error, as_rim) / w_at + NEARBY * length(at - pixel.astype(F))
 
 
 def edge_pixel(
@@ -267,7 +273,7 @@ def edge_pixel(
     last = np.array(surface_map.shape[1::-1]) - 1
     pixel = np.clip(np.floor(at + F(0.5)).astype(int), 0, last)
     least = edge_error(surface_map, triangle_map, pixel, at, w_at, source)
-    fits, across = least <= ON_MESH * w_at, 2 * HIDDEN_PIXELS + 2
+    fits, across = least <= ON_MESH, 2 * HIDDEN_PIXELS + 2
     for k in range(across * across):
         off = np.array((k % across, k // across)) - HIDDEN_PIXELS
         other = np.clip(np.floor(at).astype(int) + off, 0, last)
@@ -298,12 +304,13 @@ def look_up_grid(
     w = F(1) / np.abs(np.stack([corner[..., 3] for corner in corners[2:]], -1))
     on_mesh = dot(triangle_plane(w, triangles, which == SECOND), one)[..., 0]
     fits = (triangles & which != 0) & (np.abs(on_mesh - w_at) <= ON_MESH * w_at)
-    ahead = pixel_ray(at, source) @ view[2, :3] + view[2, 3] * on_mesh
     nearest = np.clip(np.floor(at + F(0.5)).astype(int), 0, last)
     edge = edge_pixel(surface_map, triangle_map, at, w_at, source)
+    on_mesh = np.where(fits, on_mesh, edge_inverse_depth(surface_map, triangle_map, edge, at, source))
+    ahead = pixel_ray(at, source) @ view[2, :3] + view[2, 3] * on_mesh
     return GridSeen(
         at,
-        np.where(fits, on_mesh / ahead, inverse_depth),
+        np.where(np.abs(on_mesh - w_at) <= ON_MESH * w_at, on_mesh / ahead, inverse_depth),
         np.where(fits[..., None], nearest, edge),
         np.where(fits, which + (triangles & OTHER_DIAGONAL), 0),
         fits & (triangles & (FIRST + SECOND) == FIRST + SECOND),

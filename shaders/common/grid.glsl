@@ -26,6 +26,8 @@ const float STEEP_END = 1.0;      // and one that ends there ends less steep
 const int HIDDEN_PIXELS = 2;      // so far it goes on
 const float ON_MESH = 0.0005;     // share of 1/z by which what is seen may be off the triangle that it is looked up in
 
+const float NEARBY = 0.0001;      // and for each pixel of distance, to choose among those that fit
+
 // A part of a plane, over a square.
 struct Piece {
     vec3 plane;  // change of 1/z for each pixel to the right and down, and 1/z at the first corner
@@ -240,16 +242,21 @@ vec4 triangle_weights(int triangle, vec2 place) {
     return vec4(1.0 - y, 0.0, y - x, x);
 }
 
-// By how much a pixel's own square is off what is seen at a position where 1/z is w_at; very much where it does not reach.
+// 1/z of a pixel's own square at a position; 0 where it does not reach.
+float edge_inverse_depth(sampler2D surface_map, sampler2D triangle_map, ivec2 pixel, vec2 at, vec4 source) {
+    vec4 own = surface_at(surface_map, pixel), reach = code_reach(texel_at(triangle_map, pixel).r);
+    vec2 off = at - vec2(pixel), side = mix(reach.xy, reach.zw, greaterThan(off, vec2(0.0)));
+    if (own.w == 0.0 || any(greaterThan(abs(off), side + 2.0 * SEAM))) return 0.0;
+    return 1.0 / own.w + dot(edge_slope(own, vec2(pixel), greaterThan(side, vec2(1.0)), source), off);
+}
+
+// By which share of 1/z it is off what is seen there, and a little for its distance; very much where it does not reach. Rims
+// are where they are seen.
 float edge_error(sampler2D surface_map, sampler2D triangle_map, ivec2 pixel, vec2 at, float w_at, vec4 source) {
-    vec4 marked = texel_at(surface_map, pixel), own = vec4(marked.xyz, abs(marked.w));
-    vec2 off = at - vec2(pixel);
-    vec4 reach = code_reach(texel_at(triangle_map, pixel).r);
-    vec2 side = mix(reach.xy, reach.zw, greaterThan(off, vec2(0.0)));
-    bool reaches = own.w > 0.0 && all(lessThanEqual(abs(off), side + 2.0 * SEAM));
-    vec2 slope = edge_slope(own, vec2(pixel), greaterThan(side, vec2(1.0)), source);
-    float plane_error = reaches ? abs(1.0 / own.w + dot(slope, off) - w_at) : 1e30;
-    return min(plane_error, marked.w < 0.0 ? look_up_error(marked.w, vec2(pixel), at, w_at) : 1e30);
+    float w = edge_inverse_depth(surface_map, triangle_map, pixel, at, source), marked = texel_at(surface_map, pixel).w;
+    float error = w > 0.0 ? abs(w - w_at) : 1e30;
+    float as_rim = marked < 0.0 ? look_up_error(marked, vec2(pixel), at, w_at) : 1e30;
+    return min(error, as_rim) / w_at + NEARBY * length(at - vec2(pixel));
 }
 
 // The pixel whose own square is seen at a position; the nearest one if it fits.
@@ -258,7 +265,7 @@ ivec2 edge_pixel(sampler2D surface_map, sampler2D triangle_map, vec2 at, float w
     ivec2 pixel = clamp(ivec2(floor(at + 0.5)), ivec2(0), last);
     float least = edge_error(surface_map, triangle_map, pixel, at, w_at, source);
     int across = 2 * HIDDEN_PIXELS + 2;
-    int others = least > ON_MESH * w_at ? across * across : 0;  // a loop that no pixel takes costs software drivers nothing
+    int others = least > ON_MESH ? across * across : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < others; ++k) {
         ivec2 other = clamp(ivec2(floor(at)) - HIDDEN_PIXELS + ivec2(k % across, k / across), ivec2(0), last);
         float error = edge_error(surface_map, triangle_map, other, at, w_at, source);
@@ -268,7 +275,8 @@ ivec2 edge_pixel(sampler2D surface_map, sampler2D triangle_map, vec2 at, float w
     return pixel;
 }
 
-// What a target pixel shows of a mesh whose 1/z is known there. On triangles 1/z is then theirs, to the last digit.
+// What a target pixel shows of a mesh whose 1/z is known there. 1/z is then that of the triangle or of
+// the pixel's own square, to the last digit.
 GridSeen look_up_grid(
     sampler2D surface_map, sampler2D triangle_map, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view,
     vec4 target
@@ -285,11 +293,16 @@ GridSeen look_up_grid(
     if ((triangles & which) != 0 && abs(on_mesh - back.z) <= ON_MESH * back.z) {
         seen.triangle = which + (triangles & OTHER_DIAGONAL);
         seen.is_whole = (triangles & (FIRST + SECOND)) == FIRST + SECOND;
-        seen.inverse_depth = on_mesh / (mat3(view) * pixel_ray(back.xy, source) + view[3].xyz * on_mesh).z;
     }
     seen.pixel = clamp(ivec2(floor(back.xy + 0.5)), ivec2(0), textureSize(surface_map, 0) - 1);
     int edges = seen.triangle == 0 ? 1 : 0;  // a loop that no pixel takes costs software drivers nothing
-    for (int k = 0; k < edges; ++k) seen.pixel = edge_pixel(surface_map, triangle_map, back.xy, back.z, source);
+    for (int k = 0; k < edges; ++k) {
+        seen.pixel = edge_pixel(surface_map, triangle_map, back.xy, back.z, source);
+        on_mesh = edge_inverse_depth(surface_map, triangle_map, seen.pixel, back.xy, source);
+    }
+    if (abs(on_mesh - back.z) <= ON_MESH * back.z) {
+        seen.inverse_depth = on_mesh / (mat3(view) * pixel_ray(back.xy, source) + view[3].xyz * on_mesh).z;
+    }
     return seen;
 }
 

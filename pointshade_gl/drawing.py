@@ -103,8 +103,10 @@ class Drawing:
 
 
 def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoints | ShownGrid | None:
-    """The one thing that is shown, if these are points at their own scale, without spots and shadows; a mesh between them
-    only if it is not lit as it is drawn."""
+    """The one thing that is shown, if these are points at their own scale, without spots and shadows.
+
+    A mesh between them counts unless it is lit as it is drawn.
+    """
     one = things[shot.shown[0]] if len(shot.shown) == 1 else None
     is_plain = isinstance(one, ShownPoints | ShownGrid) and not _is_lit_as_drawn(one)
     return one if is_plain and lamps.shadow_map is None and one.points.scale == 1 else None

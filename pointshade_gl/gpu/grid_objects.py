@@ -72,9 +72,7 @@ class GridObjects(Owner):
         """What is seen of a mesh -> the picture, where its colours are known already: for none and gouraud."""
         self.draw_lit(canvas, splats, shown, eye, {})
 
-    def draw_lit(
-        self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]
-    ) -> None:
+    def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
         """The same, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
         constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
         inputs, passed = lights | self._inputs(splats, shown, eye), self._pass("grid_picture.frag", shown, **constants)
@@ -90,8 +88,14 @@ class GridObjects(Owner):
         surfaces.raise_version()
 
     def add_surface(
-        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]
-    ) -> None:  # fmt: skip
+        self,
+        surfaces: SurfaceImage,
+        splats: SplatImage,
+        shown: ShownGrid,
+        eye: Eye,
+        number: int,
+        lights: dict[str, Any],
+    ) -> None:
         """The mesh among the surfaces of others. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.

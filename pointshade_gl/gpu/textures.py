@@ -193,8 +193,10 @@ class PointSurface(Images):
 
 
 class TriangleImage(Images):
-    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches where
-    there are none (R32F), see `grid_code` of common/grid.glsl."""
+    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches.
+
+    R32F, see `grid_code` of common/grid.glsl.
+    """
 
     @cached_property
     def texture(self) -> moderngl.Texture:

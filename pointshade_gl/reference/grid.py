@@ -237,7 +237,7 @@ def triangle_weights(triangle: np.ndarray, place: np.ndarray) -> np.ndarray:
     usual = [(1 - x - y, x, y, none), (none, 1 - y, 1 - x, x + y - 1)]
     other = [(1 - x, x - y, none, y), (1 - y, none, y - x, x)]
     kinds = [np.stack(weights, -1) for weights in (*usual, *other)]
-    known = [np.equal(triangle, kind)[..., None] for kind in (FIRST, SECOND, OTHER_DIAGONAL + FIRST)]
+    known = [np.asarray(triangle == kind)[..., None] for kind in (FIRST, SECOND, OTHER_DIAGONAL + FIRST)]
     return np.select(known, kinds[:3], kinds[3])
 
 
@@ -264,7 +264,7 @@ def edge_error(
     w, marked = edge_inverse_depth(surface_map, triangle_map, pixel, at, source), texel(surface_map, pixel)[..., 3]
     error = np.where(w > 0, np.abs(w - w_at), F(1e30))
     as_rim = np.where(marked < 0, look_up_error(marked, pixel.astype(F), at, w_at), F(1e30))
-    return np.minimum(error, as_rim) / w_at + NEARBY * length(at - pixel.astype(F))
+    return np.minimum(error, as_rim) / w_at + NEARBY * length(at - pixel.astype(F))[..., 0]
 
 
 def edge_pixel(
@@ -331,13 +331,13 @@ def mix_corners(
 
 
 def grid_normal(surface_map: np.ndarray, seen: GridSeen) -> np.ndarray:
-    corners = [corner[..., :3] for corner in seen.corners[2:]]
-    return normalize(mix_corners(seen, *corners, texel(surface_map, seen.pixel)[..., :3]))
+    a, b, c, d = (corner[..., :3] for corner in seen.corners[2:])
+    return normalize(mix_corners(seen, a, b, c, d, texel(surface_map, seen.pixel)[..., :3]))
 
 
 def grid_light(light_map: np.ndarray, seen: GridSeen) -> np.ndarray:
-    corners = [texel(light_map, pixel)[..., :3] for pixel in four(seen.corners.low, seen.corners.high)]
-    return mix_corners(seen, *corners, texel(light_map, seen.pixel)[..., :3])
+    a, b, c, d = (texel(light_map, pixel)[..., :3] for pixel in four(seen.corners.low, seen.corners.high))
+    return mix_corners(seen, a, b, c, d, texel(light_map, seen.pixel)[..., :3])
 
 
 def triangle_normal(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:

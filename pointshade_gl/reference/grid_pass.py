@@ -1,4 +1,4 @@
-"""The mesh between the pixels of a frame on the CPU: what grid_planes.frag and the compute shaders do around grid.glsl."""
+"""The mesh between the pixels of a frame on the CPU: what grid_planes.frag and grid.comp do around grid.glsl."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..camera import Camera
 from ..estimators import Step
-from .camera import pixel_ray
+from .corners import surface_at
 from .grid import (
     FIRST,
     QUARTER,
@@ -32,7 +32,6 @@ from .grid import (
     square_triangles,
     triangle_piece,
 )
-from .corners import surface_at
 from .rasterizers import rim_pairs
 from .rim_marks import mean_focal_length
 from .rim_splat import draws_rim
@@ -74,8 +73,10 @@ def squares_of(surface_map: np.ndarray, triangle_map: np.ndarray) -> Squares:
 
 
 def planes_of(squares: Squares, shape: tuple[int, int], focal: F) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) the planes of squares, and (n,) how many in a row and a column share it: 0 for those drawn in pieces, -1 for
-    those drawn with another one. shape: of the frame."""
+    """(n, 3) the planes of squares, and (n,) how many in a row and in a column share each.
+
+    That is 0 for squares that are drawn in pieces, -1 for those drawn with another one. shape: of the frame
+    """
     rows, columns = shape[0] + 1, shape[1] + 1
     whole = (squares.triangles & (FIRST + SECOND) == FIRST + SECOND).reshape(rows, columns)
     w = np.zeros((rows + 2, columns + 2), F)  # 1/z of the pixels from -1 on
@@ -124,7 +125,7 @@ def _outer_pieces(
     some: Squares, corner: int, surface_map: np.ndarray, triangle_map: np.ndarray, source: np.ndarray, rims: np.ndarray
 ) -> tuple[Piece, np.ndarray]:
     """What the pixels at one corner cover of squares."""
-    pixel = some.first + (corner & 1, corner >> 1)
+    pixel = some.first + np.array((corner & 1, corner >> 1))
     reach = code_reach(triangle_map[pixel[:, 1], pixel[:, 0]])
     side = reach[:, [0 if corner & 1 else 2, 1 if corner >> 1 else 3]]
     shown = (side > 1).any(-1) | ~rims[pixel[:, 1], pixel[:, 0]]
@@ -135,9 +136,7 @@ def _outer_pieces(
     return edge_piece(F(1) / surface[:, 3], some.triangles, corners, slope, reach), some.first
 
 
-def drawn_as_rims(
-    surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray, near: float
-) -> np.ndarray:
+def drawn_as_rims(surface_map: np.ndarray, source: Camera, target: Camera, view: np.ndarray, near: float) -> np.ndarray:
     """(h, w) bool"""
     found = np.zeros(surface_map.shape[:2], bool)
     v, u = np.nonzero(surface_map[..., 3] < 0)

@@ -42,7 +42,7 @@ from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
 from .toksvig import certainty_at, widened
-from .vectors import normalize, texel
+from .vectors import texel
 
 F = np.float32
 

@@ -108,8 +108,9 @@ def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoint
     A mesh between them counts unless it is lit as it is drawn.
     """
     one = things[shot.shown[0]] if len(shot.shown) == 1 else None
-    is_plain = isinstance(one, ShownPoints | ShownGrid) and not _is_lit_as_drawn(one)
-    return one if is_plain and lamps.shadow_map is None and one.points.scale == 1 else None
+    if lamps.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
+        return None
+    return one if one.points.scale == 1 else None
 
 
 def _is_lit_as_drawn(thing: Thing) -> bool:

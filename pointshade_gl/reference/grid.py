@@ -215,9 +215,9 @@ def piece_pixels(piece: Piece, carried: np.ndarray, target_size: np.ndarray, nea
     ratio = at[..., :2] / at[..., 2:]
     low, high = np.clip(np.ceil(ratio.min(1)), 0, size), np.clip(np.floor(ratio.max(1)), -1, size - 1)
     everything = np.concatenate([np.zeros(2), size - 1])
-    box = np.where(before.all(1)[:, None], np.concatenate([low, high], -1), everything)
-    unseen = ~before.any(1) | np.any(beside, 0)
-    return np.where(unseen[:, None], np.array((0, 0, -1, -1)), np.nan_to_num(box)).astype(int)
+    box = np.where(np.expand_dims(before.all(1), 1), np.concatenate([low, high], -1), everything)
+    unseen = ~before.any(1) | np.any(np.array(beside), axis=0)
+    return np.where(np.expand_dims(unseen, 1), np.array((0, 0, -1, -1)), np.nan_to_num(box)).astype(int)
 
 
 def piece_inverse_depth(piece: Piece, seen: np.ndarray, target_pixel: np.ndarray, near: float) -> np.ndarray:

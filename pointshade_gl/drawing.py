@@ -45,7 +45,7 @@ class Drawing:
     def draw_lit_splats(self, target: Target, shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> bool:
         """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
         thing, counts, points = _single(shot, things, lamps), self._steps.counts, self._objects.points
-        if thing is None or thing.shading != "flat" or not points.can_light(thing.points):
+        if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
             return False
         before = counts["lit splats"]
         inputs = self._light.inputs(lamps.seen_from(thing.points.pose))
@@ -55,9 +55,11 @@ class Drawing:
         self._steps.run("lit splats", draw, target, thing.points, thing.colors, shot.eye)
         return counts["lit splats"] > before
 
-    def _draw_single(self, target: Target, canvas: Canvas, thing: ShownPoints, shot: Shot, lamps: Lamps) -> None:
+    def _draw_single(
+        self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, shot: Shot, lamps: Lamps
+    ) -> None:
         """The picture of one point object. A new view is lit at once, because most views see only one light."""
-        run, always, points, eye = self._steps.run, self._steps.always, self._objects.points, shot.eye
+        run, always, points, eye = self._steps.run, self._steps.always, self._objects.kind_of(thing), shot.eye
         before = target.splats.version
         run("splats", points.draw_splats, target.splats, thing.points, eye)
         looking = target.splats, thing, eye
@@ -100,10 +102,15 @@ class Drawing:
             self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear, surfaces.has_doubts)
 
 
-def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoints | None:
-    """The one thing that is shown, if these are points at their own scale, without spots and shadows."""
+def _single(shot: Shot, things: dict[Placed, Thing], lamps: Lamps) -> ShownPoints | ShownGrid | None:
+    """The one thing that is shown, if these are points at their own scale, without spots and shadows.
+
+    A mesh between them counts unless it is lit as it is drawn.
+    """
     one = things[shot.shown[0]] if len(shot.shown) == 1 else None
-    return one if lamps.shadow_map is None and isinstance(one, ShownPoints) and one.points.scale == 1 else None
+    if lamps.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
+        return None
+    return one if one.points.scale == 1 else None
 
 
 def _is_lit_as_drawn(thing: Thing) -> bool:

@@ -10,7 +10,8 @@ from .consensus import importances
 from .frame import Frame
 from .gpu.consensus import ConsensusPass
 from .gpu.frame_store import DrawnPoints, FrameStore
-from .gpu.grid_objects import Grid, ShownGrid, depth_step
+from .gpu.grid_depths import Grid
+from .gpu.grid_objects import ShownGrid, depth_step
 from .gpu.mesh_objects import PlacedMesh
 from .gpu.objects import Objects, Thing
 from .gpu.point_objects import Points, PointSet, ShownPoints, ShownSet

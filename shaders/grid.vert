@@ -1,12 +1,42 @@
 #version 330 core
-// The triangles between the pixels of a frame in the target view, with normals.
+// The pieces of a mesh between the pixels of a frame in the target view, found from gl_VertexID: four of each square, and
+// four vertices of each piece.
+#include "common/grid.glsl"
+
+uniform sampler2D surface_map;  // of the frame: unit normal, depth, negative at rims
+uniform vec4 source;
+uniform mat4 view;
+uniform vec4 target;
+uniform ivec2 target_size;
+uniform float near;
+uniform ivec4 window_of_squares;  // first column and row, columns, rows
+uniform int first_square;         // of those that are drawn
+
 #include "squares.glsl"
 
-out vec3 normal;  // source axes
+out vec3 place;      // in the square
+flat out vec3 side;
+
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+
+// One of the pieces: 0 to 3; 0 if there are not so many.
+int nth_piece(int pieces, int n) {
+    for (int k = 0; k < n; ++k) pieces &= pieces - 1;
+    return pieces & -pieces;
+}
 
 void main() {
-    Vertex vertex = find_vertex();
-    vec4 surface = texelFetch(surface_map, vertex.pixel, 0);
-    place_vertex(vertex, surface.w);
-    normal = surface.xyz;
+    gl_Position = NOWHERE;
+    Square square = square_at(window_of_squares.xy + pixel_of(first_square + (gl_VertexID >> 4), window_of_squares.z));
+    int number = nth_piece(square.pieces, gl_VertexID >> 2 & 3);
+    if (number == 0) return;
+    Piece piece = triangle_piece(square.w, square.triangles, number == SECOND);
+    if (number >= QUARTER) piece = outer_piece(square, number == 8 * QUARTER ? 3 : number / (2 * QUARTER));
+    vec4 box = piece.box + SEAM * vec4(-1.0, -1.0, 1.0, 1.0);
+    side = piece.side;
+    place = vec3((gl_VertexID & 1) == 0 ? box.x : box.z, (gl_VertexID & 2) == 0 ? box.y : box.w, 1.0);
+    vec3 at = carry_plane(piece.plane, vec2(square.first), source, view, target) * place;
+    float inverse_depth = dot(piece.plane, place);
+    // Pixel centres are at integers: (u + 0.5) / width of the way across. Depth is 1 - near/z, linear in 1/z, as for splats.
+    gl_Position = vec4(2.0 * (at.xy + 0.5 * at.z) / vec2(target_size) - at.z, at.z - 2.0 * near * inverse_depth, at.z);
 }

@@ -1,43 +1,55 @@
-// Shared by the vertex shaders of a frame's triangles: their inputs, and where a vertex is. Each square of four pixels has
-// four vertices, found from gl_VertexID.
+// Shared by odd_squares.comp and grid.vert, after their inputs: the pieces of the squares between the pixels of a frame.
 #include "common/grid.glsl"
+#include "common/rim_splat.glsl"
 
-uniform sampler2D surface_map;   // of the frame: unit normal, depth, whose sign does not count
-uniform sampler2D triangle_map;  // which of the triangles there are, over 255
-uniform ivec3 window;            // of squares: first column and row, columns
-uniform int first_square;        // of those that are drawn
-uniform vec4 source;
-uniform mat4 view;
-uniform vec4 target;
-uniform vec2 target_size;
-uniform float near;
+uniform sampler2D triangle_map;  // from grid_triangles.frag
 
-out vec3 point;           // source axes
-flat out float is_whole;  // 1: the square has both triangles
-
-const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
-
-struct Vertex {
-    ivec2 square;
+struct Square {
+    ivec2 first;  // its first pixel
+    vec4 w;       // 1/z of its corners
     int triangles;
-    int number;   // 0 to 3
-    ivec2 pixel;
+    int pieces;
 };
 
-Vertex find_vertex() {
-    int number = gl_VertexID & 3;
-    ivec2 square = window.xy + pixel_of(first_square + (gl_VertexID >> 2), window.z);
-    int triangles = int(texelFetch(triangle_map, square, 0).r * 255.0 + 0.5);
-    return Vertex(square, triangles, number, square + vertex_corner(triangles, number));
+// Is a pixel drawn as a rim in this view?
+bool is_drawn_as_rim(ivec2 pixel) {
+    vec4 marked = texel_or_zero(surface_map, pixel);
+    bool is_rim = marked.w < 0.0, answer = false;
+    for (int k = 0; k < (is_rim ? 1 : 0); ++k) {  // a loop that no pixel takes costs software drivers nothing
+        Footprint splat = carry_footprint(vec2(pixel), -marked.w, marked.xyz, source, view, target);
+        answer = splat_is_ahead(splat, near) && draws_rim(splat, -marked.w, source, target);
+    }
+    return answer;
 }
 
-// What the vertex hands on, but for its light. Depth is 1 - near/z, linear in 1/z, as for splats.
-void place_vertex(Vertex vertex, float depth) {
-    point = pixel_ray(vec2(vertex.pixel), source) * abs(depth);
-    is_whole = (vertex.triangles & (FIRST + SECOND)) == FIRST + SECOND ? 1.0 : 0.0;
-    vec3 seen = mat3(view) * point + view[3].xyz;
-    // Pixel centres are at integers: (u + 0.5) / width of the way across. Homogeneous, for points behind the viewer.
-    vec2 place = target.xy * seen.xy + (target.zw + 0.5) * seen.z;
-    bool exists = vertex.triangles != 0;
-    gl_Position = exists ? vec4(2.0 * place / target_size - seen.z, seen.z - 2.0 * near, seen.z) : NOWHERE;
+// The first of a pixel's squares that triangles do not cover there, by the corner that the pixel is of it; -1 if all do.
+int first_open_corner(ivec2 pixel) {
+    int found = -1;
+    for (int k = 3; k >= 0; --k) {
+        int triangles = code_triangles(texel_or_zero(triangle_map, pixel - ivec2(k & 1, k >> 1)).r);
+        if (!covers_corner(triangles, k)) found = k;
+    }
+    return found;
+}
+
+Square square_at(ivec2 first) {
+    vec4 z = vec4(
+        texel_or_zero(surface_map, first).w, texel_or_zero(surface_map, first + ivec2(1, 0)).w,
+        texel_or_zero(surface_map, first + ivec2(0, 1)).w, texel_or_zero(surface_map, first + ivec2(1, 1)).w
+    );
+    vec4 w = mix(1.0 / abs(z), vec4(0.0), equal(z, vec4(0.0)));
+    int triangles = code_triangles(texel_or_zero(triangle_map, first).r);
+    int pieces = square_pieces(w, triangles);
+    return Square(first, w, triangles, pieces);
+}
+
+// What a corner's own pixel covers of a square, 0 to 3. A rim covers what is its own: then it is only what goes on behind
+// something nearer.
+Piece outer_piece(Square square, int corner) {
+    ivec2 pixel = square.first + ivec2(corner & 1, corner >> 1);
+    vec4 surface = surface_at(surface_map, pixel), reach = code_reach(texel_at(triangle_map, pixel).r);
+    vec2 side = vec2(reach[(corner & 1) == 0 ? 2 : 0], reach[corner < 2 ? 3 : 1]);
+    if (max(side.x, side.y) < 1.0 && is_drawn_as_rim(pixel)) reach = vec4(-1.0);
+    vec2 slope = edge_slope(surface, vec2(pixel), greaterThan(side, vec2(1.0)), source);
+    return edge_piece(1.0 / surface.w, square.triangles, corner, slope, reach);
 }

@@ -17,12 +17,10 @@ from hypothesis import settings
 
 import pointshade_gl as ps
 from pointshade_gl import cli
-from pointshade_gl.reference import grid_pass
 from pointshade_gl.wording import option
 
 from .browser import Browser, find_chromium
 from .compare import compare_images, difference_picture
-from .drivers import places_of_a_vertex
 from .shader_function import evaluate
 
 HERE = Path(__file__).resolve().parent
@@ -52,9 +50,7 @@ def renderer():
         pytest.skip(str(error))
     wanted = os.environ.get("POINTSHADE_DRIVER", "")
     assert wanted in made.context.renderer, f"this run is meant for {wanted}, {made.context.renderer} draws"
-    with pytest.MonkeyPatch.context() as mirror:
-        mirror.setattr(grid_pass, "SNAP", places_of_a_vertex(made))
-        yield made
+    yield made
     made.release()
 
 

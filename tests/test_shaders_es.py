@@ -21,8 +21,11 @@ FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
-    "grid.frag": {"CERTAINTY": FLAG},
-    "grid_flat.frag": {"SHADOWS": FLAG},
+    "grid.comp": {"WINDOW": FLAG},
+    "grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG},
+    "grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG},
+    "grid_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "LINEAR": FLAG, "ALONE": FLAG, "CERTAINTY": FLAG},
+    "odd_squares.comp": {"WINDOW": FLAG},
     "light.frag": dict.fromkeys(("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"), FLAG),
     "merged.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
     "merged_depth.frag": {"LOOK_UP": FLAG},

@@ -14,8 +14,8 @@ from .test_shaders_es import VARIANTS
 
 VERTEX = {
     "splats.frag": "splats.vert", "set_splats.frag": "splats.vert", "rims.frag": "rims.vert", "mesh.frag": "mesh.vert",
-    "mesh_shadow.frag": "mesh.vert", "mesh_lit.frag": "mesh_lit.vert", "grid.frag": "grid.vert",
-    "grid_shadow.frag": "grid.vert", "grid_flat.frag": "grid_flat.vert", "grid_gouraud.frag": "grid_gouraud.vert",
+    "mesh_shadow.frag": "mesh.vert", "mesh_lit.frag": "mesh_lit.vert",
+    "grid_depth.frag": "grid.vert",
 }  # fmt: skip
 LAMP = ps.Light(position=(-1, -1, 0))
 LAMPS = [LAMP, ps.Light(direction=(1, 0, 1), color=(1, 0.5, 0.2))]

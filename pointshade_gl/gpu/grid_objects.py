@@ -5,34 +5,22 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import moderngl
-import numpy as np
 
-from ..camera import Camera, Eye
+from ..camera import Eye
 from ..estimators import Step, parse_max_depth_step
-from ..look import Look
-from .images import confine
+from ..look import SHADINGS, Look
+from .canvas import Canvas
+from .grid_depths import ComputedDepths, DrawnDepths, Grid
+from .images import Fitted, confine, empty
 from .memory import Owner
-from .passes import FullscreenPass, bind_textures
-from .point_objects import carried
-from .programs import build_program, set_uniforms, source_and_target
+from .passes import FullscreenPass, FullscreenPasses
 from .raw_gl import DEPTH_TEST
 from .shadows import Tile
 from .state import enabled
-from .target import SurfaceImage
-from .textures import Colors, FrameTextures, PointLight, PointSurface
+from .target import SplatImage, SurfaceImage
+from .textures import Colors, FrameTextures, PointLight
 
-TOGETHER = 1 << 16  # squares that one call draws
 BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
-
-
-class Grid(NamedTuple):
-    """Where the points of an object are, and which belong together: all that its shadow depends on."""
-
-    surface: PointSurface
-    source: Camera  # that took the frame
-    pose: np.ndarray  # (4, 4) from its axes to the world, without the scale
-    scale: float
-    max_step: Step
 
 
 class ShownGrid(NamedTuple):
@@ -52,85 +40,112 @@ class ShownGrid(NamedTuple):
 
 
 class GridObjects(Owner):
-    """Draws the triangles of point objects into views and into shadow maps, both sides of each.
+    """Draws the meshes between the pixels of frames into views and into shadow maps, both sides of each triangle.
 
-    There is no vertex buffer: the vertex shaders find pixels by gl_VertexID. Which triangles there are is found once
-    for the points, not for each view.
+    First 1/z of all that a mesh covers: by a compute shader where there is one, else as depth; then each pixel of the
+    view looks back into the frame. Which triangles there are is found once for the points, not for each view.
     """
 
-    def __init__(self, context: moderngl.Context):
+    def __init__(self, context: moderngl.Context, can_compute: bool, is_software: bool):
         super().__init__(context)
-        self._finding: FullscreenPass | None = None
-        self._programs: dict[str, tuple[moderngl.Program, moderngl.VertexArray]] = {}  # made when first needed
-        with self._all_or_nothing():
-            corners = 4 * np.arange(TOGETHER, dtype=np.uint32)[:, None] + np.array((0, 1, 2, 3, 2, 1), np.uint32)
-            self._corners = self._allocate(context.buffer, corners.tobytes())
+        self._passes = FullscreenPasses(context)
+        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+        self._depths = ComputedDepths(context, is_software) if can_compute else DrawnDepths(context)
+        self._look_up = can_compute
 
     def find_triangles(self, grid: Grid) -> None:
-        """Which triangles there are, by shaders/common/grid.glsl."""
-        self._finding = self._finding or self._keep(FullscreenPass(self._context, "grid_triangles.frag"))
+        """Which triangles there are, and how far pixels reach beside them, by shaders/common/grid.glsl."""
         target, surface = grid.surface.triangles.target, {"surface_map": grid.surface.texture}
-        confine(target, grid.surface.window)
-        self._finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
+        empty(target, grid.surface.window)
+        finding = self._passes.get("grid_triangles.frag")
+        finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
+        if self._look_up:
+            target, (left, top, width, height) = grid.surface.triangles.planes_target, grid.surface.window
+            empty(target, (left, top, width + 1, height + 1))
+            self._passes.get("grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
+
+    def draw_splats(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
+        """How far the mesh is at each pixel of a view."""
+        self._depths.draw(image, grid, eye)
+
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """What is seen of a mesh -> the picture, where its colours are known already: for none and gouraud."""
+        self.draw_lit(canvas, splats, shown, eye, {})
+
+    def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
+        """The same, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+        inputs, passed = lights | self._inputs(splats, shown, eye), self._pass("grid_picture.frag", shown, **constants)
+        with canvas.opened(splats.window) as image:
+            passed.draw(image, {}, **inputs)
+
+    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """The surfaces of a mesh that is alone, for the light pass."""
+        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        empty(surfaces.target, splats.window)
+        own = {"scale": 1.0, "material_number": 1 / 65535, "near": eye.near}
+        self._pass("grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
+        surfaces.raise_version()
 
     def add_surface(
-        self, surfaces: SurfaceImage, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]
+        self,
+        surfaces: SurfaceImage,
+        splats: SplatImage,
+        shown: ShownGrid,
+        eye: Eye,
+        number: int,
+        lights: dict[str, Any],
     ) -> None:
-        """The triangles among the surfaces of others. number: of the material, counted from 1.
+        """The mesh among the surfaces of others. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
-        grid, shading = shown.points, shown.shading
-        inputs: dict[str, Any] = {"scale": grid.scale, "material_number": number / 65535}
-        if shading == "gouraud":
-            assert shown.light is not None
-            inputs["light_map"] = shown.light.texture
+        self.draw_splats(splats, shown.points, eye)
+        scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
+        inputs |= {"scale": scale, "material_number": number / 65535, "near": eye.near / scale}
+        if shown.shading == "flat":
+            inputs |= lights | {"material": shown.material}
+            passed = self._passes.get("grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
         else:
-            inputs |= {"color_map": shown.colors.texture, "source_size": grid.surface.size}
-            is_flat = shading == "flat"
-            inputs |= lights | {"material": shown.material} if is_flat else {"is_lit": shading == "phong"}
+            passed = self._pass("grid.frag", shown)
+        confine(surfaces.shared_target, splats.window)
+        with enabled(self._context, DEPTH_TEST):
+            passed.draw(surfaces.shared_target, {}, **inputs)
+        confine(surfaces.shared_target, None)
+
+    def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
+        """Where the mesh is, and what colours it."""
+        colors = shown.colors.texture if shown.light is None else shown.light.texture
+        inputs = shown.points.maps() | shown.points.way(eye) | {"color_map": colors}
         if shown.has_doubts:
-            inputs["certainty_map"], shading = grid.surface.certainty, "phong_doubtful"
-        variant = "flat_shadowed" if shading == "flat" and "shadow_map" in lights else shading
-        self._draw(variant, surfaces.shared_target, grid, eye, inputs)
+            inputs["certainty_map"] = shown.points.surface.certainty
+        if not self._look_up:
+            return inputs | {"window_depths": splats.depth, "near": eye.near / shown.points.scale}
+        splats.nearest.bind_to_storage_buffer(0)
+        return inputs | {"target_size": splats.size}
+
+    def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
+        constants |= {"SHADING": SHADINGS.index(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
+        return self._passes.get(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
-        """The triangles' depth in a light's view. The eye is the light's."""
-        self._draw("shadow", tile.target, grid, eye, {})
-
-    def _draw(self, variant: str, target: moderngl.Framebuffer, grid: Grid, eye: Eye, inputs: dict[str, Any]) -> None:
-        left, top, width, height = grid.surface.window
-        squares = max(width - 1, 0) * max(height - 1, 0)
-        program, array = self._program(variant)
-        inputs |= {"surface_map": grid.surface.texture, "triangle_map": grid.surface.triangles.texture}
-        inputs |= {"window": (left, top, width - 1), "near": eye.near / grid.scale}
-        inputs |= {"target_size": (eye.camera.width, eye.camera.height)}
-        inputs |= source_and_target(grid.source, eye.camera, carried(grid, eye))
-        bind_textures(program, inputs)
-        set_uniforms(program, **inputs)
-        target.use()
+        """The mesh's depth in a light's view. The eye is the light's."""
+        if isinstance(self._depths, DrawnDepths):
+            self._depths.add(tile.target, grid, eye)
+            return
+        image = self._scratch.fit((tile.side, tile.side))
+        self._depths.draw(image, grid, eye)
+        left, top, width, height = image.window
+        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
         with enabled(self._context, DEPTH_TEST):
-            for first in range(0, squares, TOGETHER):
-                set_uniforms(program, first_square=first)
-                array.render(moderngl.TRIANGLES, vertices=6 * min(TOGETHER, squares - first))
+            shadow, near = self._passes.get("shadow.frag", True), eye.near / grid.scale
+            shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
+        confine(tile.target, None)
 
-    def _program(self, variant: str) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        if variant not in self._programs:
-            vertex, fragment, constants = PROGRAMS[variant]
-            program = self._keep(build_program(self._context, vertex, fragment, None, **constants))
-            self._programs[variant] = program, self._allocate(self._context.vertex_array, program, [], self._corners)
-        return self._programs[variant]
-
-
-PROGRAMS: dict[str, tuple[str, str, dict[str, int]]] = {
-    "none": ("grid.vert", "grid.frag", {}),
-    "flat": ("grid_flat.vert", "grid_flat.frag", {}),
-    "flat_shadowed": ("grid_flat.vert", "grid_flat.frag", {"SHADOWS": 1}),
-    "gouraud": ("grid_gouraud.vert", "grid_gouraud.frag", {}),
-    "phong": ("grid.vert", "grid.frag", {}),
-    "phong_doubtful": ("grid.vert", "grid.frag", {"CERTAINTY": 1}),
-    "shadow": ("grid.vert", "grid_shadow.frag", {}),
-}
+    def release(self) -> None:
+        for item in (self._scratch, self._depths, self._passes):
+            item.release()
+        super().release()
 
 
 def depth_step(look: Look) -> Step:

@@ -9,7 +9,8 @@ import moderngl
 
 from ..camera import Eye
 from ..mesh import Mesh
-from .grid_objects import Grid, GridObjects, ShownGrid
+from .grid_depths import Grid
+from .grid_objects import GridObjects, ShownGrid
 from .mesh_objects import MeshObjects, PlacedMesh
 from .point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
 from .rasterizers import Rasterizers
@@ -31,6 +32,7 @@ class Objects:
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
         self._context = context
         self._steps = steps
+        self._can_compute, self._is_software = rasterizers.can_compute, rasterizers.is_software
         self.points = PointObjects(context, rasterizers)
         self._grids: GridObjects | None = None
         self._meshes: MeshObjects | None = None
@@ -62,7 +64,7 @@ class Objects:
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
-            self._grid_objects().add_surface(target.surfaces, thing, eye, number, lights)
+            self._grid_objects().add_surface(target.surfaces, target.splats, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
         elif isinstance(thing, TiledPoints):
@@ -72,8 +74,12 @@ class Objects:
             self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
+    def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
+        """What draws such a thing where it is alone."""
+        return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
+
     def _grid_objects(self) -> GridObjects:
-        self._grids = self._grids or GridObjects(self._context)
+        self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
         return self._grids
 
     def _mesh_objects(self) -> MeshObjects:

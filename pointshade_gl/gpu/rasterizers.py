@@ -18,15 +18,15 @@ class Rasterizers:
     """
 
     def __init__(self, context: moderngl.Context, is_software: bool, can_compute: bool, merge: float):
-        self._context, self._is_software = context, is_software
-        self._can_compute, self._merge = can_compute, merge
+        self._context, self.is_software = context, is_software
+        self.can_compute, self._merge = can_compute, merge
         self._made: dict[bool, PointSplatPass | ComputeSplatPass] = {}
 
     def choose(self, sizes: np.ndarray, splat: str) -> PointSplatPass | ComputeSplatPass:
         """For splats of these sizes, (1,) or (h*w,) in source pixels, and of this shape."""
-        computed = self._can_compute and has_rims(sizes, splat)
+        computed = self.can_compute and has_rims(sizes, splat)
         if computed not in self._made:
-            made = ComputeSplatPass(self._context, self._merge, self._is_software) if computed else None
+            made = ComputeSplatPass(self._context, self._merge, self.is_software) if computed else None
             self._made[computed] = made or PointSplatPass(self._context)
         return self._made[computed]
 

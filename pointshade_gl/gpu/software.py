@@ -18,6 +18,8 @@ SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (
 )  # fmt: skip
 IMAGES = {  # pictures that are read texel by texel, and their formats
     "depth_map": "r32f",
+    "triangle_map": "r32f",
+    "plane_map": "rgba32f",
     "patches": "rgba32f",
     "patch_steps": "rgba32f",
     "surface_map": "rgba32f",

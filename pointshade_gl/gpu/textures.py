@@ -194,15 +194,27 @@ class PointSurface(Images):
 
 
 class TriangleImage(Images):
-    """Which triangles lie between a pixel and its neighbours on the right and below (R8), see common/grid.glsl."""
+    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches.
+
+    R32F, see `grid_code` of common/grid.glsl.
+    """
 
     @cached_property
     def texture(self) -> moderngl.Texture:
-        return self._texture(1)
+        return self._texture(1, "f4")
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.texture)
+
+    @cached_property
+    def planes(self) -> moderngl.Texture:
+        """How the squares are drawn (RGBA32F), one more column and row: see grid_planes.frag."""
+        return self._texture(4, "f4", (self.size[0] + 1, self.size[1] + 1))
+
+    @cached_property
+    def planes_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.planes)
 
 
 class PointLight(Images):

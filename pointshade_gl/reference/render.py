@@ -22,8 +22,8 @@ from ..shot import Shot
 from .camera import pixel_ray, project
 from .color import srgb_to_linear
 from .finished import add_ground, finished
-from .grid import triangle_position
-from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
+from .grid import grid_color_position, grid_facet, grid_light, grid_normal, look_up_grid
+from .grid_pass import nearest_of_grid, triangle_map_of
 from .inverse_depth import pixel_grid
 from .lights import light_surface
 from .picture import picture_at
@@ -42,7 +42,7 @@ from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
 from .toksvig import certainty_at, widened
-from .vectors import normalize, texel
+from .vectors import texel
 
 F = np.float32
 
@@ -133,34 +133,38 @@ def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
 
 
 def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
-    """The same of the triangles between the pixels."""
+    """The same of the mesh between the pixels."""
     frame, surface_map, look, *_ = points
     picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    triangles, drawn = carried_triangles(points, eye)
-    size, intrinsics = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
-    whole = triangles.is_whole[drawn.triangle]
+    size, source = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
+    triangle_map, depths = mesh_depths(points, eye)
+    v, u = np.nonzero(depths)
+    pixel, view = np.stack([u, v], -1).astype(F), view_matrix(frame.pose, eye.pose).astype(F)
+    way = source, view, np.array(eye.camera.intrinsics, F)
+    seen = look_up_grid(surface_map, triangle_map, depths[v, u], pixel, *way)
 
-    def color_at(point: np.ndarray) -> np.ndarray:
-        at = triangle_position(project(point, intrinsics), whole)
+    def color_at(at: np.ndarray) -> np.ndarray:
         return stored(srgb_to_linear(picture_at(picture, at, size)))
 
-    def lit_at(point: np.ndarray, normal: np.ndarray, certainty: np.ndarray | None = None) -> np.ndarray:
+    def lit_at(point: np.ndarray, normal: np.ndarray, at: np.ndarray, certainty: np.ndarray | None) -> np.ndarray:
         surface = np.concatenate([normal, point[:, 2:]], -1)
         axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
-        return light(project(point, intrinsics), surface, color_at(point), *axes, look, certainty)
+        return light(project(point, source), surface, color_at(at), *axes, look, certainty)
 
-    if look.shading == "gouraud":
-        light_map = light_points(points, picture, viewer_in(frame.pose, eye), lamps)
-        linear = interpolate(texel(light_map, triangles.pixels), drawn)
+    at = grid_color_position(seen)
+    if look.shading == "none":
+        linear = color_at(at)
+    elif look.shading == "gouraud":
+        linear = grid_light(light_points(points, picture, viewer_in(frame.pose, eye), lamps), seen)
     elif look.shading == "flat":
-        linear = lit_at(*(values[drawn.triangle] for values in middles(triangles)))
+        middle, facet = grid_facet(surface_map, seen, source)
+        place = project(middle, source)
+        place = np.where(seen.is_whole[:, None], place, np.floor(place + F(0.5)))
+        linear = lit_at(middle, facet, place, None)
     else:
-        point = interpolate(triangles.points, drawn)
-        normal = normalize(interpolate(texel(surface_map, triangles.pixels)[..., :3], drawn))
-        certainty = points.certainty_at(triangle_position(project(point, intrinsics), whole))
-        linear = color_at(point) if look.shading == "none" else lit_at(point, normal, certainty)
+        point = (pixel_ray(pixel, way[2]) / seen.inverse_depth[:, None] - view[:3, 3]) @ view[:3, :3]
+        linear = lit_at(point, grid_normal(surface_map, seen), at, points.certainty_at(at))
     image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
-    u, v = drawn.pixel.T
     image[v, u, :3], image[v, u, 3] = linear, 1
     return image
 
@@ -170,14 +174,14 @@ def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
     return (np.linalg.inv(pose) @ eye.pose)[:3, 3].astype(F)
 
 
-def carried_triangles(points: Splatted, eye: Eye) -> tuple[Triangles, Fragments]:
-    """The triangles between the pixels, and what a view shows of them."""
+def mesh_depths(points: Splatted, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
+    """Which triangles there are, and (h, w) 1/z of the mesh in a view."""
     frame, step = points.frame, points.look.max_depth_step
     max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
-    surface_map = np.concatenate([points.surface_map[..., :3], np.abs(points.surface_map[..., 3:])], -1)
-    triangles = triangles_of(surface_map, frame.camera, max_step)
+    triangle_map = triangle_map_of(points.surface_map, frame.camera, max_step)
     view = view_matrix(frame.pose, eye.pose).astype(F)
-    return triangles, fragments(triangles.points, view, eye.camera, eye.near)
+    way = frame.camera, eye.camera, view, eye.near
+    return triangle_map, nearest_of_grid(points.surface_map, triangle_map, *way)
 
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
@@ -222,10 +226,7 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
 def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
     """(h, w) 1 - near/z as a depth buffer keeps it."""
     if points.look.splat == "mesh":
-        _, drawn = carried_triangles(points, eye)
-        result = np.ones((eye.camera.height, eye.camera.width), F)
-        result[drawn.pixel[:, 1], drawn.pixel[:, 0]] = drawn.window
-        return result
+        return buffer_depths(eye.near, mesh_depths(points, eye)[1])
     pairs, frame = carried_pairs(points, eye), points.frame
     if points.rasterizer == "compute":
         inverse_depth = nearest(pairs, eye.camera)

@@ -49,21 +49,16 @@ def corner_pixel(corners: Corners, side: np.ndarray) -> np.ndarray:
     return np.where(side, corners.high, corners.low)
 
 
-def corner_texel(corners: Corners, side: np.ndarray) -> np.ndarray:
-    right, below = side[..., :1], side[..., 1:]
-    return np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
-
-
 def corner_surface(corners: Corners, side: np.ndarray) -> np.ndarray:
-    return unmarked(corner_texel(corners, side))
+    right, below = side[..., :1], side[..., 1:]
+    surface = np.where(below, np.where(right, corners.d, corners.c), np.where(right, corners.b, corners.a))
+    return unmarked(surface)
 
 
-def corner_weights(
-    corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray, nearer: np.ndarray
-) -> np.ndarray:
+def corner_weights(corners: Corners, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray) -> np.ndarray:
     pixels = four(corners.low, corners.high)
     pairs = zip(corners[2:], pixels, strict=True)
-    return np.stack([neighbour_weight(s[..., 3], p.astype(F), at, pixel, w, slope, nearer) for s, p in pairs], -1)
+    return np.stack([neighbour_weight(s[..., 3], p.astype(F), at, pixel, w, slope) for s, p in pairs], -1)
 
 
 def four(low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:

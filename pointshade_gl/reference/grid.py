@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .camera import pixel_ray
+from .camera import mean_focal_length, pixel_ray
 from .corners import Corners, corners_at, four, surface_at
 from .inverse_depth import facing_slope, relative_step
-from .look_up import SAME_SURFACE, carry_back, look_up_error
-from .rim_marks import mean_focal_length
+from .look_up import BEFORE, HIDDEN_PIXELS, NEARBY, SAME_SURFACE, carry_back, look_up_error
 from .splat import inverse_depth_slope, lies_on_plane
 from .texels import texel_or_zero
 from .vectors import dot, length, normalize, texel
@@ -21,9 +20,8 @@ OTHER_DIAGONAL = 4
 CODES = 8
 QUARTER = 4
 LEVEL, SEAM = F(0.05), F(0.02)
-BEFORE, STEEPEST, STEEP_END = F(1.5), F(10), F(1)
-HIDDEN_PIXELS = 2
-ON_MESH, NEARBY = F(0.0005), F(0.0001)
+STEEPEST, STEEP_END = F(10), F(1)
+ON_MESH = F(0.0005)
 NO_SIDE = np.array((0, 0, 1), F)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .camera import mean_focal_length, pixel_ray, project
+from .camera import pixel_ray, project
 from .splat import MARGIN, Footprint, carry_offset_back, invert_footprint, splat_bend, splat_reach
 from .vectors import dot
 
@@ -40,22 +40,12 @@ def hidden_mark(bits: np.ndarray, hidden: np.ndarray) -> np.ndarray:
     return np.where(hidden, bits | np.uint32(1), bits & ~np.uint32(1))
 
 
-def nearer_share(z: np.ndarray, source: np.ndarray) -> np.ndarray:
-    return np.where(z < 0, np.minimum(BEFORE / mean_focal_length(source), SAME_SURFACE), SAME_SURFACE)
-
-
 def neighbour_weight(
-    z: np.ndarray,
-    corner: np.ndarray,
-    at: np.ndarray,
-    pixel: np.ndarray,
-    w: np.ndarray,
-    slope: np.ndarray,
-    nearer: np.ndarray,
+    z: np.ndarray, corner: np.ndarray, at: np.ndarray, pixel: np.ndarray, w: np.ndarray, slope: np.ndarray
 ) -> np.ndarray:
     known = z != 0
-    before = F(1) / np.where(known, np.abs(z), F(1)) - (w + dot(slope, corner - pixel)[..., 0])
-    off = (before < -SAME_SURFACE * w) | (before > nearer * w)
+    expected = w + dot(slope, corner - pixel)[..., 0]
+    off = np.abs(F(1) / np.where(known, np.abs(z), F(1)) - expected) > SAME_SURFACE * w
     closeness = np.maximum(F(1) - np.abs(at - corner), F(0))
     return np.where(known & ~off, closeness[..., 0] * closeness[..., 1], F(0))
 

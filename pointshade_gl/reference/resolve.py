@@ -10,14 +10,14 @@ from .camera import pixel_ray
 from .corners import (
     Corners,
     corner_pixel,
+    corner_surface,
     corner_weights,
     corners_at,
     four,
     seen_corner,
     surface_at,
-    unmarked,
 )
-from .look_up import HIDDEN_PIXELS, NEARBY, carry_back, inverse_depth_at, nearer_share, source_position
+from .look_up import HIDDEN_PIXELS, NEARBY, carry_back, inverse_depth_at, source_position
 from .splat import carry_footprint, inverse_depth_slope
 from .texels import texel_at, texel_or_zero
 from .vectors import dot, normalize, texel
@@ -31,7 +31,6 @@ class Seen(NamedTuple):
     inverse_depth: np.ndarray  # (n,)
     pixel: np.ndarray  # (n, 2) int
     own: np.ndarray  # (n, 4)
-    nearer: np.ndarray  # (n,)
     corners: Corners
 
 
@@ -53,24 +52,12 @@ def see_splat(
     inverse_depth = w_at / ahead
     is_rim = (rim_depth > 0) & (np.abs(rim_depth - inverse_depth) > DEPTH_STEPS * rim_depth)
     inverse_depth = np.where(is_rim, rim_depth, inverse_depth)
-    at = np.where(is_rim[..., None], carry_back(target_pixel, inverse_depth, target, view, source)[..., :2], at)
-    nearer = nearer_share(texel_at(surface_map, pixel)[..., 3], source)
-    return Seen(at, inverse_depth, pixel, own, nearer, corners_at(surface_map, at))
-
-
-def hidden_pixel(surface_map: np.ndarray, at: np.ndarray, w_at: np.ndarray, source: np.ndarray) -> np.ndarray:
-    middle = np.floor(at + F(0.5)).astype(int)
-    found, least, side = middle, np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
-    for k in range(side * side):
-        pixel = middle + (k % side - HIDDEN_PIXELS, k // side - HIDDEN_PIXELS)
-        surface = texel_or_zero(surface_map, pixel)
-        rims = surface[..., 3] < 0
-        z, off = np.where(rims, -surface[..., 3], F(1)), at - pixel.astype(F)
-        slope = inverse_depth_slope(surface[..., :3], pixel_ray(pixel.astype(F), source), z, source)
-        error = np.abs(F(1) / z + dot(slope, off)[..., 0] - w_at) + NEARBY * w_at * dot(off, off)[..., 0]
-        better = rims & (error < least)
-        found, least = np.where(better[..., None], pixel, found), np.where(better, error, least)
-    return found
+    back = carry_back(target_pixel, inverse_depth, target, view, source)
+    at = np.where(is_rim[..., None], back[..., :2], at)
+    corners = corners_at(surface_map, at)
+    over = np.abs(texel_at(surface_map, np.clip(np.floor(at + F(0.5)).astype(int), corners.low, corners.high))[..., 3])
+    is_hidden = is_rim & (over > 0) & (over * back[..., 2] < 1)
+    return Seen(np.where(is_hidden[..., None], centre, at), inverse_depth, pixel, own, corners)
 
 
 def look_up(
@@ -85,16 +72,30 @@ def look_up(
     back = carry_back(target_pixel, inverse_depth, target, view, source)
     at, w_at = back[..., :2], back[..., 2]
     corners = corners_at(surface_map, at)
-    pixel = corner_pixel(corners, seen_corner(corners, at, w_at))
-    pixel = np.where(hidden[..., None], hidden_pixel(surface_map, at, w_at, source), pixel)
-    own = texel_or_zero(surface_map, pixel)
-    return Seen(at, inverse_depth, pixel, unmarked(own), nearer_share(own[..., 3], source), corners)
+    side = seen_corner(corners, at, w_at)
+    seen = Seen(at, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners)
+    least, around = np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
+    for k in range(around * around):
+        pixel = np.floor(at + F(0.5)).astype(int) + (k % around - HIDDEN_PIXELS, k // around - HIDDEN_PIXELS)
+        surface = texel_or_zero(surface_map, pixel)
+        rims, off = surface[..., 3] < 0, at - pixel.astype(F)
+        z = np.where(rims, -surface[..., 3], F(1))
+        slope = inverse_depth_slope(surface[..., :3], pixel_ray(pixel.astype(F), source), z, source)
+        error = np.abs(F(1) / z + dot(slope, off)[..., 0] - w_at) + NEARBY * w_at * dot(off, off)[..., 0]
+        better = hidden & rims & (error < least)
+        least = np.where(better, error, least)
+        chosen = pixel.astype(F), pixel, np.concatenate([surface[..., :3], z[..., None]], -1)
+        at_k, pixel_k, own_k = (
+            np.where(better[..., None], *pair) for pair in zip(chosen, (seen.at, seen.pixel, seen.own), strict=True)
+        )
+        seen = seen._replace(at=at_k, pixel=pixel_k, own=own_k)
+    return seen
 
 
 def seen_weights(seen: Seen, source: np.ndarray) -> np.ndarray:
     pixel, normal, z = seen.pixel.astype(F), seen.own[..., :3], seen.own[..., 3]
     slope = inverse_depth_slope(normal, pixel_ray(pixel, source), z, source)
-    return corner_weights(seen.corners, seen.at, pixel, F(1) / z, slope, seen.nearer)
+    return corner_weights(seen.corners, seen.at, pixel, F(1) / z, slope)
 
 
 def mix_normal(seen: Seen, weight: np.ndarray) -> np.ndarray:

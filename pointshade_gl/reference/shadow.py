@@ -34,6 +34,7 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
     z = seen[..., 2:]
     ray = seen / z
     cosine = dot(normal, ray)
+    away = np.abs(cosine)[..., 0]
     cosine = np.sign(cosine) * np.maximum(np.abs(cosine), FLATTEST * length(ray))
     safe = np.where(cosine == 0, F(1), cosine)
     slope = np.where(cosine == 0, F(0), normal[..., :2] / (intrinsics[:2] * (safe * z)))
@@ -44,7 +45,8 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
         for x in (0, 1, 2):
             pixel = middle + np.array((x - 1, y - 1), F)
             own = np.maximum(F(1) / z[..., 0] + dot(slope, pixel - at)[..., 0], F(0))
-            hidden = occluder_at(shadow_map, pixel, tile, range) > own * (F(1) + own * range[2])
+            occluder = occluder_at(shadow_map, pixel, tile, range)
+            hidden = (occluder - own) * away > range[2] * own * occluder
             share[..., 0] += np.where(hidden, F(0), across[..., x] * down[..., y])
     return np.where(ahead, share, F(1))
 

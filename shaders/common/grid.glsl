@@ -20,13 +20,9 @@ const float IN_PIECES = 3.0;
 const int FIRST_SQUARE = 1;       // columns and rows of squares before the frame
 
 const float SEAM = 0.02;          // source pixels by which pieces overlap
-const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
 const float STEEPEST = 10.0;      // pixels of depth for each pixel: a steeper surface does not go on behind another
 const float STEEP_END = 1.0;      // and one that ends there ends less steep
-const int HIDDEN_PIXELS = 2;      // so far it goes on
 const float ON_MESH = 0.0005;     // share of 1/z by which what is seen may be off the triangle that it is looked up in
-
-const float NEARBY = 0.0001;      // and for each pixel of distance, to choose among those that fit
 
 // A part of a plane, over a square.
 struct Piece {

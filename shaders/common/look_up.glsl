@@ -4,7 +4,8 @@
 
 const float SAME_SURFACE = 0.02;  // a neighbour off the tangent plane by more than this share of 1/z is another surface
 const float RIM_REACH = 0.985;    // source pixels from a rim's pixel that it may cover
-const float NEARBY = 1e-4;        // share of 1/z that an error weighs more for each square pixel: of equals the nearest counts
+const float BEFORE = 1.5;         // pixels of depth by which what hides a surface lies before its plane, at least
+const float NEARBY = 1e-4;        // share of 1/z by which an error counts for more, a pixel farther: of equals the nearest counts
 const int HIDDEN_PIXELS = 2;      // so many pixels a surface goes on behind what hides it
 
 // Row and column of a pixel by its number. Integer division is slow on many GPUs; float division may be wrong by one.

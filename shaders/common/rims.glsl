@@ -17,7 +17,6 @@ const float AT_ODDS = 0.6;       // cosine between two borders of a corner
 const float FARTHER_IN = 0.3;    // how far the outline of the circle may lie from the border of the pixels, inward
 const float FARTHER_OUT = 0.1;
 const float ALONG_A_ROW = 0.5;   // both, where the border lies along a row or a column and so may be anywhere in it
-const float BEFORE = 1.5;        // pixels of depth by which what hides a surface lies before its plane, at least
 const float UNSURE = 0.5;        // share of a tilt by which a neighbour may differ that bears it out
 const float CREASED = 1.0;       // pixels of depth for each pixel between two planes that meet at a crease, at least
 const float UNCREASED = 0.1;     // of that, each plane lies so much before the other's pixel

@@ -19,11 +19,11 @@ SUN = ps.Light(direction=(0.5, 1, 0.4), shadow=True)
 ABOVE = ps.orbit_pose(None, (0.05, 0.02, 1.5), 0, 25)
 
 
-def cube(low, high):
+def cube(low, high, **options):
     """Two opposite faces of a box."""
     x, y, z = np.stack([low, high], -1)
     top, bottom = ([(x[0], h, z[0]), (x[1], h, z[0]), (x[1], h, z[1]), (x[0], h, z[1])] for h in y)
-    return ps.Mesh([*top, *bottom], [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)])
+    return ps.Mesh([*top, *bottom], [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], **options)
 
 
 class TestPlace:
@@ -84,6 +84,45 @@ def test_ground_functions_are_those_of_the_mirror(gpu):
     assert (answer > 0.1).mean() > 0.2 and (answer == 0).any() and answer.max() < 1
 
 
+class TestFormula:
+    """Two suns, one of which casts a shadow: what that takes of the light of the ground is its alpha."""
+
+    BOX = (-0.4, -0.2, 1.2), (0.1, 0.1, 1.7)
+    FIRST, SECOND = (1.2, 1, 0.4), (-0.3, 1, 0.1)
+
+    def picture(self, renderer, strength, **options):
+        node = ps.Node(cube(*self.BOX, material=ps.Material(0, 1, 0)))
+        first, second = (s * np.linalg.norm(d) for s, d in ((strength, self.FIRST), (1 - strength, self.SECOND)))
+        suns = [ps.Light(direction=self.FIRST, intensity=first, shadow=True)]
+        suns += [ps.Light(direction=self.SECOND, intensity=second)]
+        return renderer.render(ps.Scene((node,), frames.CAMERA, ABOVE), suns, **options) / 255.0
+
+    def shadowed(self, u, v):
+        """Whether the sun's way to the ground that a pixel shows passes through the upper face of the box."""
+        c, (low, high) = frames.CAMERA, np.array(self.BOX)
+        ray = np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones_like(u)], -1) @ ABOVE[:3, :3].T
+        eye = ABOVE[:3, 3]
+        ground = eye + ray * ((high[1] - eye[1]) / ray[..., 1:2])
+        upper = (ground - (high[1] - low[1]) * np.array(self.FIRST))[..., [0, 2]]
+        return (ray[..., 1] > 0) & ((upper > low[[0, 2]]) & (upper < high[[0, 2]])).all(-1)
+
+    @pytest.mark.parametrize("samples", [1, 16])
+    @pytest.mark.parametrize("strength", [0.1, 0.3, 0.49, 0.51, 0.7, 0.9])
+    def test_the_alpha_is_the_share_that_shadows_take(self, renderer, strength, samples):
+        v, u = np.indices((120, 160)).astype(float)
+        around = np.stack([self.shadowed(u + dx, v + dy) for dx in (-2, 0, 2) for dy in (-2, 0, 2)])
+        inside, outside = around.all(0), ~around.any(0)
+        covered = self.picture(renderer, strength, samples=samples)[..., 3]
+        clear = self.picture(renderer, strength, samples=samples, ground=(0, -1, 0))
+        white = self.picture(renderer, strength, samples=samples, ground=(0, -1, 0), background="white")
+        assert np.abs(clear[..., 3] - covered)[outside].max() <= 0.02
+        assert np.abs(clear[..., 3] - (covered + (1 - covered) * strength))[inside].max() <= 0.02
+        bare = inside & (covered == 0)
+        assert bare.sum() > 300 and np.abs(decode(white[bare][:, :3] * 255) - (1 - strength)).max() <= 0.02
+        if samples > 1:
+            assert (inside & (covered > 0) & (covered < 1)).sum() > 20  # the outline of the box before its shadow
+
+
 @pytest.fixture(params=["compute", "points"])
 def rasterizer(request, renderer):
     if request.param == "compute":
@@ -126,6 +165,14 @@ class TestPicture:
         over = decode(clear[..., :3]) * alpha + 1 - alpha
         assert (white[..., 3] == 255).all()
         np.testing.assert_allclose(decode(white[..., :3]), over, atol=0.015)
+
+    def test_more_samples_of_the_same_are_added_and_another_ground_is_another_picture(self, renderer):
+        frame, options = frames.sphere(), {"light": SUN, "pose": ABOVE, "ground": True}
+        renderer.render(frame, samples=2, **options)
+        added = renderer.render(frame, samples=6, **options)
+        renderer.render(frame, samples=6, **options | {"ground": (0.1, -1, 0)})
+        assert (renderer.render(frame, samples=6, **options) == added).all()
+        assert (renderer.render(frame, SUN, pose=ABOVE, samples=6)[..., 3] <= added[..., 3]).all()
 
     def test_without_a_light_there_is_one_that_casts_a_soft_shadow(self, renderer):
         image = renderer.render(frames.sphere(), pose=ABOVE, ground=True, samples=8)

@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import Box, Images, read_texture
+from .images import Box, Images, empty, read_texture
 from .memory import check_memory
 
 
@@ -99,21 +99,39 @@ class SumImage(Images):
 
 
 class SampleSums(Images):
-    """What the samples of a picture add up to (RGBA32F: 16 bits lose some of 64 samples): linear light, coverage.
+    """What the samples of a picture add up to: surfaces, and the ground that is seen between them.
 
     content, count  what the samples show, and how many there are
+    has_ground      whether a ground is among it
     """
 
     content: Any = None
     count = 0
+    has_ground = False
 
     @cached_property
-    def texture(self) -> moderngl.Texture:
+    def surfaces(self) -> moderngl.Texture:
+        """RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage."""
         return self._texture(4, "f4")
 
     @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
+    def ground(self) -> moderngl.Texture:
+        """R32F: alpha of the shadows on the ground."""
+        return self._texture(1, "f4")
+
+    @cached_property
+    def surfaces_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.surfaces)
+
+    @cached_property
+    def ground_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.ground)
+
+    def clear(self, has_ground: bool) -> None:
+        """No samples yet."""
+        self.content, self.has_ground = None, has_ground
+        for target in (self.surfaces_target, *([self.ground_target] if has_ground else [])):
+            empty(target)
 
 
 class Target(Images):

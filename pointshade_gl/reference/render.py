@@ -21,7 +21,7 @@ from ..shadow_views import ShadowView, Span, shadow_views
 from ..shot import Shot
 from .camera import pixel_ray, project
 from .color import srgb_to_linear
-from .finished import add_ground, finished
+from .finished import draw_ground, finished
 from .grid import triangle_position
 from .grid_pass import Fragments, Triangles, fragments, interpolate, middles, triangles_of
 from .inverse_depth import pixel_grid
@@ -91,15 +91,17 @@ def render(
     return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
 
 
-def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarray:
-    """(h, w, 4) float32: linear light and 1 where something is seen; ground is where up is, or False."""
+def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground, where ground
+    says where up is."""
     eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
     image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
+    alpha = np.zeros(image.shape[:2], F)
     if not isinstance(ground, bool) and lamps.shadow_map is not None:
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
         plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
-        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
-    return image
+        alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+    return image, alpha
 
 
 def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:

@@ -96,7 +96,12 @@ def render_set(
     """
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject([view.frame for view in judged.views])),)), (), ())
-    return finished(lambda sample: _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), shot, finish)
+    no_ground = np.zeros((eye.camera.height, eye.camera.width), F)
+
+    def draw(sample: Shot) -> tuple[np.ndarray, np.ndarray]:
+        return _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), no_ground
+
+    return finished(draw, shot, finish)
 
 
 def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:

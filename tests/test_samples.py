@@ -269,6 +269,36 @@ class TestTruth:
         assert everywhere >= least and elsewhere >= 0
 
 
+LOOKS = {
+    "phong": {},
+    "flat": {"shading": "flat"},
+    "gouraud": {"shading": "gouraud"},
+    "flat triangles": {"shading": "flat", "splat": "mesh"},
+    "gouraud triangles": {"shading": "gouraud", "splat": "mesh"},
+    "turned": {"yaw": 12},
+}
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_light_is_cut_off_once_after_the_mean(renderer, look):
+    """A board before a white wall, its soft shadow, and a highlight: sixteen times as bright a lamp shows sixteen times
+    the light, cut off at 1, and not the mean of samples that were cut off."""
+    v, u = np.indices((120, 160))
+    board = (abs(u - 75) < 22) & (abs(v - 55) < 25)
+    frame = ps.Frame(np.where(board, 200, 255)[..., None].repeat(3, -1).astype(np.uint8), np.where(board, 1.4, 2.0),
+                     frames.CAMERA)  # fmt: skip
+    options = {"material": ps.Material(0, 1, 0.4, 20), "samples": 12} | LOOKS[look]
+    dim, bright = (
+        renderer.render(frame, ps.Light((-0.7, -0.6, 0.3), radius=0.25, intensity=k, shadow=True), **options)
+        for k in (0.225, 3.6)
+    )
+    seen = (dim[..., 3] == 255) & (bright[..., 3] == 255) & (dim[..., :3] < 255).all(-1)
+    truth = encode(np.minimum(decode(dim[..., :3].astype(float)) * 16, 1))
+    error = (truth - bright[..., :3])[seen] / 255
+    assert seen.mean() > 0.7 and ((bright[..., 0] == 255) & seen).mean() > 0.5
+    assert -10 * np.log10((error**2).mean()) >= 40
+
+
 @pytest.mark.parametrize("samples", [0, -1, 1.5, 5000])
 def test_an_impossible_number_of_samples_is_named(renderer, samples):
     with pytest.raises(ValueError, match="samples must be"):

@@ -23,6 +23,7 @@ CONSTANTS = {  # the values that the project builds each with
     "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
     "grid.frag": {"CERTAINTY": FLAG},
     "grid_flat.frag": {"SHADOWS": FLAG},
+    "develop.frag": {"GROUND": FLAG},
     "light.frag": dict.fromkeys(("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"), FLAG),
     "merged.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
     "merged_depth.frag": {"LOOK_UP": FLAG},

@@ -81,7 +81,7 @@ class GridObjects(Owner):
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
         grid, shading = shown.points, shown.shading
-        inputs: dict[str, Any] = {"scale": grid.scale, "material_number": number / 65535}
+        inputs: dict[str, Any] = {"scale": grid.scale, "material_number": float(number)}
         if shading == "gouraud":
             assert shown.light is not None
             inputs["light_map"] = shown.light.texture

@@ -57,8 +57,8 @@ class SurfaceImage(Images):
 
     @cached_property
     def albedo(self) -> moderngl.Texture:
-        """RGBA16: linear albedo, and in alpha the number of the material over 65535, counted from 1."""
-        return self._texture(4, "nu2")
+        """RGBA32F: linear albedo, or light, which may be above 1; in alpha the number of the material, from 1."""
+        return self._texture(4, "f4")
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:

@@ -37,7 +37,7 @@ from .rasterizers import (
     single_splats,
     source_ids,
 )
-from .resolve import mix_light, seen_weights, stored
+from .resolve import mix_light, seen_weights
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
@@ -144,7 +144,7 @@ def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
 
     def color_at(point: np.ndarray) -> np.ndarray:
         at = triangle_position(project(point, intrinsics), whole)
-        return stored(srgb_to_linear(picture_at(picture, at, size)))
+        return srgb_to_linear(picture_at(picture, at, size))
 
     def lit_at(point: np.ndarray, normal: np.ndarray, certainty: np.ndarray | None = None) -> np.ndarray:
         surface = np.concatenate([normal, point[:, 2:]], -1)
@@ -288,5 +288,5 @@ def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamp
     albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
     result = np.zeros((*depth.shape, 3), F)
     axes, certainty = (frame.camera, viewer, lamps, frame.pose), points.certainty_at(pixel)
-    result[v, u] = stored(light(pixel, surface, albedo, *axes, points.look, certainty))
+    result[v, u] = light(pixel, surface, albedo, *axes, points.look, certainty)
     return result

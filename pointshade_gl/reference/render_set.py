@@ -43,7 +43,7 @@ from .parts import (
 from .picture import picture_at
 from .rasterizers import DEPTH_STEPS, Pairs, drawn_pairs, merged_splats, single_splats
 from .render import tiling, view_rows
-from .resolve import Seen, color_position, mix_normal, seen_weights, stored
+from .resolve import Seen, color_position, mix_normal, seen_weights
 from .resolve_pass import surface_map_of
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
@@ -117,7 +117,7 @@ def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, 
     known = sums[:, 7] > 0
     u, v, pixel, sums = u[known], v[known], pixel[known], sums[known]
     z = F(1) / merged_inverse_depth(key[v, u], sums[:, 3], sums[:, 7])
-    albedo = stored(sums[:, 4:7] / sums[:, 7:])
+    albedo = sums[:, 4:7] / sums[:, 7:]
     image = np.zeros((camera.height, camera.width, 4), F)
     image[v, u, 3] = 1
     lit = albedo

@@ -33,8 +33,8 @@ def up_of(source: Frame | Scene) -> NDArray[np.float64]:
 def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:
     """(4,) the ground: its normal, unit, upwards, and the height of the world's origin above it.
 
-    height  of the ground, world units along up; None finds it. Where what lies lowest shows a floor, that is the ground,
-            and leans as it does.
+    height  of the ground, world units along up; None finds it. Where what lies lowest shows a floor, that is the
+            ground, and leans as it does.
     """
     normal = unit(up)
     if height is not None:

@@ -97,14 +97,16 @@ class TestFormula:
         suns += [ps.Light(direction=self.SECOND, intensity=second)]
         return renderer.render(ps.Scene((node,), frames.CAMERA, ABOVE), suns, **options) / 255.0
 
-    def shadowed(self, u, v):
-        """Whether the sun's way to the ground that a pixel shows passes through the upper face of the box."""
+    def shadowed(self, u, v, level=BOX[1][1]):
+        """Whether the sun's way to the ground that a pixel shows, at y = level, passes through a face of the box."""
         c, (low, high) = frames.CAMERA, np.array(self.BOX)
         ray = np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones_like(u)], -1) @ ABOVE[:3, :3].T
         eye = ABOVE[:3, 3]
-        ground = eye + ray * ((high[1] - eye[1]) / ray[..., 1:2])
-        upper = (ground - (high[1] - low[1]) * np.array(self.FIRST))[..., [0, 2]]
-        return (ray[..., 1] > 0) & ((upper > low[[0, 2]]) & (upper < high[[0, 2]])).all(-1)
+        ground, shadow = eye + ray * ((level - eye[1]) / ray[..., 1:2]), np.zeros(u.shape, bool)
+        for y in (low[1], high[1]):
+            met = (ground - (level - y) * np.array(self.FIRST))[..., [0, 2]]
+            shadow |= (ray[..., 1] > 0) & ((met > low[[0, 2]]) & (met < high[[0, 2]])).all(-1)
+        return shadow
 
     @pytest.mark.parametrize("samples", [1, 16])
     @pytest.mark.parametrize("strength", [0.1, 0.3, 0.49, 0.51, 0.7, 0.9])
@@ -121,6 +123,15 @@ class TestFormula:
         assert bare.sum() > 300 and np.abs(decode(white[bare][:, :3] * 255) - (1 - strength)).max() <= 0.02
         if samples > 1:
             assert (inside & (covered > 0) & (covered < 1)).sum() > 20  # the outline of the box before its shadow
+
+    @pytest.mark.parametrize("level", [0.1, 0.2, 0.35])
+    def test_it_lies_as_high_as_it_is_told(self, renderer, level):
+        v, u = np.indices((120, 160)).astype(float)
+        around = np.stack([self.shadowed(u + dx, v + dy, level) for dx in (-2, 0, 2) for dy in (-2, 0, 2)])
+        bare = self.picture(renderer, 0.7)[..., 3] == 0
+        alpha = self.picture(renderer, 0.7, ground=(0, -2, 0), ground_height=-level)[..., 3]
+        inside, outside = bare & around.all(0), bare & ~around.any(0)
+        assert inside.sum() > 300 and np.abs(alpha[inside] - 0.7).max() <= 0.02 and not alpha[outside].any()
 
 
 @pytest.fixture(params=["compute", "points"])
@@ -193,7 +204,9 @@ class TestPicture:
         shadow = (plain[..., 3] == 0) & (image[..., 3] > 0)
         assert 0.05 < shadow.mean() < 0.5
 
-    @pytest.mark.parametrize("values", [{"background": "whit"}, {"background": (1, 1)}, {"ground": (0, 0, 0)}])
+    @pytest.mark.parametrize(
+        "values", [{"background": "whit"}, {"background": (1, 1)}, {"ground": (0, 0, 0)}, {"ground_height": 1.0}]
+    )
     def test_impossible_ones_are_named(self, renderer, values):
         with pytest.raises(ValueError, match=next(iter(values))):
             renderer.render(frames.sphere(), **values)
@@ -208,6 +221,7 @@ class TestPicture:
         ("--samples 3 --background '#102030'", {"samples": 3, "background": "#102030"}),
         ("--samples 2 --background transparent", {"samples": 2}),
         ("--ground --samples 2", {"samples": 2, "ground": True}),
+        ("--ground --ground-height=-0.4 --samples 2", {"samples": 2, "ground": True, "ground_height": -0.4}),
         ("--ground --light '0,-1,.5' --samples 2", {"samples": 2, "ground": True, "light": (0, -1, 0.5)}),
     ],
 )
@@ -236,6 +250,8 @@ def test_a_photograph_seen_as_it_was_taken_and_what_has_no_alpha(typed, renderer
         ("--background transparent -o a.jpg", "a.jpg cannot be transparent"),
         ("--samples 2 -o a.ply", "a.ply is no picture: leave out --samples"),
         ("--samples 0 -o a.png", "--samples must be a whole number from 1"),
+        ("--ground-height 0 -o a.png", "--ground-height is that of a ground: pass --ground, too"),
+        ("--ground --ground-height 0 -o a.ply", "a.ply is no picture: leave out --ground, --ground-height"),
         ("--background whit -o a.png", "--background: color 'whit' is unknown (did you mean white?)"),
     ):
         code, _, errors = typed(f"render vase {line}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
 from ..estimators import parse_max_depth_step
-from ..finish import SIMPLE, Finish, Vector
+from ..finish import SIMPLE, Finish
 from ..frame import Frame
 from ..ground import ground_under
 from ..level_of_detail import MERGE
@@ -88,18 +88,17 @@ def render(
     points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge, certainty)
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
-    return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
+    return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
 
 
-def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground, where ground
-    says where up is."""
+def draw_sample(points: Splatted, shot: Shot, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
     image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
     alpha = np.zeros(image.shape[:2], F)
-    if not isinstance(ground, bool) and lamps.shadow_map is not None:
+    if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
-        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
+        plane, views = ground_under(shot.scene, finish.ground, finish.ground_height), view_rows(lamps.views, eye.pose)
         alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
     return image, alpha
 

@@ -9,9 +9,9 @@ from .floor import shown_floor
 from .frame import Frame
 from .light import Light, unit
 from .scene import Placed, PointObject, Scene
+from .underside import lowest_point
 from .view import upright_of
 
-SUNK = 0.001  # share of a frame's points that may lie below the ground: noise must not decide about it
 GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
 TOLD = 12.0  # and from a scene's up direction, or one that was told
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
@@ -72,10 +72,7 @@ def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
     if not isinstance(placed.content, PointObject):
         return float((placed.content.positions @ along).min(initial=0.0) + shift)
-    depth, c = placed.content.frame.depth, placed.content.frame.camera
-    across, down = (np.arange(c.width) - c.cx) / c.fx * along[0], (np.arange(c.height) - c.cy) / c.fy * along[1]
-    heights = (depth * (across + down[:, None] + along[2]))[depth > 0]
-    return float((np.quantile(heights, SUNK) if heights.size else 0.0) + shift)
+    return float(lowest_point(placed.content.frame, along) + shift)
 
 
 def seen_ground(ground: NDArray[np.float64], pose: NDArray[np.float64]) -> tuple[float, ...]:

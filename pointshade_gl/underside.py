@@ -23,6 +23,7 @@ DEEP, LEAST = 12, 6  # pixels inward that a circle is laid through
 ROUND = 0.2  # pixels by which they may lie off it
 SIDE = 2  # ends on each side whose circles must agree: the median counts
 NEAREST, FARTHEST = -0.3, 1.3  # pixels from the last one to the outline of its circle
+STEEPEST = 2  # pixels that the last pixel of a surface is high, at most
 ALONG = 3  # columns on each side that tell where between two pixels an edge runs
 
 
@@ -69,7 +70,7 @@ def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_fo
     here, above = _heights(depth, x, y, up, row, column), _heights(depth, x, y, up, row - 1, column)
     rise = np.where(_alike(inner, depth[row, column]), above - here, 0)
     pixel = 2 * depth[row, column] / twice_focal
-    straight = here - _edge(ends, row, column) * np.clip(rise, 0, pixel)
+    straight = here - _edge(ends, row, column) * np.clip(rise, 0, STEEPEST * pixel)
     bent = _round_bottom(depth, x, y, up, row, column, pixel)
     return np.where(cut, here, np.fmin(straight, bent))
 

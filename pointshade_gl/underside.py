@@ -24,6 +24,7 @@ ROUND = 0.2  # pixels by which they may lie off it
 SIDE = 2  # ends on each side whose circles must agree: the median counts
 NEAREST, FARTHEST = -0.3, 1.3  # pixels from the last one to the outline of its circle
 STEEPEST = 2  # pixels that the last pixel of a surface is high, at most
+INNER = 4  # pixels over which that is measured
 ALONG = 3  # columns on each side that tell where between two pixels an edge runs
 
 
@@ -66,9 +67,10 @@ def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_fo
     if not len(row):
         return np.zeros(0)
     cut = row == depth.shape[0] - ALONG - 1  # by the picture's border
-    inner = depth[row - 1, column]
-    here, above = _heights(depth, x, y, up, row, column), _heights(depth, x, y, up, row - 1, column)
-    rise = np.where(_alike(inner, depth[row, column]), above - here, 0)
+    here, rise = _heights(depth, x, y, up, row, column), np.zeros(len(row))
+    for k in range(1, INNER + 1):  # of as many as there are: noise counts least over the longest way
+        is_there = _alike(depth[row - k, column], depth[row, column])
+        rise = np.where(is_there, (_heights(depth, x, y, up, row - k, column) - here) / k, rise)
     pixel = 2 * depth[row, column] / twice_focal
     straight = here - _edge(ends, row, column) * np.clip(rise, 0, STEEPEST * pixel)
     bent = _round_bottom(depth, x, y, up, row, column, pixel)

@@ -7,12 +7,15 @@ pixels.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from .frame import Frame
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
+Index = NDArray[np.intp]
 
 SUNK = 0.001  # share of the points that may lie lower than what is found: noise must not decide about it
 LOWEST = 2000  # ends that are looked at
@@ -77,11 +80,11 @@ def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_fo
     return np.where(cut, here, np.fmin(straight, bent))
 
 
-def _heights(depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Array, column: Array) -> Array:
+def _heights(depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:
     return depth[row, column] * (x[column] * up[0] + y[row] * up[1] + up[2])
 
 
-def _alike(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.bool_]:
+def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
     """Whether two depths are of one surface."""
     return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
 
@@ -94,7 +97,7 @@ def _ends(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
     return ends
 
 
-def _edge(ends: NDArray[np.bool_], row: Array, column: Array) -> Array:
+def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
     """(n,) how many pixels below the ends the edge runs: on the line through the middles between its steps."""
     off = np.arange(-ALONG, ALONG + 1)
     around = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
@@ -105,7 +108,7 @@ def _edge(ends: NDArray[np.bool_], row: Array, column: Array) -> Array:
 
 
 def _round_bottom(
-    depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Array, column: Array, pixel: Array
+    depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index, pixel: Array
 ) -> Array:
     """(n,) heights of the lowest points of the circles through the pixels above the ends; NaN where they lie on none
     or those beside say otherwise."""
@@ -124,7 +127,7 @@ def _round_bottom(
     return _median_beside(np.where(is_round, height[:, 0] + middle[:, 1] - radius, np.nan), column)
 
 
-def _median_beside(values: Array, column: Array) -> Array:
+def _median_beside(values: Array, column: Index) -> Array:
     """(n,) the median of each and those beside it, NaN unless most are known."""
     order = np.argsort(column, kind="stable")
     padded = np.pad(values[order], SIDE, constant_values=np.nan)

@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import Box, Images, empty, read_texture
+from .images import Box, Images, confine, empty, read_texture
 from .memory import check_memory
 
 
@@ -67,8 +67,22 @@ class SurfaceImage(Images):
     @cached_property
     def shared_target(self) -> moderngl.Framebuffer:
         """The same with a depth buffer, for several objects."""
-        depth = self._allocate(self._context.depth_renderbuffer, self.size)
-        return self._framebuffer(self.surface, self.albedo, depth=depth)
+        return self._framebuffer(self.surface, self.albedo, depth=self._depth)
+
+    @cached_property
+    def _depth(self) -> moderngl.Renderbuffer:
+        return self._allocate(self._context.depth_renderbuffer, self.size)
+
+    @cached_property
+    def _seen(self) -> moderngl.Framebuffer:
+        """What says whether there is a surface: without one, nobody looks at the albedo."""
+        return self._framebuffer(self.surface, depth=self._depth)
+
+    def clear(self) -> None:
+        """No surfaces yet, of several objects."""
+        empty(self._seen)
+        confine(self.shared_target, None)
+        self.window = 0, 0, *self.size
 
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, read-only: `surface`"""

@@ -151,7 +151,7 @@ class Drawing {
   lightPoints(thing, pose, lamps) {
     const eye = translation(product(inverted(thing.axes), pose));
     const own = {
-      surface_map: thing.surface, albedo_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
+      surface_map: thing.surface, color_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
       material: thing.material, certainty_map: thing.certainty,
     };
     const constants = { POINTS: 1, CERTAINTY: thing.certainty ? 1 : 0 };

@@ -47,6 +47,15 @@ class PictureOptions:
         bool,
         typer.Option("--ground", help="Put a ground below, on which only shadows are seen.", rich_help_panel=PICTURE),
     ] = False
+    ground_height: Annotated[
+        float | None,
+        typer.Option(
+            metavar="M",
+            help="Where the ground lies, metres along up from the world's origin: -1.2 is 1.2 m below the camera. "
+            "Default: a floor that is shown, or what lies lowest.",
+            rich_help_panel=PICTURE,
+        ),
+    ] = None
 
     def finish(self, output: Path, view: View, source: Any, is_film: bool, turns: bool) -> Finish:
         """The Finish of the pictures that a view shows. Raises ValueError for values that do not fit the output.
@@ -64,10 +73,10 @@ class PictureOptions:
         behind = self.background
         if behind is None and (samples > 1 or self.ground):
             behind = _OPAQUE.get(suffix)
-        return Finish(samples, behind, self.ground)
+        return Finish(samples, behind, self.ground, self.ground_height)
 
     def check_none(self, output: Path) -> None:
         """Raises ValueError if one was given for an output that is no picture."""
-        given = [name for name, value in vars(self).items() if value]
+        given = [name for name, value in vars(self).items() if value is not None and value is not False]
         if given:
             raise ValueError(f"{output} is no picture: leave out {', '.join(map(option, given))}")

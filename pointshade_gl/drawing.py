@@ -9,7 +9,6 @@ import numpy as np
 from .camera import Eye, view_matrix
 from .gpu.canvas import Canvas
 from .gpu.grid_objects import ShownGrid
-from .gpu.images import empty
 from .gpu.lamps import Lamps, Lighting
 from .gpu.light import LightPass
 from .gpu.mesh_objects import PlacedMesh
@@ -85,8 +84,7 @@ class Drawing:
         lighting: Lighting | None,
     ) -> None:  # fmt: skip
         """lighting: for meshes that are lit as they are drawn"""
-        empty(surfaces.shared_target)
-        surfaces.window = 0, 0, *surfaces.size
+        surfaces.clear()
         surfaces.has_doubts = any(not isinstance(thing, PlacedMesh) and thing.has_doubts for thing in shown)
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from .checks import check_color, check_direction
+from .checks import LARGEST, check_color, check_direction, check_number
 from .color_names import linear_color
 from .samples import check_samples
 from .wording import option
@@ -21,6 +21,7 @@ class Finish:
     samples     how many pictures are averaged
     background  linear RGB, a name or "#rrggbb"; None or "transparent" is transparent
     ground      whether a ground below the object shows shadows; or which way is up, (3,) world axes
+    ground_height  of the ground along up, metres, from the world's origin; None finds it
 
     Raises ValueError or TypeError for anything else.
     """
@@ -28,16 +29,19 @@ class Finish:
     samples: int = 1
     background: Vector | None = None
     ground: bool | Vector = False
+    ground_height: float | None = None
 
     def __init__(
         self,
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
+        ground_height: float | None = None,
     ):
         object.__setattr__(self, "samples", check_samples(samples))
         object.__setattr__(self, "background", _check_background(background))
         object.__setattr__(self, "ground", _check_ground(ground))
+        object.__setattr__(self, "ground_height", _check_height(ground_height, self.ground))
 
     @property
     def options(self) -> dict[str, Any]:
@@ -60,6 +64,14 @@ def _check_background(background: str | Sequence[float] | None) -> Vector | None
 
 def _check_ground(ground: Any) -> bool | Vector:
     return ground if isinstance(ground, bool) else check_direction(ground, "ground")
+
+
+def _check_height(height: Any, ground: bool | Vector) -> float | None:
+    if height is None:
+        return None
+    if ground is False:
+        raise ValueError(f"{option('ground_height')} is that of a ground: pass {option('ground', True)}, too")
+    return check_number(height, option("ground_height"), -LARGEST, LARGEST)
 
 
 SIMPLE = Finish()

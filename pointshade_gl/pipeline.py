@@ -92,11 +92,11 @@ class Pipeline:
 
     def read_points(
         self, scene: Scene, lights: Sequence[Light], pose: Matrix
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint16]]:
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """The points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
 
-        Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light over 65535. Both are
-        read-only; depth 0 where there is no point.
+        Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light. Both are read-only;
+        depth 0 where there is no point.
         """
         shot = compose(scene, lights, scene.things[0].content.frame.camera, pose)
         things = self.things.prepare(shot)

@@ -45,11 +45,11 @@ class PointCloud:
         return f"PointCloud({len(self)} points)"
 
 
-def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.uint16]) -> PointCloud:
+def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]) -> PointCloud:
     """The points of a frame, row by row.
 
     surface  (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
-    light    (h, w, 4) linear light over 65535
+    light    (h, w, 4) linear light, cut off at 1
     """
     v, u = np.nonzero(surface[..., 3])
     normals, z = surface[v, u, :3], surface[v, u, 3].astype(np.float64)
@@ -57,7 +57,11 @@ def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.uint1
     seen = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)
     turned = normals @ rotation.T
     turned /= np.linalg.norm(turned, axis=-1, keepdims=True)  # poses of text files are rotations to 1 % only
-    return PointCloud(seen @ rotation.T + frame.pose[:3, 3], turned, _srgb()[light[v, u, :3]])
+    return PointCloud(
+        seen @ rotation.T + frame.pose[:3, 3],
+        turned,
+        _srgb()[np.rint(np.clip(light[v, u, :3], 0, 1) * 65535).astype(np.uint16)],
+    )
 
 
 @cache

@@ -126,6 +126,7 @@ class Renderer:
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
+        ground_height: float | None = None,
     ) -> NDArray[np.uint8]:
         """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
 
@@ -165,8 +166,11 @@ class Renderer:
         background  a colour: a name, "#rrggbb", or linear RGB; None is transparent. Alpha is the share of the pixel
                  that is covered, and colours are not multiplied by it.
         ground   True puts a ground under the object, on which only shadows are seen: those of lights that cast them.
-                 Without a light there is one that does, with soft shadows. Up is up in the frame's picture, as no frame
-                 says more, and the world's y in a scene; (3,) in world axes says it otherwise.
+                 Without a light there is one that does, with soft shadows. Where the frame itself shows a floor, the
+                 ground goes on from there. Up is up from that floor, else up in the frame's picture, as no frame says
+                 more, and the world's y in a scene; (3,) in world axes says it otherwise.
+        ground_height  where the ground lies along up, metres (world units) from the world's origin: -1.2 is 1.2 m below
+                 the frame's camera; None finds a floor, or what lies lowest
 
         Averages and backgrounds are mixed in linear light. Over a transparent background shadows are black, and their
         alpha is the share of the light that they take.
@@ -181,6 +185,7 @@ class Renderer:
                 splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
                 flying=flying, temporal=temporal, unlight=unlight, remove_highlights=remove_highlights, yaw=yaw,
                 pitch=pitch, dolly=dolly, samples=samples, background=background, ground=ground,
+                ground_height=ground_height,
             )  # fmt: skip
             return self._pipeline.read().view(Picture)
 
@@ -210,13 +215,14 @@ class Renderer:
         samples: int = 1,
         background: str | Sequence[float] | None = None,
         ground: bool | Sequence[float] = False,
+        ground_height: float | None = None,
     ) -> moderngl.Texture:
         """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
         only those are drawn that are missing.
         """
-        finish = Finish(samples, background, ground)
+        finish = Finish(samples, background, ground, ground_height)
         material = Material() if material is None else material
         frame = loaded(frame)
         geometry = normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
@@ -224,9 +230,8 @@ class Renderer:
         scene = self._scenes.of(frame, options)
         lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
         if finish.ground is True:
-            finish = replace(
-                finish, ground=tuple(up_of(scene if isinstance(frame, Scene) else scene.things[0].content.frame))
-            )
+            source = scene if isinstance(frame, Scene) else scene.things[0].content.frame
+            finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
         seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
         with self._in_use():
             return self._pipeline.draw(scene, lights, *seen, finish).color

@@ -5,10 +5,9 @@ from __future__ import annotations
 import moderngl
 
 from .drawing import Drawing
-from .finish import Finish
+from .finish import Finish, Vector
 from .gpu.canvas import Canvas
 from .gpu.develop import DevelopPass
-from .gpu.images import empty
 from .gpu.lamps import Lamps
 from .gpu.light import LightPass
 from .gpu.objects import Thing
@@ -39,41 +38,51 @@ class Summing:
     def draw(self, target: Target, shot: Shot, things: dict[Placed, Thing], finish: Finish) -> None:
         """The finished picture."""
         self._develop = self._develop or DevelopPass(self._gl)
-        self._add_samples(target, shot, things, self._develop.canvas(target.samples), finish)
+        self._add_samples(target, shot, things, self._develop, finish)
         self._develop.develop(target, finish.samples, finish.background)
 
     def forget(self, target: Target) -> None:
         """Lets go of a scene that is no longer shown."""
         target.samples.content = None
-        self._steps.forget("ground")
+        for step in ("up", "ground"):
+            self._steps.forget(step)
 
     def _add_samples(
-        self, target: Target, shot: Shot, things: dict[Placed, Thing], canvas: Canvas, finish: Finish
+        self, target: Target, shot: Shot, things: dict[Placed, Thing], develop: DevelopPass, finish: Finish
     ) -> None:
-        """The sum of the samples. Of a picture that shows the same as the last one, only those that are missing."""
-        sums = target.samples
-        content = shot.scene, tuple(shot.lights), shot.eye.camera, shot.eye.pose.tobytes(), finish.ground
+        """The sums of the samples. Of a picture that shows the same as the last one, only those that are missing."""
+        sums, has_ground = target.samples, not isinstance(finish.ground, bool)
+        content = (
+            shot.scene,
+            tuple(shot.lights),
+            shot.eye.camera,
+            shot.eye.pose.tobytes(),
+            finish.ground,
+            finish.ground_height,
+        )
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
-        sums.content = None  # stays so if a sample fails
         if not done:
-            empty(sums.target)
+            sums.clear(has_ground)
+        sums.content = None  # stays so if a sample fails
         is_soft, lamps = any(light.is_soft for light in shot.lights), None
         for k in range(done, finish.samples):
             sample = at_sample(shot, k)
             if is_soft or lamps is None:
                 lamps = self._lamplighting.hang_up(sample, things)
                 self._lamplighting.light_points(sample, things, lamps)
-            self._drawing.draw(target, canvas, sample, things, lamps)
+            self._drawing.draw(target, develop.canvas(sums), sample, things, lamps)
             if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
-                self._draw_ground(target, sample, lamps, canvas, finish.ground)
+                self._draw_ground(
+                    target, sample, lamps, develop.ground_canvas(sums), finish.ground, finish.ground_height
+                )
         sums.content, sums.count = content, finish.samples
 
     def _draw_ground(
-        self, target: Target, shot: Shot, lamps: Lamps, canvas: Canvas, up: tuple[float, float, float]
+        self, target: Target, shot: Shot, lamps: Lamps, canvas: Canvas, up: Vector, height: float | None
     ) -> None:
         """The shadows on the ground, where nothing else is seen. Lights with shadows have left the surfaces there."""
         self._ground = self._ground or FullscreenPass(self._gl, "ground.frag")
-        ground = self._steps.run("ground", ground_under, shot.scene, up)
+        ground = self._steps.run("ground", ground_under, shot.scene, up, height)
         inputs = self._light.inputs(lamps.seen_from(shot.eye.pose)) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": shot.eye.camera.intrinsics, "plane": seen_ground(ground, shot.eye.pose)}
         with canvas.opened((0, 0, *target.size)) as image:

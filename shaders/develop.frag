@@ -1,19 +1,20 @@
 #version 330 core
-// The sum of a picture's samples -> the picture.
+#ifndef GROUND
+#define GROUND 0  // 1: a ground was drawn, too
+#endif
+// The sums of a picture's samples -> the picture.
 #include "common/developed.glsl"
 
-uniform sampler2D sums;
+uniform sampler2D sums;     // surfaces: linear light, coverage
+uniform sampler2D grounds;  // alpha of the shadows on the ground
 uniform float count;
 uniform vec4 background;
 
 out vec4 color;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(sums, 0) - 1;
-    float least = count;
-    for (int k = 0; k < 9; ++k) {
-        ivec2 beside = clamp(pixel + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
-        least = min(least, texelFetch(sums, beside, 0).a);
-    }
-    color = developed(close_crack(texelFetch(sums, pixel, 0), least, count), count, background);
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float ground = 0.0;
+    if (GROUND == 1) ground = texelFetch(grounds, pixel, 0).r;
+    color = developed(texelFetch(sums, pixel, 0), ground, count, background);
 }

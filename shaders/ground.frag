@@ -1,5 +1,5 @@
 #version 330 core
-// The ground below all objects, seen where no surface is: transparent, with black shadows.
+// The ground below all objects, seen where no surface is: transparent, with black shadows of this alpha.
 #include "common/ground.glsl"
 
 uniform sampler2D surface_map;  // what the view shows: depth in w, 0 is nothing
@@ -13,15 +13,14 @@ uniform sampler2D shadow_map;
 uniform sampler2D views;
 uniform mat3 to_world;
 
-out vec4 color;
+out float alpha;
 
 void main() {
     if (texelFetch(surface_map, ivec2(gl_FragCoord.xy), 0).w != 0.0) discard;
     vec3 ray = pixel_ray(gl_FragCoord.xy - 0.5, intrinsics);
     float depth = ground_depth(ray, plane);
     if (depth == 0.0) discard;
-    float alpha = shadow_alpha(
+    alpha = shadow_alpha(
         ray * depth, plane.xyz, material, ambient, lights, light_count, shadow_map, views, to_world
     );
-    color = vec4(0.0, 0.0, 0.0, alpha);
 }

@@ -29,7 +29,8 @@
 
 uniform sampler2D surface_map;  // normal, depth (0: nothing); normal 0: already lit
 uniform sampler2D certainty_map;
-uniform sampler2D albedo_map;   // linear for pixels; for points a picture: sRGB, of any size
+uniform sampler2D albedo_map;   // of pixels, linear; in alpha the number of the material
+uniform sampler2D color_map;    // of points: sRGB, of any size
 uniform vec4 intrinsics;
 uniform vec3 eye;    // in the axes of the surfaces, like the lights
 uniform float scale; // of the points' object
@@ -54,9 +55,9 @@ void main() {
 
     vec4 albedo = vec4(0.0);
     if (POINTS == 0) albedo = texel_at(albedo_map, ivec2(pixel));
-    if (POINTS == 1) albedo.rgb = srgb_to_linear(picture_at(albedo_map, pixel, vec2(textureSize(surface_map, 0))));
+    if (POINTS == 1) albedo.rgb = srgb_to_linear(picture_at(color_map, pixel, vec2(textureSize(surface_map, 0))));
     vec4 own = material;
-    if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(albedo.a * 65535.0 + 0.5) - 1), 0);
+    if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(albedo.a + 0.5) - 1), 0);
 
     vec3 normal = surface.xyz;
     if (CERTAINTY == 1) {
@@ -76,5 +77,5 @@ void main() {
         lit = light_surface(point, eye, normal, albedo.rgb, own, ambient, lights, light_count);
     }
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
-    color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(lit), 1.0);
+    color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(min(lit, 1.0)), 1.0);
 }

@@ -15,5 +15,5 @@ flat out vec3 lit;  // sRGB
 vec3 light_pixel(ivec2 pixel, vec3 point, vec3 normal, vec2 size) {
     vec3 albedo = srgb_to_linear(picture_at(color_map, vec2(pixel), size));
     vec3 light = light_surface(point, eye, normal, albedo, material, ambient, lights, light_count);
-    return linear_to_srgb(stored(light));
+    return linear_to_srgb(min(light, 1.0));
 }

@@ -12,7 +12,8 @@
 #include "keys.glsl"
 
 uniform sampler2D surface_map;
-uniform sampler2D color_map;  // sRGB, of any size; flat and gouraud: linear light
+uniform sampler2D color_map;  // none and phong: sRGB, of any size
+uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D trust_map;
 uniform vec4 source;
 uniform vec4 target;
@@ -35,8 +36,8 @@ void main() {
     vec4 corner = seen_weights(seen, source);
     vec3 linear = vec3(0.0);
     if (SHADING == 0 || SHADING == 3) linear = srgb_to_linear(picture_at(color_map, color_position(seen, corner), size));
-    if (SHADING == 1) linear = texelFetch(color_map, seen.pixel, 0).rgb;
-    if (SHADING == 2) linear = mix_light(seen, corner, color_map);
+    if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
+    if (SHADING == 2) linear = mix_light(seen, corner, light_map);
     vec3 normal = SHADING == 3 ? mat3(view) * mix_normal(seen, corner) : vec3(0.0);
 
     vec2 trust = texel_at(trust_map, seen.pixel).rg;

@@ -34,12 +34,12 @@ void main() {
     vec3 normal = mat3(view) * mix_normal(seen, weight);
     vec2 size = vec2(textureSize(surface_map, 0));
     vec3 encoded = picture_at(color_map, color_position(seen, weight), size);
-    vec3 albedo = stored(srgb_to_linear(encoded));
+    vec3 albedo = srgb_to_linear(encoded);
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
     vec4 own = material;
     if (CERTAINTY == 1) own = widened(material, certainty_at(certainty_map, seen.at, size));
     vec3 light;
     if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, own, ambient, only_light);
     else light = light_surface(point, vec3(0.0), normal, albedo, own, ambient, lights, light_count);
-    color = vec4(LINEAR == 1 ? light : linear_to_srgb(light), 1.0);
+    color = vec4(LINEAR == 1 ? light : linear_to_srgb(min(light, 1.0)), 1.0);
 }

@@ -13,7 +13,8 @@
 #include "common/color.glsl"
 #include "seen.glsl"
 
-uniform sampler2D color_map;  // none: sRGB, of any size; flat and gouraud: the points' linear light
+uniform sampler2D color_map;  // none: sRGB, of any size
+uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 
 out vec4 color;
 
@@ -21,9 +22,9 @@ void main() {
     Seen seen = find_seen();
     vec3 shown = vec3(0.0);
     if (SHADING == 0) shown = picture_at(color_map, vec2(seen.pixel), vec2(textureSize(surface_map, 0)));
-    if (SHADING == 1) shown = texelFetch(color_map, seen.pixel, 0).rgb;
-    if (SHADING == 2) shown = mix_light(seen, seen_weights(seen, source), color_map);
+    if (SHADING == 1) shown = texelFetch(light_map, seen.pixel, 0).rgb;
+    if (SHADING == 2) shown = mix_light(seen, seen_weights(seen, source), light_map);
     if (SHADING == 0 && LINEAR == 1) shown = srgb_to_linear(shown);
-    if (SHADING != 0 && LINEAR == 0) shown = linear_to_srgb(shown);
+    if (SHADING != 0 && LINEAR == 0) shown = linear_to_srgb(min(shown, 1.0));
     color = vec4(shown, 1.0);
 }

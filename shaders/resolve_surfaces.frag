@@ -14,7 +14,8 @@
 #include "common/toksvig.glsl"
 #include "seen.glsl"
 
-uniform sampler2D color_map;  // none and phong: sRGB, of any size; flat and gouraud: the points' linear light
+uniform sampler2D color_map;  // none and phong: sRGB, of any size
+uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D certainty_map;
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
@@ -29,8 +30,8 @@ void main() {
     vec3 normal = vec3(0.0);
     vec3 linear = vec3(0.0);
     if (SHADING == 0) linear = srgb_to_linear(picture_at(color_map, vec2(seen.pixel), size));
-    if (SHADING == 1) linear = texelFetch(color_map, seen.pixel, 0).rgb;
-    if (SHADING == 2) linear = mix_light(seen, seen_weights(seen, source), color_map);
+    if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
+    if (SHADING == 2) linear = mix_light(seen, seen_weights(seen, source), light_map);
     if (SHADING == 3) {
         vec4 weight = seen_weights(seen, source);
         normal = mat3(view) * mix_normal(seen, weight);

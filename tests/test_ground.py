@@ -19,11 +19,11 @@ SUN = ps.Light(direction=(0.5, 1, 0.4), shadow=True)
 ABOVE = ps.orbit_pose(None, (0.05, 0.02, 1.5), 0, 25)
 
 
-def cube(low, high):
+def cube(low, high, **options):
     """Two opposite faces of a box."""
     x, y, z = np.stack([low, high], -1)
     top, bottom = ([(x[0], h, z[0]), (x[1], h, z[0]), (x[1], h, z[1]), (x[0], h, z[1])] for h in y)
-    return ps.Mesh([*top, *bottom], [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)])
+    return ps.Mesh([*top, *bottom], [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], **options)
 
 
 class TestPlace:
@@ -34,9 +34,7 @@ class TestPlace:
         up = up_of(frame)
         np.testing.assert_allclose(up, -pose[:3, 1], atol=1e-12)
         plane = ground_under(ps.Scene((ps.Node(ps.PointObject(frame)),)), tuple(up))
-        v, u = np.nonzero(made.depth)
-        lowest = ((v - made.camera.cy) / made.camera.fy * made.depth[v, u]).max()
-        assert seen_ground(plane, pose) == pytest.approx((0, -1, 0, lowest), abs=0.01)
+        assert seen_ground(plane, pose) == pytest.approx((0, -1, 0, 0.02 + 0.4), abs=0.001)  # the sphere's lowest point
 
     def test_a_picture_whose_rows_run_upwards_has_its_up_there(self):
         camera = ps.Camera(131, -131, 79.5, 59.5, 160, 120)
@@ -58,7 +56,7 @@ class TestPlace:
         for z in (made.depth, depth):
             scene = ps.Scene((ps.Node(ps.PointObject(ps.Frame(None, z, made.camera))),))
             heights.append(ground_under(scene, (0, -1, 0))[3])
-        assert heights[0] == pytest.approx(0.39, abs=0.02) and heights[1] == pytest.approx(heights[0], abs=0.02)
+        assert heights == pytest.approx([0.42, 0.42], abs=0.001)
 
 
 def test_ground_functions_are_those_of_the_mirror(gpu):
@@ -82,6 +80,56 @@ def test_ground_functions_are_those_of_the_mirror(gpu):
     mirror = ground.shadow_alpha(point, n, m, a, rows, 2, depth, views, np.eye(3, dtype=np.float32))
     np.testing.assert_allclose(answer, mirror, atol=3e-5)
     assert (answer > 0.1).mean() > 0.2 and (answer == 0).any() and answer.max() < 1
+
+
+class TestFormula:
+    """Two suns, one of which casts a shadow: what that takes of the light of the ground is its alpha."""
+
+    BOX = (-0.4, -0.2, 1.2), (0.1, 0.1, 1.7)
+    FIRST, SECOND = (1.2, 1, 0.4), (-0.3, 1, 0.1)
+
+    def picture(self, renderer, strength, **options):
+        node = ps.Node(cube(*self.BOX, material=ps.Material(0, 1, 0)))
+        first, second = (s * np.linalg.norm(d) for s, d in ((strength, self.FIRST), (1 - strength, self.SECOND)))
+        suns = [ps.Light(direction=self.FIRST, intensity=first, shadow=True)]
+        suns += [ps.Light(direction=self.SECOND, intensity=second)]
+        return renderer.render(ps.Scene((node,), frames.CAMERA, ABOVE), suns, **options) / 255.0
+
+    def shadowed(self, u, v, level=BOX[1][1]):
+        """Whether the sun's way to the ground that a pixel shows, at y = level, passes through a face of the box."""
+        c, (low, high) = frames.CAMERA, np.array(self.BOX)
+        ray = np.stack([(u - c.cx) / c.fx, (v - c.cy) / c.fy, np.ones_like(u)], -1) @ ABOVE[:3, :3].T
+        eye = ABOVE[:3, 3]
+        ground, shadow = eye + ray * ((level - eye[1]) / ray[..., 1:2]), np.zeros(u.shape, bool)
+        for y in (low[1], high[1]):
+            met = (ground - (level - y) * np.array(self.FIRST))[..., [0, 2]]
+            shadow |= (ray[..., 1] > 0) & ((met > low[[0, 2]]) & (met < high[[0, 2]])).all(-1)
+        return shadow
+
+    @pytest.mark.parametrize("samples", [1, 16])
+    @pytest.mark.parametrize("strength", [0.1, 0.3, 0.49, 0.51, 0.7, 0.9])
+    def test_the_alpha_is_the_share_that_shadows_take(self, renderer, strength, samples):
+        v, u = np.indices((120, 160)).astype(float)
+        around = np.stack([self.shadowed(u + dx, v + dy) for dx in (-2, 0, 2) for dy in (-2, 0, 2)])
+        inside, outside = around.all(0), ~around.any(0)
+        covered = self.picture(renderer, strength, samples=samples)[..., 3]
+        clear = self.picture(renderer, strength, samples=samples, ground=(0, -1, 0))
+        white = self.picture(renderer, strength, samples=samples, ground=(0, -1, 0), background="white")
+        assert np.abs(clear[..., 3] - covered)[outside].max() <= 0.02
+        assert np.abs(clear[..., 3] - (covered + (1 - covered) * strength))[inside].max() <= 0.02
+        bare = inside & (covered == 0)
+        assert bare.sum() > 300 and np.abs(decode(white[bare][:, :3] * 255) - (1 - strength)).max() <= 0.02
+        if samples > 1:
+            assert (inside & (covered > 0) & (covered < 1)).sum() > 20  # the outline of the box before its shadow
+
+    @pytest.mark.parametrize("level", [0.1, 0.2, 0.35])
+    def test_it_lies_as_high_as_it_is_told(self, renderer, level):
+        v, u = np.indices((120, 160)).astype(float)
+        around = np.stack([self.shadowed(u + dx, v + dy, level) for dx in (-2, 0, 2) for dy in (-2, 0, 2)])
+        bare = self.picture(renderer, 0.7)[..., 3] == 0
+        alpha = self.picture(renderer, 0.7, ground=(0, -2, 0), ground_height=-level)[..., 3]
+        inside, outside = bare & around.all(0), bare & ~around.any(0)
+        assert inside.sum() > 300 and np.abs(alpha[inside] - 0.7).max() <= 0.02 and not alpha[outside].any()
 
 
 @pytest.fixture(params=["compute", "points"])
@@ -127,6 +175,14 @@ class TestPicture:
         assert (white[..., 3] == 255).all()
         np.testing.assert_allclose(decode(white[..., :3]), over, atol=0.015)
 
+    def test_more_samples_of_the_same_are_added_and_another_ground_is_another_picture(self, renderer):
+        frame, options = frames.sphere(), {"light": SUN, "pose": ABOVE, "ground": True}
+        renderer.render(frame, samples=2, **options)
+        added = renderer.render(frame, samples=6, **options)
+        renderer.render(frame, samples=6, **options | {"ground": (0.1, -1, 0)})
+        assert (renderer.render(frame, samples=6, **options) == added).all()
+        assert (renderer.render(frame, SUN, pose=ABOVE, samples=6)[..., 3] <= added[..., 3]).all()
+
     def test_without_a_light_there_is_one_that_casts_a_soft_shadow(self, renderer):
         image = renderer.render(frames.sphere(), pose=ABOVE, ground=True, samples=8)
         plain = renderer.render(frames.sphere(), pose=ABOVE, samples=8)
@@ -146,7 +202,9 @@ class TestPicture:
         shadow = (plain[..., 3] == 0) & (image[..., 3] > 0)
         assert 0.05 < shadow.mean() < 0.5
 
-    @pytest.mark.parametrize("values", [{"background": "whit"}, {"background": (1, 1)}, {"ground": (0, 0, 0)}])
+    @pytest.mark.parametrize(
+        "values", [{"background": "whit"}, {"background": (1, 1)}, {"ground": (0, 0, 0)}, {"ground_height": 1.0}]
+    )
     def test_impossible_ones_are_named(self, renderer, values):
         with pytest.raises(ValueError, match=next(iter(values))):
             renderer.render(frames.sphere(), **values)
@@ -161,6 +219,7 @@ class TestPicture:
         ("--samples 3 --background '#102030'", {"samples": 3, "background": "#102030"}),
         ("--samples 2 --background transparent", {"samples": 2}),
         ("--ground --samples 2", {"samples": 2, "ground": True}),
+        ("--ground --ground-height=-0.4 --samples 2", {"samples": 2, "ground": True, "ground_height": -0.4}),
         ("--ground --light '0,-1,.5' --samples 2", {"samples": 2, "ground": True, "light": (0, -1, 0.5)}),
     ],
 )
@@ -189,6 +248,8 @@ def test_a_photograph_seen_as_it_was_taken_and_what_has_no_alpha(typed, renderer
         ("--background transparent -o a.jpg", "a.jpg cannot be transparent"),
         ("--samples 2 -o a.ply", "a.ply is no picture: leave out --samples"),
         ("--samples 0 -o a.png", "--samples must be a whole number from 1"),
+        ("--ground-height 0 -o a.png", "--ground-height is that of a ground: pass --ground, too"),
+        ("--ground --ground-height 0 -o a.ply", "a.ply is no picture: leave out --ground, --ground-height"),
         ("--background whit -o a.png", "--background: color 'whit' is unknown (did you mean white?)"),
     ):
         code, _, errors = typed(f"render vase {line}")

@@ -197,10 +197,3 @@ def test_a_normal_mixed_on_a_plane_is_the_plane_s():
     surface_map = two_planes()
     seen, _ = seen_at(surface_map, positions(surface_map, margin=1))
     np.testing.assert_allclose(resolve.mix_normal(seen, resolve.seen_weights(seen, K)), seen.own[:, :3], atol=1e-6)
-
-
-def test_stored(gpu):
-    linear = np.random.default_rng(9).uniform(-0.1, 1.1, (COUNT, 3)).astype(F)
-    close(gpu("resolve.glsl", "stored(c), 0", c=linear), resolve.stored(linear), missed=2, atol=1e-7, rtol=0)
-    steps = np.arange(65536, dtype=F)[:, None] / F(65535)
-    assert (resolve.stored(steps) == steps).all()

@@ -89,20 +89,25 @@ def test_developed_is_that_of_the_mirror(gpu):
     sums = np.random.default_rng(2).uniform(0, 16, (500, 4)).astype(np.float32)
     sums[:, :3] *= sums[:, 3:] / 16
     sums[:50] = 0
+    ground = np.random.default_rng(4).uniform(0, 1, 500).astype(np.float32) * (16 - sums[:, 3])
     for behind in ((0, 0, 0, 0), (0.2, 0.5, 0.9, 1)):
         behind = np.array(behind, np.float32)
-        answer = gpu("developed.glsl", "developed(s, 16.0, b)", s=sums, b=behind[None])
-        np.testing.assert_allclose(answer, developed.developed(sums, 16, behind), atol=1e-5)
+        answer = gpu("developed.glsl", "developed(s, g, 16.0, b)", s=sums, g=ground[:, None], b=behind[None])
+        np.testing.assert_allclose(answer, developed.developed(sums, ground, 16, behind), atol=1e-5)
 
 
-def test_close_crack_is_that_of_the_mirror(gpu):
-    rng = np.random.default_rng(3)
-    sums, least = rng.uniform(0, 16, (500, 4)).astype(np.float32), rng.integers(0, 17, (500, 1)).astype(np.float32)
-    answer = gpu("developed.glsl", "close_crack(s, l, 16.0)", s=sums, l=least)
-    np.testing.assert_allclose(answer, developed.close_crack(sums, least[:, 0], 16), atol=1e-5, rtol=1e-6)
+def test_a_pixel_shows_the_ground_where_its_samples_show_no_surface(gpu):
+    """Of 16 samples 4 are covered, 6 see a ground whose shadow takes .6, and 6 see what is above its horizon."""
+    sums, ground = np.array([[2, 1, 0, 4]], np.float32), np.array([[6 * 0.6]], np.float32)
+    alpha = 4 / 16 + (1 - 4 / 16) * (6 * 0.6 / 12)
+    clear = gpu("developed.glsl", "developed(s, g, 16.0, vec4(0))", s=sums, g=ground)[0]
+    np.testing.assert_allclose(decode(clear[:3] * 255), np.array([2, 1, 0]) / 16 / alpha, atol=1e-3)
+    assert clear[3] == pytest.approx(alpha)
+    white = gpu("developed.glsl", "developed(s, g, 16.0, vec4(1))", s=sums, g=ground)[0]
+    np.testing.assert_allclose(decode(white[:3] * 255), np.array([2, 1, 0]) / 16 + 1 - alpha, atol=1e-3)
 
 
-def test_a_crack_inside_is_closed_and_an_outline_is_not(renderer):
+def test_an_inner_outline_shows_no_crack_and_an_outer_one_ends_softly(renderer):
     """A ball hides a wall, and before nothing it ends softly."""
     frame = frames.sphere_before_wall()
     alpha = renderer.render(frame, samples=16)[8:-8, 8:-8, 3]
@@ -262,6 +267,36 @@ class TestTruth:
     def test_at_a_quarter_of_the_resolution(self, renderer, yaw, least):
         _, elsewhere, everywhere = self.gains(renderer, yaw, self.CAMERA.resized(80, 60))
         assert everywhere >= least and elsewhere >= 0
+
+
+LOOKS = {
+    "phong": {},
+    "flat": {"shading": "flat"},
+    "gouraud": {"shading": "gouraud"},
+    "flat triangles": {"shading": "flat", "splat": "mesh"},
+    "gouraud triangles": {"shading": "gouraud", "splat": "mesh"},
+    "turned": {"yaw": 12},
+}
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_light_is_cut_off_once_after_the_mean(renderer, look):
+    """A board before a white wall, its soft shadow, and a highlight: sixteen times as bright a lamp shows sixteen times
+    the light, cut off at 1, and not the mean of samples that were cut off."""
+    v, u = np.indices((120, 160))
+    board = (abs(u - 75) < 22) & (abs(v - 55) < 25)
+    frame = ps.Frame(np.where(board, 200, 255)[..., None].repeat(3, -1).astype(np.uint8), np.where(board, 1.4, 2.0),
+                     frames.CAMERA)  # fmt: skip
+    options = {"material": ps.Material(0, 1, 0.4, 20), "samples": 12} | LOOKS[look]
+    dim, bright = (
+        renderer.render(frame, ps.Light((-0.7, -0.6, 0.3), radius=0.25, intensity=k, shadow=True), **options)
+        for k in (0.225, 3.6)
+    )
+    seen = (dim[..., 3] == 255) & (bright[..., 3] == 255) & (dim[..., :3] < 255).all(-1)
+    truth = encode(np.minimum(decode(dim[..., :3].astype(float)) * 16, 1))
+    error = (truth - bright[..., :3])[seen] / 255
+    assert seen.mean() > 0.7 and ((bright[..., 0] == 255) & seen).mean() > 0.5
+    assert -10 * np.log10((error**2).mean()) >= 40
 
 
 @pytest.mark.parametrize("samples", [0, -1, 1.5, 5000])

@@ -102,7 +102,7 @@ class GridObjects(Owner):
         """
         self.draw_splats(splats, shown.points, eye)
         scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
-        inputs |= {"scale": scale, "material_number": number / 65535, "near": eye.near / scale}
+        inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
             passed = self._passes.get("grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))

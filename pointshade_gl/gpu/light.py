@@ -60,7 +60,8 @@ class LightPass:
         alone = "only_light" in inputs
         kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
         light = self._passes.get("light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
-        light.draw(image, {"surface_map": surface, "albedo_map": albedo}, **inputs)
+        colors = "albedo_map" if points is None else "color_map"
+        light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
         """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms.

@@ -40,7 +40,7 @@ class MergePass:
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
             looking = part.looking
-            maps = {"surface_map": looking.surface, "color_map": looking.colors, "trust_map": part.trust}
+            maps = looking.maps(shading) | {"trust_map": part.trust}
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
@@ -70,7 +70,7 @@ class MergePass:
         maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
         maps |= {} if normals is None else {"target_map": normals}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
-        inputs |= {"material_number": number / 65535} | ({} if others is None else {"others": others})
+        inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
         confine(surfaces.shared_target, splats.window)
         with enabled(self._context, DEPTH_TEST):
             merged = self._passes.get(

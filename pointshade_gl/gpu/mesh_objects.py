@@ -49,7 +49,7 @@ class MeshObjects(Owner):
         """
         mesh, view = placed.mesh, np.linalg.inv(eye.pose) @ placed.world
         buffers = self._buffers(mesh)
-        inputs = _camera(eye, view) | {"base_color": mesh.color, "material_number": number / 65535}
+        inputs = _camera(eye, view) | {"base_color": mesh.color, "material_number": float(number)}
         inputs |= {"picture": buffers.picture, "normal_view": np.linalg.inv(view[:3, :3]).astype("f4").tobytes()}
         if mesh.shading in ("flat", "gouraud"):
             program, array = self._programs.lit, buffers.lit

@@ -8,7 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera
-from ..look import SHADINGS
+from ..look import LIT_EARLY, SHADINGS
 from .canvas import Canvas
 from .images import confine, empty
 from .passes import FullscreenPasses
@@ -30,6 +30,10 @@ class Looking(NamedTuple):
     look_up: bool  # the splats left the nearest 1/z (compute), not source ids (points)
     near: float  # source units: the splats' depth is 1 - near/z
     certainty: moderngl.Texture | None = None  # of the frame's normals
+
+    def maps(self, shading: str) -> dict[str, moderngl.Texture]:
+        """The pictures of the frame, as shaders name them."""
+        return {"surface_map": self.surface, "light_map" if shading in LIT_EARLY else "color_map": self.colors}
 
     def way(self) -> dict[str, Any]:
         """The uniforms of the warp."""
@@ -71,7 +75,7 @@ class ResolvePass:
                and the image is emptied first
         """
         near, scale = depth or (0.0, 1.0)
-        uniforms = looking.way() | {"near": near, "scale": scale, "material_number": number / 65535}
+        uniforms = looking.way() | {"near": near, "scale": scale, "material_number": float(number)}
         if depth is None:
             empty(image, looking.splats.window)
             self._draw("resolve_surfaces.frag", image, looking, shading, uniforms)
@@ -92,7 +96,7 @@ class ResolvePass:
     ) -> None:
         doubtful = shading == "phong" and looking.certainty is not None
         constants |= {"SHADING": SHADINGS.index(shading)} | ({"CERTAINTY": 1} if doubtful else {})
-        textures = {"surface_map": looking.surface, "color_map": looking.colors}
+        textures = looking.maps(shading)
         if doubtful and looking.certainty:
             textures["certainty_map"] = looking.certainty
         if looking.look_up:

@@ -30,6 +30,8 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "lights": "rgba32f",
     "views": "rgba32f",
     "materials": "rgba32f",
+    "light_map": "rgba32f",
+    "albedo_map": "rgba32f",
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0

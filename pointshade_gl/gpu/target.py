@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import Box, Images, read_texture
+from .images import Box, Images, confine, empty, read_texture
 from .memory import check_memory
 
 
@@ -57,8 +57,8 @@ class SurfaceImage(Images):
 
     @cached_property
     def albedo(self) -> moderngl.Texture:
-        """RGBA16: linear albedo, and in alpha the number of the material over 65535, counted from 1."""
-        return self._texture(4, "nu2")
+        """RGBA32F: linear albedo, or light, which may be above 1; in alpha the number of the material, from 1."""
+        return self._texture(4, "f4")
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:
@@ -67,8 +67,22 @@ class SurfaceImage(Images):
     @cached_property
     def shared_target(self) -> moderngl.Framebuffer:
         """The same with a depth buffer, for several objects."""
-        depth = self._allocate(self._context.depth_renderbuffer, self.size)
-        return self._framebuffer(self.surface, self.albedo, depth=depth)
+        return self._framebuffer(self.surface, self.albedo, depth=self._depth)
+
+    @cached_property
+    def _depth(self) -> moderngl.Renderbuffer:
+        return self._allocate(self._context.depth_renderbuffer, self.size)
+
+    @cached_property
+    def _seen(self) -> moderngl.Framebuffer:
+        """What says whether there is a surface: without one, nobody looks at the albedo."""
+        return self._framebuffer(self.surface, depth=self._depth)
+
+    def clear(self) -> None:
+        """No surfaces yet, of several objects."""
+        empty(self._seen)
+        confine(self.shared_target, None)
+        self.window = 0, 0, *self.size
 
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, read-only: `surface`"""
@@ -99,21 +113,39 @@ class SumImage(Images):
 
 
 class SampleSums(Images):
-    """What the samples of a picture add up to (RGBA32F: 16 bits lose some of 64 samples): linear light, coverage.
+    """What the samples of a picture add up to: surfaces, and the ground that is seen between them.
 
     content, count  what the samples show, and how many there are
+    has_ground      whether a ground is among it
     """
 
     content: Any = None
     count = 0
+    has_ground = False
 
     @cached_property
-    def texture(self) -> moderngl.Texture:
+    def surfaces(self) -> moderngl.Texture:
+        """RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage."""
         return self._texture(4, "f4")
 
     @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
+    def ground(self) -> moderngl.Texture:
+        """R32F: alpha of the shadows on the ground."""
+        return self._texture(1, "f4")
+
+    @cached_property
+    def surfaces_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.surfaces)
+
+    @cached_property
+    def ground_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.ground)
+
+    def clear(self, has_ground: bool) -> None:
+        """No samples yet."""
+        self.content, self.has_ground = None, has_ground
+        for target in (self.surfaces_target, *([self.ground_target] if has_ground else [])):
+            empty(target)
 
 
 class Target(Images):

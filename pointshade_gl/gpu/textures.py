@@ -218,19 +218,19 @@ class TriangleImage(Images):
 
 
 class PointLight(Images):
-    """The light of the points of a frame (RGBA16, linear)."""
+    """The light of the points of a frame: RGBA32F, linear, not cut off at 1."""
 
     @cached_property
     def texture(self) -> moderngl.Texture:
-        return self._texture(4, "nu2")
+        return self._texture(4, "f4")
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:
         return self._framebuffer(self.texture)
 
     def read(self) -> np.ndarray:
-        """(h, w, 4) uint16, read-only"""
-        return read_texture(self._context, self.texture, np.uint16)
+        """(h, w, 4) float32, read-only"""
+        return read_texture(self._context, self.texture, np.float32)
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

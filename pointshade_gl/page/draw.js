@@ -122,7 +122,7 @@ class Drawing {
     gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     this.things.forEach((thing, k) => {
-      const inputs = { ...warpOf(thing, camera, pose, near), material_number: (k + 1) / 65535 };
+      const inputs = { ...warpOf(thing, camera, pose, near), material_number: k + 1 };
       if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
       else this.addPoints(thing, inputs, shadings[k], pose, lamps);
     });
@@ -135,7 +135,7 @@ class Drawing {
     const constants = { SHADING: SHADINGS.indexOf(shading), CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "resolve_surfaces.frag", constants, {
       ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
-      window_depths: this.depth, color_map: early ? thing.lit : thing.colors, certainty_map: thing.certainty,
+      window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
     });
   }
 
@@ -151,7 +151,7 @@ class Drawing {
   lightPoints(thing, pose, lamps) {
     const eye = translation(product(inverted(thing.axes), pose));
     const own = {
-      surface_map: thing.surface, albedo_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
+      surface_map: thing.surface, color_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
       material: thing.material, certainty_map: thing.certainty,
     };
     const constants = { POINTS: 1, CERTAINTY: thing.certainty ? 1 : 0 };

@@ -12,21 +12,22 @@ from ..ground import seen_ground
 from ..samples import at_sample
 from ..shot import Shot
 from .camera import pixel_ray
-from .developed import close_crack, developed, least_beside
+from .developed import developed
 from .ground import ground_depth, shadow_alpha
 
 F = np.float32
 
 
-def finished(draw: Callable[[Shot], np.ndarray], shot: Shot, finish: Finish) -> np.ndarray:
-    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen."""
-    sums = np.asarray(sum(draw(at_sample(shot, k)) for k in range(finish.samples)), F)
-    sums = close_crack(sums, least_beside(sums[..., 3]), finish.samples)
+def finished(draw: Callable[[Shot], tuple[np.ndarray, np.ndarray]], shot: Shot, finish: Finish) -> np.ndarray:
+    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen, and (h, w), the
+    alpha of the ground elsewhere."""
+    samples = [draw(at_sample(shot, k)) for k in range(finish.samples)]
+    surfaces, ground = (np.asarray(sum(sums), F) for sums in zip(*samples, strict=True))
     background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
-    return np.round(developed(sums, finish.samples, background) * 255).astype(np.uint8)
+    return np.round(developed(surfaces, ground, finish.samples, background) * 255).astype(np.uint8)
 
 
-def add_ground(
+def draw_ground(
     image: np.ndarray,
     ground: np.ndarray,
     eye: Eye,
@@ -34,8 +35,9 @@ def add_ground(
     rows: np.ndarray,
     shadow_map: np.ndarray,
     views: np.ndarray,
-) -> None:
-    """Draws the shadows on the ground (4,) where nothing is seen; rows (n, 5, 4) as `light_rows` makes them."""
+) -> np.ndarray:
+    """(h, w) alpha of the shadows on the ground (4,) where nothing is seen in an image; rows (n, 5, 4) as `light_rows`
+    makes them."""
     v, u = np.nonzero(image[..., 3] == 0)
     ray = pixel_ray(np.stack([u, v], -1).astype(F), np.array(eye.camera.intrinsics, F))
     plane = np.array(seen_ground(ground, eye.pose), F)
@@ -43,5 +45,8 @@ def add_ground(
     met = depth > 0
     point, n = (ray * depth[:, None])[met], np.broadcast_to(plane[:3], (met.sum(), 3))
     to_world = eye.pose[:3, :3].astype(F)
-    alpha = shadow_alpha(point, n, material, np.ones(3, F), rows, len(rows), shadow_map, views, to_world)
-    image[v[met], u[met], 3] = alpha
+    alpha = np.zeros(image.shape[:2], F)
+    alpha[v[met], u[met]] = shadow_alpha(
+        point, n, material, np.ones(3, F), rows, len(rows), shadow_map, views, to_world
+    )
+    return alpha

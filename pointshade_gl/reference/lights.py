@@ -8,6 +8,7 @@ from .phong import attenuation, phong
 from .vectors import dot, length, normalize
 
 F = np.float32
+BRIGHTEST = F(65504)
 
 
 def spot_cone(direction: np.ndarray, l: np.ndarray, cosines: np.ndarray) -> np.ndarray:  # noqa: E741 (the field's name)
@@ -42,7 +43,7 @@ def light_surface(
     result = material[..., :1] * ambient * albedo
     for row in lights[:count]:
         result = result + light_of_row(row, point, v, n, albedo, material)
-    return np.clip(result, F(0), F(1))
+    return np.clip(result, F(0), BRIGHTEST)
 
 
 def light_surface_alone(

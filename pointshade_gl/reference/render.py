@@ -10,7 +10,7 @@ import numpy as np
 
 from ..camera import Camera, Eye, view_matrix
 from ..estimators import parse_max_depth_step
-from ..finish import SIMPLE, Finish, Vector
+from ..finish import SIMPLE, Finish
 from ..frame import Frame
 from ..ground import ground_under
 from ..level_of_detail import MERGE
@@ -21,7 +21,7 @@ from ..shadow_views import ShadowView, Span, shadow_views
 from ..shot import Shot
 from .camera import pixel_ray, project
 from .color import srgb_to_linear
-from .finished import add_ground, finished
+from .finished import draw_ground, finished
 from .grid import grid_color_position, grid_facet, grid_light, grid_normal, look_up_grid
 from .grid_pass import nearest_of_grid, triangle_map_of
 from .inverse_depth import pixel_grid
@@ -37,7 +37,7 @@ from .rasterizers import (
     single_splats,
     source_ids,
 )
-from .resolve import mix_light, seen_weights, stored
+from .resolve import mix_light, seen_weights
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
@@ -88,18 +88,19 @@ def render(
     points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge, certainty)
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
-    return finished(lambda sample: draw_sample(points, sample, finish.ground), shot, finish)
+    return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
 
 
-def draw_sample(points: Splatted, shot: Shot, ground: bool | Vector) -> np.ndarray:
-    """(h, w, 4) float32: linear light and 1 where something is seen; ground is where up is, or False."""
+def draw_sample(points: Splatted, shot: Shot, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
     image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
-    if not isinstance(ground, bool) and lamps.shadow_map is not None:
+    alpha = np.zeros(image.shape[:2], F)
+    if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
-        plane, views = ground_under(shot.scene, ground), view_rows(lamps.views, eye.pose)
-        add_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
-    return image
+        plane, views = ground_under(shot.scene, finish.ground, finish.ground_height), view_rows(lamps.views, eye.pose)
+        alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+    return image, alpha
 
 
 def draw_splats(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
@@ -144,7 +145,7 @@ def draw_mesh(points: Splatted, eye: Eye, lamps: Lamps) -> np.ndarray:
     seen = look_up_grid(surface_map, triangle_map, depths[v, u], pixel, *way)
 
     def color_at(at: np.ndarray) -> np.ndarray:
-        return stored(srgb_to_linear(picture_at(picture, at, size)))
+        return srgb_to_linear(picture_at(picture, at, size))
 
     def lit_at(point: np.ndarray, normal: np.ndarray, at: np.ndarray, certainty: np.ndarray | None) -> np.ndarray:
         surface = np.concatenate([normal, point[:, 2:]], -1)
@@ -287,5 +288,5 @@ def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamp
     albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
     result = np.zeros((*depth.shape, 3), F)
     axes, certainty = (frame.camera, viewer, lamps, frame.pose), points.certainty_at(pixel)
-    result[v, u] = stored(light(pixel, surface, albedo, *axes, points.look, certainty))
+    result[v, u] = light(pixel, surface, albedo, *axes, points.look, certainty)
     return result

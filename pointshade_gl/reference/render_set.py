@@ -43,7 +43,7 @@ from .parts import (
 from .picture import picture_at
 from .rasterizers import DEPTH_STEPS, Pairs, drawn_pairs, merged_splats, single_splats
 from .render import tiling, view_rows
-from .resolve import color_position, mix_normal, seen_weights, stored
+from .resolve import color_position, mix_normal, seen_weights
 from .resolve_pass import some_of, surface_map_of
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
@@ -96,7 +96,12 @@ def render_set(
     """
     lights = [at_upper_left(light, eye.pose) for light in lights]
     shot = Shot(eye, lights, Scene((Node(PointObject([view.frame for view in judged.views])),)), (), ())
-    return finished(lambda sample: _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), shot, finish)
+    no_ground = np.zeros((eye.camera.height, eye.camera.width), F)
+
+    def draw(sample: Shot) -> tuple[np.ndarray, np.ndarray]:
+        return _draw_sample(judged, sample.lights, look, sample.eye, rasterizer), no_ground
+
+    return finished(draw, shot, finish)
 
 
 def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, rasterizer: str) -> np.ndarray:
@@ -113,7 +118,7 @@ def _draw_sample(judged: Judged, lights: Sequence[Light], look: Look, eye: Eye, 
     known = sums[:, 7] > 0
     u, v, pixel, sums = u[known], v[known], pixel[known], sums[known]
     z = F(1) / merged_inverse_depth(key[v, u], sums[:, 3], sums[:, 7])
-    albedo = stored(sums[:, 4:7] / sums[:, 7:])
+    albedo = sums[:, 4:7] / sums[:, 7:]
     image = np.zeros((camera.height, camera.width, 4), F)
     image[v, u, 3] = 1
     lit = albedo

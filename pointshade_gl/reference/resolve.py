@@ -114,10 +114,6 @@ def color_position(seen: Seen, weight: np.ndarray) -> np.ndarray:
     return np.where(weight.min(-1, keepdims=True) > 0, seen.at, seen.pixel.astype(F))
 
 
-def stored(linear: np.ndarray) -> np.ndarray:
-    return np.floor(np.clip(linear, F(0), F(1)) * F(65535) + F(0.5)) / F(65535)
-
-
 def _mix(values: list[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The weighted sum of the corners' values, each (n, 3), and (n, 1) the sum of the weights."""
     a, b, c, d = (weight[..., k : k + 1] * value for k, value in enumerate(values))

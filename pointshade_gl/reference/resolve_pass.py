@@ -9,7 +9,7 @@ from .color import srgb_to_linear
 from .corners import Corners
 from .look_up import pixel_of
 from .picture import picture_at
-from .resolve import Seen, color_position, look_up, mix_normal, see_splat, seen_weights, stored
+from .resolve import Seen, color_position, look_up, mix_normal, see_splat, seen_weights
 
 F = np.float32
 
@@ -57,4 +57,4 @@ def surfaces(seen: Seen, picture: np.ndarray, source: Camera, view: np.ndarray) 
     weight = seen_weights(seen, np.array(source.intrinsics, F))
     normal = mix_normal(seen, weight) @ view[:3, :3].T
     encoded = picture_at(picture, color_position(seen, weight), np.array([source.width, source.height], F))
-    return np.concatenate([normal, F(1) / seen.inverse_depth[:, None]], -1), stored(srgb_to_linear(encoded))
+    return np.concatenate([normal, F(1) / seen.inverse_depth[:, None]], -1), srgb_to_linear(encoded)

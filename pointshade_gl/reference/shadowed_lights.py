@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lights import spot_cone
+from .lights import BRIGHTEST, spot_cone
 from .phong import attenuation, phong
 from .shadow import cube_face, light_share
 from .vectors import dot, length, normalize
@@ -57,4 +57,4 @@ def light_surface_shadowed(
     for row in lights[:count]:
         light, l, share = sent_light(row, point, n, shadow_map, views, to_world)  # noqa: E741
         result = result + phong(n, v, l, albedo, material, light * share)
-    return np.clip(result, F(0), F(1))
+    return np.clip(result, F(0), BRIGHTEST)

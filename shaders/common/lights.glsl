@@ -1,5 +1,7 @@
 #include "common/phong.glsl"
 
+const float BRIGHTEST = 65504.0;  // of half floats, in which pages keep light; pictures cut it off at 1, where they are encoded
+
 // Share of a spot's light in a direction `l` to it: 1 inside the inner cone, 0 outside the outer.
 float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
     float inside = (dot(direction, -l) - cosines.y) / max(cosines.x - cosines.y, 1e-4);
@@ -37,11 +39,12 @@ vec3 light_surface(
         vec4 fading = place.w > 0.0 ? texelFetch(lights, ivec2(2, i), 0) : vec4(0.0);
         result += light_of_row(mat4(place, light, fading, vec4(0.0)), point, v, n, albedo, material);
     }
-    return clamp(result, 0.0, 1.0);
+    return clamp(result, 0.0, BRIGHTEST);
 }
 
 // The same for one light, whose row is a uniform: faster than a texture.
 vec3 light_surface_alone(vec3 point, vec3 eye, vec3 n, vec3 albedo, vec4 material, vec3 ambient, mat4 row) {
     vec3 v = normalize(eye - point);
-    return clamp(material.x * ambient * albedo + light_of_row(row, point, v, n, albedo, material), 0.0, 1.0);
+    vec3 result = material.x * ambient * albedo + light_of_row(row, point, v, n, albedo, material);
+    return clamp(result, 0.0, BRIGHTEST);
 }

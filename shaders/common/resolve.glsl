@@ -96,8 +96,3 @@ vec3 mix_light(Seen seen, vec4 weight, sampler2D light_map) {
 vec2 color_position(Seen seen, vec4 weight) {
     return min(min(weight.x, weight.y), min(weight.z, weight.w)) > 0.0 ? seen.at : vec2(seen.pixel);
 }
-
-// Linear light, rounded as in a texture of 16 bits.
-vec3 stored(vec3 linear) {
-    return floor(clamp(linear, 0.0, 1.0) * 65535.0 + 0.5) / 65535.0;
-}

@@ -40,5 +40,5 @@ vec3 light_surface_shadowed(
         vec3 light = sent_light(lights, i, point, n, shadow_map, views, to_world, l, share);
         result += phong(n, v, l, albedo, material, light * share);
     }
-    return clamp(result, 0.0, 1.0);
+    return clamp(result, 0.0, BRIGHTEST);
 }

@@ -12,6 +12,8 @@ from .look import Look
 from .scene import Placed
 
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
+PLACES = 160  # in a row of the surface that a frame hides, about
+STRIDES = 4, 6  # pixels of the frame for each of these, at least and at most
 MERGE = 1e-5  # of 1/z: invisible (`bench --speed` charts it), and gives planes their full speed
 
 
@@ -65,3 +67,17 @@ def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
     width = int(np.clip(round(small.width * camera.fx / small.fx), small.width, large.width))
     height = int(np.clip(round(small.height * abs(camera.fy / small.fy)), small.height, large.height))
     return small if (width, height) == (small.width, small.height) else small.resized(width, height)
+
+
+def bridged_stride(camera: Camera) -> int:
+    """How many pixels of a frame there are for each of the smaller surface of what it hides."""
+    least, most = STRIDES
+    return min(max(-(-camera.width // PLACES), least), most)
+
+
+def bridged_camera(camera: Camera) -> Camera:
+    """The camera of that smaller surface: it has one pixel in the middle of each stride."""
+    stride = bridged_stride(camera)
+    cx, cy = (camera.cx - stride // 2) / stride, (camera.cy - stride // 2) / stride
+    width, height = -(-camera.width // stride), -(-camera.height // stride)
+    return Camera(camera.fx / stride, camera.fy / stride, cx, cy, width, height)

@@ -42,9 +42,7 @@ class Extent(NamedTuple):
     grain: float  # how wide a pixel of a frame is among them, world units; 0 without frames
 
 
-def shadow_views(
-    lights: Sequence[Light], extent: Extent
-) -> tuple[list[ShadowView], list[Span | None]]:
+def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowView], list[Span | None]]:
     """The views that the lights take of what has this extent, all of one size, and which are each light's.
 
     A light that casts no shadow has no view.
@@ -62,8 +60,10 @@ def shadow_views(
 
 
 def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:
-    """Where a light looks, unit, and half the angle that it must see, radians: the narrowest view that shows all things,
-    or all that a spot shines on; else six of 90 degrees."""
+    """Where a light looks, unit, and half the angle that it must see, radians.
+
+    The narrowest view that shows all things, or all that a spot shines on; else six of 90 degrees.
+    """
     if light.position is None:
         return [(unit(light.direction), 0.0)]  # parallel rays
     position = np.array(light.position)
@@ -79,14 +79,18 @@ def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64],
 def _narrowest(
     position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix
 ) -> tuple[NDArray[np.float64], float]:
-    """Near this direction, unit, the one in which all corners are seen within the smallest square, and half its angle."""
-    for _ in range(2):  # towards the middle, then as wide as needed
-        turn = _looking(position, direction)[:3, :3]
-        seen = (corners - position) @ turn
-        places = seen[:, :2] / seen[:, 2:]
-        half = math.atan(max(float(np.abs(places).max()), NARROWEST))
-        previous, direction = direction, unit(turn @ np.append((places.min(0) + places.max(0)) / 2, 1.0))
-    return previous, half
+    """Near this direction, unit, the one to the middle of all corners (n, 3), and half the angle that shows them."""
+    turn, places = _places(position, direction, corners)
+    middle = unit(turn @ np.append((places.min(0) + places.max(0)) / 2, 1.0))
+    _, places = _places(position, middle, corners)
+    return middle, math.atan(max(float(np.abs(places).max()), NARROWEST))
+
+
+def _places(position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix) -> tuple[Matrix, Matrix]:
+    """The turn (3, 3) of who looks in a direction, and where it sees the corners: (n, 2) at depth 1."""
+    turn = _looking(position, direction)[:3, :3]
+    seen = (corners - position) @ turn
+    return turn, seen[:, :2] / seen[:, 2:]
 
 
 def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Extent, side: int) -> Eye:

@@ -38,7 +38,7 @@ void main() {
     vec2 size = vec2(textureSize(surface_map, 0)), at = grid_color_position(seen);
     vec3 light;
     if (SHADING == 2) light = grid_light(color_map, seen);
-    else light = stored(srgb_to_linear(picture_at(color_map, at, size)));
+    else light = srgb_to_linear(picture_at(color_map, at, size));
     if (SHADING == 3) {
         vec3 normal = mat3(view) * grid_normal(surface_map, seen), eye = vec3(0.0);
         vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) / seen.inverse_depth;

@@ -10,9 +10,10 @@ import moderngl
 from ..camera import Camera
 from ..estimators import parse_max_depth_step
 from ..frame import Frame
+from ..level_of_detail import bridged_camera
 from ..look import Look
 from ..noise import Choice, Noise, parse_noise
-from .bridge import BridgePass, bridged_camera
+from .bridge import BridgePass
 from .fill import FillPass
 from .own_colors import OwnColors
 from .steps import Steps

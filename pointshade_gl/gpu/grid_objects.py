@@ -83,7 +83,7 @@ class GridObjects(Owner):
         """The surfaces of a mesh that is alone, for the light pass."""
         surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
         empty(surfaces.target, splats.window)
-        own = {"scale": 1.0, "material_number": 1 / 65535, "near": eye.near}
+        own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
         self._pass("grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
         surfaces.raise_version()
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..camera import Camera, Eye
 from ..consensus import primary_shares
 from ..explain import SetReport
-from .bridge import bridged_camera
+from ..level_of_detail import bridged_camera
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass
 from .consensus import Consensus
@@ -30,7 +30,6 @@ from .surface import Estimator
 from .target import SplatImage, SurfaceImage, Target
 from .target_normals import TargetNormals
 from .textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
-
 
 SINGLE = np.ones(1, np.float32)
 

@@ -36,17 +36,19 @@ function shadowDirections({ position, direction, cone }, { corners, centre, radi
   return narrow.length ? [narrow[0]] : FACES.map((face) => [applied(transposed(toWorld), face), Math.PI / 4]);
 }
 
-// Near this direction, the one in which all corners are seen within the smallest square, and half its angle.
+// Near this direction, the one to the middle of all corners, and half the angle that shows them.
 function narrowestView(position, direction, corners, toWorld) {
-  let previous, half;
-  for (let k = 0; k < 2; ++k) {
-    const turn = rotation(lookingAlong(position, direction, toWorld));
-    const seen = corners.map((corner) => applied(transposed(turn), minus(corner, position)));
-    const [x, y] = [0, 1].map((axis) => seen.map((at) => at[axis] / at[2]));
-    half = Math.atan(Math.max(...x.map(Math.abs), ...y.map(Math.abs), NARROWEST));
-    [previous, direction] = [direction, unit(applied(turn, [middleOf(x), middleOf(y), 1]))];
-  }
-  return [previous, half];
+  const [turn, ...places] = placesSeen(position, direction, corners, toWorld);
+  const middle = unit(applied(turn, [...places.map(middleOf), 1]));
+  const [, x, y] = placesSeen(position, middle, corners, toWorld);
+  return [middle, Math.atan(Math.max(...x.map(Math.abs), ...y.map(Math.abs), NARROWEST))];
+}
+
+// The turn of who looks in a direction, and where it sees the corners: x and y at depth 1.
+function placesSeen(position, direction, corners, toWorld) {
+  const turn = rotation(lookingAlong(position, direction, toWorld));
+  const seen = corners.map((corner) => applied(transposed(turn), minus(corner, position)));
+  return [turn, ...[0, 1].map((axis) => seen.map((at) => at[axis] / at[2]))];
 }
 
 const middleOf = (values) => (Math.min(...values) + Math.max(...values)) / 2;

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 F = np.float32
@@ -16,5 +18,5 @@ def project(point: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
     return intrinsics[:2] * point[..., :2] / point[..., 2:] + intrinsics[2:]
 
 
-def mean_focal_length(intrinsics: np.ndarray) -> np.float32:
-    return F(0.5) * (np.abs(F(intrinsics[0])) + np.abs(F(intrinsics[1])))
+def mean_focal_length(intrinsics: Sequence[np.floating] | np.ndarray) -> np.ndarray:
+    return np.asarray(F(0.5) * (np.abs(F(intrinsics[0])) + np.abs(F(intrinsics[1]))))

@@ -13,12 +13,13 @@ from ..estimators import parse_max_depth_step
 from ..finish import SIMPLE, Finish
 from ..frame import Frame
 from ..ground import ground_under
-from ..level_of_detail import MERGE
+from ..level_of_detail import MERGE, bridged_camera, bridged_stride
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
 from ..scene import Node, PointObject, Scene
 from ..shadow_views import ShadowView, Span, shadow_views
 from ..shot import Shot
+from .bridge import bridge
 from .camera import pixel_ray, project
 from .color import srgb_to_linear
 from .finished import draw_ground, finished
@@ -228,6 +229,22 @@ def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
     """(h, w) 1 - near/z as a depth buffer keeps it."""
     if points.look.splat == "mesh":
         return buffer_depths(eye.near, mesh_depths(points, eye)[1])
+    return np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
+
+
+def hidden_points(points: Splatted) -> Splatted:
+    """What the points hide and what goes on behind them."""
+    frame, camera, stride = points.frame, bridged_camera(points.frame.camera), bridged_stride(points.frame.camera)
+    middle = stride * np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), -1) + stride // 2
+    pixel = np.minimum(middle, (frame.camera.width - 1, frame.camera.height - 1)).reshape(-1, 2)
+    surface = bridge(points.surface_map, pixel, stride, np.array(frame.camera.intrinsics, F))
+    surface = surface.reshape(camera.height, camera.width, 4)
+    hidden = Frame(None, surface[..., 3], camera, frame.pose)
+    return Splatted(hidden, surface, Look(), points.rasterizer, points.merge)
+
+
+def splat_depths(points: Splatted, eye: Eye) -> np.ndarray:
+    """The same of splats alone."""
     pairs, frame = carried_pairs(points, eye), points.frame
     if points.rasterizer == "compute":
         inverse_depth = nearest(pairs, eye.camera)

@@ -76,7 +76,8 @@ def look_up(
     seen = Seen(at, inverse_depth, corner_pixel(corners, side), corner_surface(corners, side), corners)
     least, around = np.full(len(at), F(1e30)), 2 * HIDDEN_PIXELS + 1
     for k in range(around * around):
-        pixel = np.floor(at + F(0.5)).astype(int) + (k % around - HIDDEN_PIXELS, k // around - HIDDEN_PIXELS)
+        off = np.array((k % around, k // around)) - HIDDEN_PIXELS
+        pixel = np.floor(at + F(0.5)).astype(int) + off
         surface = texel_or_zero(surface_map, pixel)
         rims, off = surface[..., 3] < 0, at - pixel.astype(F)
         z = np.where(rims, -surface[..., 3], F(1))

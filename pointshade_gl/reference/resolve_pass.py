@@ -49,7 +49,8 @@ def seen_by_depth(
 
 def some_of(seen: Seen, which: np.ndarray) -> Seen:
     """What some of the pixels show; which (n,) bool."""
-    return Seen(*(part[which] for part in seen[:-1]), Corners(*(part[which] for part in seen.corners)))
+    at, w, pixel, own = (part[which] for part in seen[:4])
+    return Seen(at, w, pixel, own, Corners(*(part[which] for part in seen.corners)))
 
 
 def surfaces(seen: Seen, picture: np.ndarray, source: Camera, view: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,9 +21,11 @@ ENDS_HIDDEN = F(0.5)
 
 
 def open_reach(rim: Rim) -> np.ndarray:
-    n = OUTLINE_NEAR * np.stack([-rim.outward[..., 0], rim.outward[..., 0], -rim.outward[..., 1], rim.outward[..., 1]], -1)
+    n = OUTLINE_NEAR * np.stack(
+        [-rim.outward[..., 0], rim.outward[..., 0], -rim.outward[..., 1], rim.outward[..., 1]], -1
+    )
     reach = np.where(n > rim.width[..., None], NEXT_PIXEL, splat_reach(F(1), False))
-    return reach[..., [0, 2, 1, 3]] * F([-1, -1, 1, 1])
+    return reach[..., [0, 2, 1, 3]] * np.array((-1, -1, 1, 1), F)
 
 
 def rim_reach(rim: Rim) -> np.ndarray:
@@ -35,7 +37,7 @@ def rim_reach(rim: Rim) -> np.ndarray:
 
 def is_hidden(rim: Rim, off: np.ndarray) -> np.ndarray:
     open_ = open_reach(rim)
-    return (off != np.clip(off, open_[..., :2], open_[..., 2:])).any(-1)
+    return np.any(off != np.clip(off, open_[..., :2], open_[..., 2:]), -1)
 
 
 def rim_comes_to(off: np.ndarray, open_: np.ndarray, reach: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from .camera import mean_focal_length, pixel_ray
 from .corners import surface_at
 from .inverse_depth import facing_slope, relative_step
-from .look_up import BEFORE, HIDDEN_PIXELS
+from .look_up import BEFORE
 from .rim_marks import BOTTOMLESS, DROP, ends_before, rise_of
 from .splat import inverse_depth_slope
 from .texels import texel_or_zero
@@ -226,7 +226,8 @@ def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray)
     folds = np.stack([fold_at(surface_map, around, k, source) for k in range(4)], -2)
     rim = estimate_outline(surface_map, around)
     slope = around.tilt / around.focal + around.facing
-    return rim._replace(slope=slope, hidden=np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0)), folds=folds)
+    hidden = np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0))
+    return rim._replace(slope=slope, hidden=hidden, folds=folds)
 
 
 def _facing(ray: np.ndarray, source: np.ndarray) -> np.ndarray:

@@ -76,7 +76,7 @@ def square_triangles(
 
 
 def hides(
-    surface_map: np.ndarray, pixel: np.ndarray, off: np.ndarray, z: np.ndarray, slope: np.ndarray, focal: F
+    surface_map: np.ndarray, pixel: np.ndarray, off: np.ndarray, z: np.ndarray, slope: np.ndarray, focal: np.ndarray
 ) -> np.ndarray:
     there = np.abs(texel_or_zero(surface_map, pixel + off)[..., 3])
     rise = focal * (relative_step(z, there) - dot(slope, np.asarray(off, F))[..., 0])
@@ -149,7 +149,7 @@ def covers_corner(triangles: np.ndarray, corner: np.ndarray | int) -> np.ndarray
     return (there == FIRST + SECOND) | by_first | by_second
 
 
-def is_level(w: np.ndarray, place: np.ndarray, plane: np.ndarray, focal: F) -> np.ndarray:
+def is_level(w: np.ndarray, place: np.ndarray, plane: np.ndarray, focal: np.ndarray) -> np.ndarray:
     expected = plane[..., 0] * place[..., 0] + plane[..., 1] * place[..., 1] + plane[..., 2]
     return focal * np.abs(w - expected) < LEVEL * w
 

@@ -72,7 +72,7 @@ def squares_of(surface_map: np.ndarray, triangle_map: np.ndarray) -> Squares:
     return Squares(first, np.moveaxis(w, 0, -1).astype(F), code_triangles(codes))
 
 
-def planes_of(squares: Squares, shape: tuple[int, int], focal: F) -> tuple[np.ndarray, np.ndarray]:
+def planes_of(squares: Squares, shape: tuple[int, int], focal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) the planes of squares, and (n,) how many in a row and in a column share each.
 
     That is 0 for squares that are drawn in pieces, -1 for those drawn with another one. shape: of the frame

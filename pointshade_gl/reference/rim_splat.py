@@ -21,9 +21,8 @@ ENDS_HIDDEN = F(0.5)
 
 
 def open_reach(rim: Rim) -> np.ndarray:
-    n = OUTLINE_NEAR * np.stack(
-        [-rim.outward[..., 0], rim.outward[..., 0], -rim.outward[..., 1], rim.outward[..., 1]], -1
-    )
+    x, y = np.moveaxis(OUTLINE_NEAR * rim.outward, -1, 0)
+    n = np.stack([-x, x, -y, y], -1)
     reach = np.where(n > rim.width[..., None], NEXT_PIXEL, splat_reach(F(1), False))
     return reach[..., [0, 2, 1, 3]] * np.array((-1, -1, 1, 1), F)
 
@@ -37,7 +36,7 @@ def rim_reach(rim: Rim) -> np.ndarray:
 
 def is_hidden(rim: Rim, off: np.ndarray) -> np.ndarray:
     open_ = open_reach(rim)
-    return np.any(off != np.clip(off, open_[..., :2], open_[..., 2:]), -1)
+    return np.asarray((off < open_[..., :2]) | (off > open_[..., 2:])).any(-1)
 
 
 def rim_comes_to(off: np.ndarray, open_: np.ndarray, reach: np.ndarray) -> np.ndarray:
@@ -59,7 +58,7 @@ def rim_slope(rim: Rim, ray: np.ndarray, source: np.ndarray) -> np.ndarray:
     return np.where((rim.drop > 0)[..., None], facing, rim.slope)
 
 
-def fold_drop(rim: Rim, slope: np.ndarray, off: np.ndarray, focal: np.float32) -> np.ndarray:
+def fold_drop(rim: Rim, slope: np.ndarray, off: np.ndarray, focal: np.ndarray) -> np.ndarray:
     drop = np.zeros(len(rim.width), F)
     for fold in np.moveaxis(rim.folds, -2, 0):
         below = focal * (F(1) + dot(slope, off)[..., 0] - fold[..., 0] - dot(fold[..., 1:], off)[..., 0])
@@ -102,7 +101,7 @@ def meet_folds(
     rim: Rim,
     before: Sequence[np.ndarray],
     closer: np.ndarray,
-    focal: np.float32,
+    focal: np.ndarray,
     start: np.ndarray,
     change: np.ndarray,
 ) -> np.ndarray:

@@ -320,13 +320,13 @@ vec3 grid_normal(sampler2D surface_map, GridSeen seen) {
     return normalize(mix_corners(seen, corners.a.xyz, corners.b.xyz, corners.c.xyz, corners.d.xyz, own));
 }
 
-// light_map: linear light of each pixel of the frame
-vec3 grid_light(sampler2D light_map, GridSeen seen) {
+// lit_map: linear light of each pixel of the frame
+vec3 grid_light(sampler2D lit_map, GridSeen seen) {
     ivec2 low = seen.corners.low, high = seen.corners.high;
     return mix_corners(
-        seen, texelFetch(light_map, low, 0).rgb, texelFetch(light_map, ivec2(high.x, low.y), 0).rgb,
-        texelFetch(light_map, ivec2(low.x, high.y), 0).rgb, texelFetch(light_map, high, 0).rgb,
-        texelFetch(light_map, seen.pixel, 0).rgb
+        seen, texelFetch(lit_map, low, 0).rgb, texelFetch(lit_map, ivec2(high.x, low.y), 0).rgb,
+        texelFetch(lit_map, ivec2(low.x, high.y), 0).rgb, texelFetch(lit_map, high, 0).rgb,
+        texelFetch(lit_map, seen.pixel, 0).rgb
     );
 }
 

@@ -56,6 +56,11 @@ class Noise:
         return self.grid is not None and bool(self.grid[..., 2].any())
 
     @property
+    def rounding(self) -> tuple[float, float]:
+        """Steps of depth and of 1 / depth: 0 where it is not rounded."""
+        return (0.0, self.step) if self.domain == "1/z" else (self.step, 0.0)
+
+    @property
     def words(self) -> NoiseWords:
         """The same in a few words, for all of the frame."""
         if self.is_clean:

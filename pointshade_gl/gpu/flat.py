@@ -25,13 +25,13 @@ class FlatPass(Owner):
             self._spread = self._keep(FullscreenPass(context, "flat_cells.frag", SPREAD=1))
             self._answer = self._keep(FullscreenPass(context, "surface_flat.frag"))
 
-    def run(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
-        """calm: see `NoisePass.calm_depth`; noise: with a rounding step."""
+    def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
+        """noise: with a rounding step."""
         images = self._images.fit((-(-frame.size[0] // CELL), -(-frame.size[1] // CELL)))
         common = {"depth_map": frame.depth, "rounding": noise.rounding}
         self._windows.draw(images.window_target, {}, **common)
-        self._spread.draw(images.plane_target, {"cells": images.windows}, **common)
-        textures = {"cells": images.planes, "calm_depth": calm}
+        self._spread.draw(images.plane_target, {"planes": images.windows}, **common)
+        textures = {"planes": images.planes}
         self._answer.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics, **common)
 
 

@@ -19,6 +19,7 @@ SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (
 IMAGES = {  # pictures that are read texel by texel, and their formats
     "depth_map": "r32f",
     "patches": "rgba32f",
+    "planes": "rgba32f",
     "patch_steps": "rgba32f",
     "surface_map": "rgba32f",
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too

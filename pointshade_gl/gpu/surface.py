@@ -138,7 +138,7 @@ class SurfacePass:
         with enabled(self._context, DEPTH_TEST):
             import os
             if noise.step and os.environ.get("REACH") != "0":
-                self._flat_pass().run(frame, calm, noise, camera)
+                self._flat_pass().run(frame, noise, camera)
             for stage in range(4):
                 adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)

@@ -21,6 +21,7 @@ FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
+    "flat_cells.frag": {"SPREAD": FLAG},
     "grid.frag": {"CERTAINTY": FLAG},
     "grid_flat.frag": {"SHADOWS": FLAG},
     "light.frag": dict.fromkeys(("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"), FLAG),

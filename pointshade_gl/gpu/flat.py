@@ -6,12 +6,12 @@ import moderngl
 
 from ..camera import Camera
 from ..noise import Noise
+from ..noise_finding import flat_grid
 from .images import Fitted, Images
 from .memory import Owner
 from .passes import FullscreenPass
 from .textures import DepthTextures
 
-CELL = 8  # pixels, as in flat_cells.glsl
 
 
 class FlatPass(Owner):
@@ -27,8 +27,9 @@ class FlatPass(Owner):
 
     def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
         """noise: with a rounding step."""
-        images = self._images.fit((-(-frame.size[0] // CELL), -(-frame.size[1] // CELL)))
-        common = {"depth_map": frame.depth, "rounding": noise.rounding}
+        cells, first = flat_grid(*frame.size)
+        images = self._images.fit(cells)
+        common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}
         self._windows.draw(images.window_target, {}, **common)
         self._spread.draw(images.plane_target, {"planes": images.windows}, **common)
         textures = {"planes": images.planes}

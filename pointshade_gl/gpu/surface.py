@@ -136,7 +136,7 @@ class SurfacePass:
         surface = frame.surface
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):
-            if noise.step:
+            if noise.is_rounded:
                 self._flat_pass().run(frame, noise, camera)
             for stage in range(4):
                 adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)

@@ -47,6 +47,18 @@ def depth_near(depth_map, pixel, offset):
     return np.where(inside, depth_map[np.clip(v, 0, height - 1), np.clip(u, 0, width - 1)], f32(0))
 
 
+def may_be_flat(depth_map, pixel, places, rounding):
+    """Return whether the farthest samples do not rule a plane out."""
+    here = depth_near(depth_map, pixel, (0, 0))
+    may = here > 0
+    for k in range(4):
+        u, v = flat_offset(k, places)
+        before, after = depth_near(depth_map, pixel, (-u, -v)), depth_near(depth_map, pixel, (u, v))
+        middle = f32(2) * before * after / np.maximum(before + after, f32(1e-30))
+        may &= (np.minimum(before, after) <= 0) | is_in_step(here, f32(0.5) * (here + middle), rounding)
+    return may
+
+
 def flat_window(depth_map, pixel, places, reach, rounding):
     """Return the planes of the windows around pixels."""
     here = depth_near(depth_map, pixel, (0, 0))
@@ -61,7 +73,7 @@ def flat_window(depth_map, pixel, places, reach, rounding):
             total += term
     value, slope_u, slope_v = solve_plane(*sums)
     plane = np.stack([here, slope_u, slope_v], -1) / np.maximum(f32(1) + value, LEAST)[..., None]
-    holds = (here > 0) & (sums[0] > KNOWN_SAMPLES)
+    holds = may_be_flat(depth_map, pixel, places, rounding) & (sums[0] > KNOWN_SAMPLES)
     for offset, there in zip(offsets, samples, strict=True):
         depth = move_plane(plane, [f32(k) for k in offset])[..., 0]
         holds &= ~(there > 0) | is_in_step(depth, there, rounding)

@@ -85,7 +85,7 @@ def surface_by_noise(
         flies = known & (step != 0)
         calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
     surface = estimate_adaptive(calm, pixel, intrinsics)
-    if not noise.step:
+    if not noise.is_rounded:
         return surface
     flat = flat_surfaces(depth_map, noise, intrinsics)
     return np.where(flat[..., 3:] > 0, flat, surface)

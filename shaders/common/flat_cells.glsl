@@ -40,8 +40,23 @@ bool is_in_step(float plane_depth, float there, vec2 rounding) {
     return abs(there - plane_depth) < IN_STEP * (rounding.x + rounding.y * there * there);
 }
 
+// Whether the farthest samples of a window do not rule a plane out: on one, two opposite samples have the pixel's 1/z in
+// their mean, but for rounding. Most of what is not flat ends here.
+bool may_be_flat(sampler2D depth_map, ivec2 pixel, ivec2 places[6], vec2 rounding) {
+    float here = depth_at(depth_map, pixel, ivec2(0));
+    bool flat_so_far = here > 0.0;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 offset = flat_offset(k, places);
+        float before = depth_at(depth_map, pixel, -offset), after = depth_at(depth_map, pixel, offset);
+        float middle = 2.0 * before * after / max(before + after, 1e-30);
+        flat_so_far = flat_so_far && (min(before, after) <= 0.0 || is_in_step(here, 0.5 * (here + middle), rounding));
+    }
+    return flat_so_far;
+}
+
 // The plane of the window around a pixel.
 vec4 flat_window(sampler2D depth_map, ivec2 pixel, ivec2 places[6], int reach, vec2 rounding) {
+    if (!may_be_flat(depth_map, pixel, places, rounding)) return vec4(0.0);
     float here = depth_at(depth_map, pixel, ivec2(0));
     float s = 1.0, su = 0.0, sv = 0.0, suu = 0.0, suv = 0.0, svv = 0.0, sd = 0.0, sud = 0.0, svd = 0.0;
     for (int k = 0; k < 48; ++k) {
@@ -60,7 +75,7 @@ vec4 flat_window(sampler2D depth_map, ivec2 pixel, ivec2 places[6], int reach, v
     }
     vec3 fit = solve_plane(s, su, sv, suu, suv, svv, sd, sud, svd);
     vec3 plane = vec3(here, fit.yz) / max(1.0 + fit.x, LEAST);
-    bool holds = here > 0.0 && s > KNOWN_SAMPLES;
+    bool holds = s > KNOWN_SAMPLES;
     for (int k = 0; k < 48; ++k) {
         ivec2 offset = flat_offset(k, places);
         float there = depth_at(depth_map, pixel, offset);

@@ -13,7 +13,6 @@ from .passes import FullscreenPass
 from .textures import DepthTextures
 
 
-
 class FlatPass(Owner):
     """Writes the surface of flat pixels and leaves all others to later passes."""
 

@@ -8,7 +8,6 @@ from pointshade_gl.noise import Noise
 from pointshade_gl.noise_finding import flat_grid
 from pointshade_gl.reference.surface_pass import flat_surfaces
 
-
 CAMERA = ps.Camera(525, 525, 159.5, 119.5, 320, 240)
 STEP = 0.001
 u, v = (k.astype(np.float64) for k in np.meshgrid(np.arange(320), np.arange(240)))

@@ -98,8 +98,8 @@ def flat_surfaces(depth_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -
     planes = widest_window(depth_map, flat_middle(cell, first), rounding)
     planes = flat_plane(planes, depth_map, cell, first, rounding)
     plane = flat_surface(planes, depth_map, indices(*depth_map.shape[::-1]), first, rounding)
-    _, _, ray, intrinsics = start(depth_map, pixel_grid(depth_map), intrinsics)
-    normals = normal_of_slope((plane[..., 1], plane[..., 2]), ray, intrinsics)
+    _, _, ray, focal = start(depth_map, pixel_grid(depth_map), intrinsics)
+    normals = normal_of_slope((plane[..., 1], plane[..., 2]), ray, focal)
     return np.where(plane[..., 3:] > 0, np.concatenate([normals, plane[..., :1]], -1), F(0))
 
 

@@ -2,10 +2,11 @@
 #include "common/robust_plane.glsl"
 
 // Planes of rounded depth, as wide as many steps. Rounding errors are no noise: where depth changes by nearly a whole
-// number of steps from pixel to pixel, or by hardly any, they grow slowly and look like slopes (rings on walls). But on a
-// plane no error exceeds half a step. So where all of a wide window lies within half a step of a plane, that plane is the
-// answer. Windows lie around the middles of cells. A plane is (x: depth at its origin, yz: slope of w = 1/z per pixel
-// relative to w, w: square of the cells that it reaches, 0 for no plane). rounding: steps of z and of 1/z, one of them 0.
+// number of steps from pixel to pixel, or by hardly any, they grow slowly and look like slopes (rings on walls). But on
+// a plane no error exceeds half a step. So where all of a wide window lies within half a step of a plane, that plane is
+// the answer. Windows lie around the middles of cells. A plane is (x: depth at its origin, yz: slope of w = 1/z per
+// pixel relative to w, w: square of the cells that it reaches, 0 for no plane). rounding: steps of z and of 1/z, one of
+// them is 0.
 
 const int FLAT_CELL = 9;           // pixels
 const int WIDE_REACH = 10;         // square of the distance from its middle that a window contains, cells
@@ -40,8 +41,8 @@ bool is_in_step(float plane_depth, float there, vec2 rounding) {
     return abs(there - plane_depth) < IN_STEP * (rounding.x + rounding.y * there * there);
 }
 
-// Whether the farthest samples of a window do not rule a plane out: on one, two opposite samples have the pixel's 1/z in
-// their mean, but for rounding. Most of what is not flat ends here.
+// Whether the farthest samples of a window do not rule a plane out: on one, the mean 1/z of two opposite samples is the
+// pixel's, except for rounding. Most of what is not flat ends here.
 bool may_be_flat(sampler2D depth_map, ivec2 pixel, ivec2 places[6], vec2 rounding) {
     float here = depth_at(depth_map, pixel, ivec2(0));
     bool flat_so_far = here > 0.0;

@@ -52,8 +52,8 @@ def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...
 
 def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return ((columns, rows) of the cells of flat_cells.glsl, (u, v) of the first one's middle), centred on the
-    picture: the middles of the first and the last cell lie on its border or outside."""
-    sizes = [(n, -(-(n - 1) // FLAT_CELL) + 1) for n in (width, height)]
+    picture: the middles of the first and the last cell lie outside."""
+    sizes = [(n, (n - 1) // FLAT_CELL + 2) for n in (width, height)]
     columns, rows = (cells + (n - cells) % 2 for n, cells in sizes)
     u, v = ((n - 1 - FLAT_CELL * (cells - 1)) // 2 for n, cells in ((width, columns), (height, rows)))
     return (columns, rows), (u, v)

@@ -129,7 +129,7 @@ bool is_on_plane(sampler2D depth_map, ivec2 pixel, vec3 plane, vec2 rounding) {
 // The plane at a pixel, between those of the four cells around it on which it lies. w: 1, or 0 for no plane.
 vec4 flat_surface(sampler2D planes, sampler2D depth_map, ivec2 pixel, ivec2 first, vec2 rounding) {
     float here = depth_at(depth_map, pixel, ivec2(0)), total = 0.0;
-    ivec2 low = (pixel - first) / FLAT_CELL;
+    ivec2 low = ivec2((vec2(pixel - first) + 0.5) / float(FLAT_CELL));  // integers are slow to divide
     vec3 sum = vec3(0.0);
     for (int k = 0; k < 4; ++k) {
         ivec2 cell = low + ivec2(k % 2, k / 2);

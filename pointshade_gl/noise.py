@@ -18,6 +18,7 @@ from .wording import option
 SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
     "kinect": lambda z: 0.0012 + 0.0019 * (z - 0.4) ** 2,
 }
+MOSTLY_STEP = 1.5  # noise in steps up to which rounding is most of it: 0.4 where errors are random, 1 on plateaus
 FEW = 0.01  # share of noisy blocks up to which a frame counts as clean
 
 
@@ -54,6 +55,18 @@ class Noise:
     def is_shared(self) -> bool:
         """Neighbours share some of it: fits over neighbours leave it in."""
         return self.grid is not None and bool(self.grid[..., 2].any())
+
+    @property
+    def is_rounded(self) -> bool:
+        """Rounding may be most of the noise. In more noise no surface lies within half a step of a plane."""
+        if self.domain == "1/z" and self.sigma and self.relative:
+            return self.relative**2 < MOSTLY_STEP * self.step * self.sigma
+        return self.step > 0 and (self.domain == "1/z" or self.sigma < MOSTLY_STEP * self.step)
+
+    @property
+    def rounding(self) -> tuple[float, float]:
+        """Steps of depth and of 1 / depth: 0 where it is not rounded."""
+        return (0.0, self.step) if self.domain == "1/z" else (self.step, 0.0)
 
     @property
     def words(self) -> NoiseWords:

@@ -13,6 +13,7 @@ from .noise_words import NoiseWords
 
 Array = NDArray[np.float64]
 PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
+FLAT_CELL = 9  # pixels, as in flat_cells.glsl
 
 QUARTILE = 0.31864  # a quarter of |N(0, 1)| lies below
 STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / depth times focal length in pixels
@@ -47,6 +48,15 @@ def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...
     block = PATCH_PITCH * BLOCK_PATCHES
     blocks = tuple(max(1, (n + block // 2) // block) for n in (width, height))
     return blocks, tuple((n - (b * block - PATCH_PITCH + 4)) // 2 for n, b in zip((width, height), blocks, strict=True))
+
+
+def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return ((columns, rows) of the cells of flat_cells.glsl, (u, v) of the first one's middle), centred on the
+    picture: the middles of the first and the last cell lie outside."""
+    sizes = [(n, (n - 1) // FLAT_CELL + 2) for n in (width, height)]
+    columns, rows = (cells + (n - cells) % 2 for n, cells in sizes)
+    u, v = ((n - 1 - FLAT_CELL * (cells - 1)) // 2 for n, cells in ((width, columns), (height, rows)))
+    return (columns, rows), (u, v)
 
 
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:

@@ -66,6 +66,17 @@ def test_fill_gap_agrees_with_the_mirror(gpu, rng):
     assert 0.3 < (expected[:, 3] > 0).mean() < 0.98
 
 
+def test_is_left_open_agrees_with_the_mirror(gpu, rng):
+    seen, pixel, shape = surface(rng), every_pixel(), SIZE[::-1]
+    filled, depth = np.zeros((*shape, 4), F), np.zeros((*shape, 4), F)
+    filled[..., 3], depth[..., 0] = rng.random(shape) < 0.3, rng.random(shape) < 0.6
+    expected = gaps.is_left_open(seen, filled, depth, pixel, REACH)
+    call = f"float(is_left_open(s_map, f_map, d_map, ivec2(p), {REACH})), 0, 0, 0"
+    answer = gpu("gaps.glsl", call, s_map=seen, f_map=filled, d_map=depth, p=pixel)
+    np.testing.assert_array_equal(answer[:, 0] > 0.5, expected)
+    assert 0.2 < expected.mean() < 0.99
+
+
 def test_a_pixel_is_enclosed_by_what_lies_on_all_sides_of_it_only():
     around = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]], F)
     one_side = np.array([[-3, -0.5], [0.5, -3], [-3, 1], [0, 0]], F)
@@ -120,6 +131,22 @@ def test_small_holes_close_and_large_ones_stay(renderer):
     seen = renderer.render(ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), size="fill")
     assert (seen[40:46, 30:36, 3] > 0).all() and (seen[5:35, 5:-5, 3] > 0).all()
     assert (seen[66:94, 86:114, 3] == 0).all()
+
+
+@pytest.mark.parametrize("squeezed", [1.0, 1.4, 2.0])
+@pytest.mark.parametrize("turned", [0, 30])
+def test_a_hole_is_filled_as_a_whole_or_not_at_all(renderer, squeezed, turned):
+    """Round and oval holes of every size leave no dots or bars."""
+    frame, whole = frames.tilted_plane(), set()
+    v, u = np.mgrid[: frame.depth.shape[0], : frame.depth.shape[1]] - np.array([60.3, 80.4])[:, None, None]
+    c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
+    for radius in np.arange(3, 24, 0.8):
+        missing = np.hypot(c * u + s * v, squeezed * (c * v - s * u)) < radius
+        seen = renderer.render(ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), size="fill")
+        share = float((np.asarray(seen)[missing][:, 3] > 0).mean())
+        assert share in (0, 1), radius
+        whole.add(share)
+    assert whole == {0, 1}
 
 
 def test_pixels_that_the_colours_cut_out_are_not_filled(renderer):

@@ -22,6 +22,7 @@ CONSTANTS = {  # the values that the project builds each with
     "compare.frag": {"STRIDE": (STRIDE,)},
     "depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
     "develop.frag": {"GROUND": FLAG},
+    "flat_cells.frag": {"SPREAD": FLAG},
     "grid.comp": {"WINDOW": FLAG},
     "grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG},
     "grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG},

@@ -20,7 +20,8 @@ An object may also be JSON in a text, as in Blender's custom properties of type 
 
 Intensities, candela and lux, become `Light.intensity` by a factor of 1/pi: a Lambertian white surface under pi lux is
 white. Blender (its exporter's default, "Standard") writes 683 lumens for each of its watts: files that name it as their
-generator are divided by that as well, and look as they do in Blender.
+generator are divided by that as well, and look as they do in Blender. So do its spots: Blender blends their edge by
+cosines, but writes an inner cone as if by angles; the one that it draws is computed back.
 """
 
 from __future__ import annotations

@@ -90,9 +90,12 @@ class _Reader:
         children = {child for node in nodes if node for child in node.children or ()}
         return [k for k in range(len(nodes)) if k not in children]
 
+    @property
+    def _is_blenders(self) -> bool:
+        return "Blender" in (self.gltf.asset.generator or "")
+
     def _light_factor(self, exposure: float) -> float:
-        generator = self.gltf.asset.generator or ""
-        if LIGHTS not in (self.gltf.extensions or {}) or "Blender" not in generator:
+        if LIGHTS not in (self.gltf.extensions or {}) or not self._is_blenders:
             return INTENSITY * exposure
         self.note(
             f"lights are taken as {LUMENS:g} lumens a watt, as Blender writes them; the scene's exposure is a factor"
@@ -176,4 +179,4 @@ class _Reader:
         with telling(f"light {index}"):
             if isinstance(light, dict) and "range" in light:
                 self.note(f"light {index}: its range is not used, it falls with the square of the distance")
-            return read_light(light, self.light_factor, switch(said, "shadow"))
+            return read_light(light, self.light_factor, switch(said, "shadow"), self._is_blenders)

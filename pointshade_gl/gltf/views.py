@@ -72,11 +72,12 @@ def write_camera(camera: Camera) -> dict[str, Any]:
     }
 
 
-def read_light(light: Any, factor: float, node_casts: bool) -> Light:
+def read_light(light: Any, factor: float, node_casts: bool, is_blenders: bool) -> Light:
     """A light in node axes. Raises ValueError.
 
     factor      our intensity for one lux or candela
     node_casts  whether it casts shadows when its own extras do not say
+    is_blenders  whether Blender wrote it
     """
     if not isinstance(light, dict):
         raise ValueError(f"must be an object, got {shown(light)}")
@@ -94,18 +95,26 @@ def read_light(light: Any, factor: float, node_casts: bool) -> Light:
         color=_three(numbers(light.get("color", (1, 1, 1)), (3,), "color")),
         intensity=numbers(light.get("intensity", 1), (), "intensity").item() * factor,
         attenuation=_three(attenuation),
-        cone=_read_cone(light.get("spot")) if kind == "spot" else (0.0, 45.0),
+        cone=_read_cone(light.get("spot"), is_blenders) if kind == "spot" else (0.0, 45.0),
         shadow=switch(said, "shadow", node_casts),
         radius=numbers(said.get("radius", 0), (), "radius").item(),
         angle=numbers(said.get("angle", 0), (), "angle").item(),
     )
 
 
-def _read_cone(spot: Any) -> tuple[float, float]:
+def _read_cone(spot: Any, is_blenders: bool) -> tuple[float, float]:
     spot = spot if isinstance(spot, dict) else {}
     outer = numbers(spot.get("outerConeAngle", math.pi / 4), (), "outerConeAngle").item()
     inner = numbers(spot.get("innerConeAngle", 0), (), "innerConeAngle").item()
-    return math.degrees(inner), min(math.degrees(outer), 90.0)  # pi/2 rounded to float32 is more than that
+    if is_blenders and 0 <= inner <= outer <= math.pi:
+        inner = _blenders_inner(inner, outer)
+    return min(math.degrees(inner), 90.0), min(math.degrees(outer), 90.0)  # pi/2 in float32 is more than that
+
+
+def _blenders_inner(inner: float, outer: float) -> float:
+    """The inner angle that Blender draws, radians: it blends cosines, but its exporter blends the angles."""
+    blend = 1 - inner / outer if outer else 0.0
+    return math.acos(min(math.cos(outer) + (1 - math.cos(outer)) * blend, 1.0))
 
 
 def _three(values: Matrix) -> tuple[float, float, float]:

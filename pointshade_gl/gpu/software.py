@@ -21,6 +21,7 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     "triangle_map": "r32f",
     "plane_map": "rgba32f",
     "patches": "rgba32f",
+    "planes": "rgba32f",
     "patch_steps": "rgba32f",
     "surface_map": "rgba32f",
     "other_map": "rgba32f",  # what is passed on as a surface_map is one, too

@@ -10,6 +10,7 @@ from ..estimators import PLANE_FITS, TRIANGLES, Step
 from ..noise import Choice, Noise
 from ..noise_stream import Decisions
 from ..noise_words import NoiseWords
+from .flat import FlatPass
 from .images import Fitted, Images, empty
 from .noise import NoisePass
 from .passes import FullscreenPasses
@@ -17,7 +18,7 @@ from .raw_gl import DEPTH_TEST
 from .sparse import SparsePass
 from .state import enabled
 from .temporal import Stream
-from .textures import DepthTextures, PointSurface
+from .textures import DepthTextures
 
 Told = np.ndarray | NoiseWords | None
 Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
@@ -34,6 +35,7 @@ class SurfacePass:
         self._passes = FullscreenPasses(context)
         self._noise: NoisePass | None = None
         self._sparse: SparsePass | None = None
+        self._flat: FlatPass | None = None
         self._scratch = Fitted(context, Scratch)
         self._decisions = Decisions()
 
@@ -122,27 +124,34 @@ class SurfacePass:
         calm = self._noise_pass().calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
-        self._fit_planes(frame.surface, calm, camera)
+        self._fit_planes(frame, calm, noise, camera)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if levels is None:
             frame.surface.certainty = self._noise_pass().find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
-    def _fit_planes(self, surface: PointSurface, calm: moderngl.Texture, camera: Camera) -> None:
+    def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
         """Planes as wide as the noise requires. calm: depth and noise, see `NoisePass.calm_depth`."""
+        surface = frame.surface
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):
+            if noise.is_rounded:
+                self._flat_pass().run(frame, noise, camera)
             for stage in range(4):
                 adaptive = self._passes.get("surface_adaptive.frag", STAGE=stage)
                 adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
+
+    def _flat_pass(self) -> FlatPass:
+        self._flat = self._flat or FlatPass(self._context)
+        return self._flat
 
     def _noise_pass(self) -> NoisePass:
         self._noise = self._noise or NoisePass(self._context)
         return self._noise
 
     def release(self) -> None:
-        for item in (self._scratch, self._noise, self._sparse, self._passes):
+        for item in (self._scratch, self._noise, self._sparse, self._flat, self._passes):
             if item is not None:
                 item.release()
 

@@ -77,5 +77,20 @@ def fill_gap(
     return np.where(own[:, 3:] > 0, own, best)
 
 
+def is_left_open(
+    surface_map: np.ndarray, filled_map: np.ndarray, filled_depth: np.ndarray, pixel: np.ndarray, reach: int
+) -> np.ndarray:
+    last, is_open = np.array(surface_map.shape[1::-1]) - 1, np.zeros(len(pixel), bool)
+    nothing = (filled_depth[..., 0] == 0) & (filled_map[..., 3] == 0)
+    for along in ((k % 3 - 1, k // 3 - 1) for k in range(9) if k != 4):
+        goes_on = np.ones(len(pixel), bool)
+        for i in range(1, reach + 1):
+            at = pixel + i * np.array(along)
+            held = np.clip(at, 0, last)
+            goes_on &= (at == held).all(-1) & (texel(surface_map, held)[..., 3] == 0)
+            is_open |= goes_on & texel(nothing, held)
+    return is_open
+
+
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return dot(a, b)[..., 0]

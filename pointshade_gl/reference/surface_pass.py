@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..noise import Noise
-from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, noise_grid, told_noise
+from ..noise_finding import BLOCK_PATCHES, COARSE, find_noise, flat_grid, noise_grid, told_noise
 from ..noise_words import NoiseWords
 from .depth_average import average_pairs
+from .flat_cells import flat_middle, flat_plane, flat_surface, widest_window
 from .flying import flying_step
-from .inverse_depth import pixel_grid
+from .inverse_depth import normal_of_slope, pixel_grid, start
 from .line_copies import add_misplaced, count_copies, misplaced_noise
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
@@ -83,7 +84,23 @@ def surface_by_noise(
         step = flying_step(depth_map, pixel, z, relative, focal)
         flies = known & (step != 0)
         calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
-    return estimate_adaptive(calm, pixel, intrinsics)
+    surface = estimate_adaptive(calm, pixel, intrinsics)
+    if not noise.is_rounded:
+        return surface
+    flat = flat_surfaces(depth_map, noise, intrinsics)
+    return np.where(flat[..., 3:] > 0, flat, surface)
+
+
+def flat_surfaces(depth_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray:
+    """The surface of flat_cells.frag and surface_flat.frag, (h, w, 4) float32, 0 where they leave it to others."""
+    (cells, first), rounding = flat_grid(*depth_map.shape[::-1]), [F(step) for step in noise.rounding]
+    cell = indices(*cells)
+    planes = widest_window(depth_map, flat_middle(cell, first), rounding)
+    planes = flat_plane(planes, depth_map, cell, first, rounding)
+    plane = flat_surface(planes, depth_map, indices(*depth_map.shape[::-1]), first, rounding)
+    _, _, ray, focal = start(depth_map, pixel_grid(depth_map), intrinsics)
+    normals = normal_of_slope((plane[..., 1], plane[..., 2]), ray, focal)
+    return np.where(plane[..., 3:] > 0, np.concatenate([normals, plane[..., :1]], -1), F(0))
 
 
 def certainty_by_noise(surface_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray | None:

@@ -89,3 +89,20 @@ vec4 fill_gap(sampler2D surface_map, sampler2D row_map, ivec2 pixel, int reach, 
     }
     return own.w > 0.0 ? own : best;
 }
+
+// Does a straight line of missing pixels lead to one that was left open? Then the pixel's hole is not filled as a whole.
+// filled_map: normal, and in w 1 for what the colours cut out; that leaves no hole open. Its depth: 0 where nothing is.
+bool is_left_open(sampler2D surface_map, sampler2D filled_map, sampler2D filled_depth, ivec2 pixel, int reach) {
+    ivec2 last = textureSize(surface_map, 0) - 1;
+    bool open = false;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 along = ivec2(k % 3, k / 3) - 1;
+        for (int i = 1; i <= reach && k != 4; ++i) {
+            ivec2 at = pixel + i * along;
+            if (at != clamp(at, ivec2(0), last) || texelFetch(surface_map, at, 0).w != 0.0) break;
+            bool is_nothing = texelFetch(filled_depth, at, 0).x == 0.0 && texelFetch(filled_map, at, 0).w == 0.0;
+            open = open || is_nothing;
+        }
+    }
+    return open;
+}

@@ -36,12 +36,11 @@ def rim_reach(rim: Rim) -> np.ndarray:
 
 def is_hidden(rim: Rim, off: np.ndarray) -> np.ndarray:
     open_ = open_reach(rim)
-    return np.asarray((off < open_[..., :2]) | (off > open_[..., 2:])).any(-1)
+    return ~_within(off, open_).all(-1)
 
 
 def rim_comes_to(off: np.ndarray, open_: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    inside = (off >= reach[..., :2]).all(-1) & (off <= reach[..., 2:]).all(-1)
-    return inside & ((off >= open_[..., :2]) & (off <= open_[..., 2:])).any(-1)
+    return _within(off, reach).all(-1) & _within(off, open_).any(-1)
 
 
 def rim_diameter(rim: Rim) -> np.ndarray:
@@ -153,6 +152,11 @@ def rim_inverse_depth(
         meets = (place[..., 2] > 0) & (here > -1) & comes & ~ends
         nearest = np.where(meets, np.maximum(nearest, inverse_depth * (F(1) + here)), nearest)
     return nearest
+
+
+def _within(off: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """(n, 2) whether across and down a place lies in a box: left, top, right, bottom."""
+    return np.logical_and(off >= box[..., :2], off <= box[..., 2:])
 
 
 def _along(direction: np.ndarray, line: np.ndarray) -> np.ndarray:

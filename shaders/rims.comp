@@ -23,11 +23,8 @@ void draw_rim(ivec2 pixel) {
 #endif
     ivec2 steps = max(high - low + 1, 0), q = low;
     for (int k = 0; k < steps.x * steps.y; ++k) {
-        float here = rim_inverse_depth(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
-        if (here > 0.0) {
-            vec2 off = carry_back(vec2(q), here, target, view, source).xy - vec2(pixel);
-            atomicMax(nearest[q.y * target_size.x + q.x], noted(here, is_hidden(rim, off)));
-        }
+        vec3 met = meet_rim(rim, vec2(pixel), own, splat.inverse_depth, vec2(q), source, view, target);
+        if (met.x > 0.0) atomicMax(nearest[q.y * target_size.x + q.x], noted(met.x, is_hidden(rim, met.yz)));
         q = q.x < high.x ? ivec2(q.x + 1, q.y) : ivec2(low.x, q.y + 1);
     }
 }

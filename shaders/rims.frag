@@ -41,14 +41,15 @@ void main() {
     vec4 own = surface_at(surface_map, pixel);
     Rim found = Rim(rim.xy, rim.z, rim.w, slope, hidden, folds);
     vec2 q = gl_FragCoord.xy - 0.5;
-    float here = rim_inverse_depth(found, vec2(pixel), own, inverse_depth, q, source, view, target);
+    vec3 met = meet_rim(found, vec2(pixel), own, inverse_depth, q, source, view, target);
+    float here = met.x;
     if (here == 0.0) discard;
 #if LIT
     color = vec4(lit, 1.0);
     gl_FragDepth = 1.0 - near * here;
 #elif SET
     int level = splat_level(texelFetch(trust_map, pixel, 0).r, stretched > 0.5, is_among(pixel, primary));
-    bool goes_on = is_hidden(found, carry_back(q, here, target, view, source).xy - vec2(pixel));
+    bool goes_on = is_hidden(found, met.yz);
     if (goes_on) level &= 1;
     source_id = int(splat_key(here, level, goes_on));
     gl_FragDepth = (float(4 - level) - clamp(near * here, 0.0, 1.0)) * 0.25;

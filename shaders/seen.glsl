@@ -13,11 +13,10 @@ layout(std430, binding = 0) restrict readonly buffer Nearest { uint nearest[]; }
 uniform ivec2 target_size;
 
 Seen find_seen() {
-    uint bits = nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)];
-    if (bits == 0u) discard;
-    Seen seen = look_up(
-        surface_map, uintBitsToFloat(bits), (bits & 1u) == 1u, gl_FragCoord.xy - 0.5, source, view, target
-    );
+    float inverse_depth = uintBitsToFloat(nearest[int(gl_FragCoord.y) * target_size.x + int(gl_FragCoord.x)]);
+    if (inverse_depth == 0.0) discard;
+    bool hidden = (floatBitsToUint(inverse_depth) & 1u) == 1u;
+    Seen seen = look_up(surface_map, inverse_depth, hidden, gl_FragCoord.xy - 0.5, source, view, target);
     if (seen.own.w == 0.0) discard;
     return seen;
 }

@@ -9,8 +9,8 @@ import numpy as np
 from ..camera import Camera
 from .camera import pixel_ray
 from .corners import surface_at
-from .look_up import carry_back, hidden_mark, pixel_of
-from .rim_splat import draws_rim, is_hidden, rim_box, rim_inverse_depth
+from .look_up import hidden_mark, pixel_of
+from .rim_splat import draws_rim, is_hidden, meet_rim, rim_box
 from .rims import Rim, estimate_rim
 from .splat import (
     ENDLESS,
@@ -129,10 +129,9 @@ def rim_pairs(
     box = rim_box(rim, centre, own, *cameras)
     which, q = _pixels_of(box, splat_is_ahead(splat, near), target)
     its, there = Rim(*(part[which] for part in rim)), q.astype(F)
-    met = rim_inverse_depth(its, centre[which], own[which], splat.inverse_depth[which], there, *cameras)
+    met, off = meet_rim(its, centre[which], own[which], splat.inverse_depth[which], there, *cameras)
     keep = met > 0
-    which, q, met = which[keep], q[keep], met[keep]
-    off = carry_back(q.astype(F), met, cameras[2], view, cameras[0])[..., :2] - centre[which]
+    which, q, met, off = which[keep], q[keep], met[keep], off[keep]
     its, found = Rim(*(part[keep] for part in its)), Footprint(*(part[which] for part in splat))
     return Pairs(found, met, index[which], q, np.ones(len(which), bool), is_hidden(its, off))
 

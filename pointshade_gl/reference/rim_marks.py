@@ -10,7 +10,7 @@ from .texels import depth_at
 
 F = np.float32
 DROP, STEEPER = F(6), F(3)
-BENT, NOISY = F(1), F(6)
+BENT, NOISY = F(1.5), F(6)
 MISSING, BOTTOMLESS = F(1e5), F(-1e30)
 
 

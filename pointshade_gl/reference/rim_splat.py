@@ -115,7 +115,7 @@ def meet_folds(
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
-def rim_inverse_depth(
+def meet_rim(
     rim: Rim,
     pixel: np.ndarray,
     own: np.ndarray,
@@ -124,7 +124,7 @@ def rim_inverse_depth(
     source: np.ndarray,
     view: np.ndarray,
     target: np.ndarray,
-) -> np.ndarray:
+) -> tuple[np.ndarray, np.ndarray]:
     ray = pixel_ray(pixel, source)
     slope = rim_slope(rim, ray, source)
     focal, closer, diameter = mean_focal_length(source), inverse_depth * own[..., 3], rim_diameter(rim)
@@ -144,14 +144,30 @@ def rim_inverse_depth(
     )
     share = np.where((diameter > 0)[..., None], circle, plane[..., None])
     open_, reach, nearest = open_reach(rim), rim_reach(rim), np.zeros_like(inverse_depth)
+    nearest_off = np.zeros_like(start[..., :2])
     for k in range(2):
         here = share[..., k]
         place = start + here[..., None] * change
-        comes = rim_comes_to(place[..., :2] / place[..., 2:], open_, reach)
+        off = place[..., :2] / place[..., 2:]
         ends = (inside[0] + here * inside[1] < 0) | ((diameter > 0) & (before[0] + here * before[1] < 0))
-        meets = (place[..., 2] > 0) & (here > -1) & comes & ~ends
-        nearest = np.where(meets, np.maximum(nearest, inverse_depth * (F(1) + here)), nearest)
-    return nearest
+        meets = (place[..., 2] > 0) & (here > -1) & rim_comes_to(off, open_, reach) & ~ends
+        met = inverse_depth * (F(1) + here)
+        nearer = meets & (met > nearest)
+        nearest, nearest_off = np.where(nearer, met, nearest), np.where(nearer[..., None], off, nearest_off)
+    return nearest, nearest_off
+
+
+def rim_inverse_depth(
+    rim: Rim,
+    pixel: np.ndarray,
+    own: np.ndarray,
+    inverse_depth: np.ndarray,
+    target_pixel: np.ndarray,
+    source: np.ndarray,
+    view: np.ndarray,
+    target: np.ndarray,
+) -> np.ndarray:
+    return meet_rim(rim, pixel, own, inverse_depth, target_pixel, source, view, target)[0]
 
 
 def _within(off: np.ndarray, box: np.ndarray) -> np.ndarray:

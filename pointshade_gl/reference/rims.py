@@ -223,7 +223,11 @@ def estimate_outline(surface_map: np.ndarray, around: Around) -> Rim:
 
 def estimate_rim(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) -> Rim:
     around = look_around(surface_map, pixel, source)
-    folds = np.stack([fold_at(surface_map, around, k, source) for k in range(4)], -2)
+    x, y = around.tilt.T
+    below = np.stack([-x, x, -y, y], -1) - around.rises
+    first = np.stack([below[:, 0] > below[:, 1], below[:, 2] > below[:, 3]], -1)
+    falls = np.stack([first[:, 0], ~first[:, 0], first[:, 1], ~first[:, 1]], -1)
+    folds = np.stack([fold_at(surface_map, around, k, source) for k in range(4)], -2) * falls[..., None]
     rim = estimate_outline(surface_map, around)
     slope = around.tilt / around.focal + around.facing
     hidden = np.where((rim.drop == 0)[:, None], hidden_pixels(around), F(0))

@@ -6,7 +6,7 @@
 
 const float DROP = 6.0;          // where a surface ends, the next pixel lies so many pixels of depth behind it, at least,
 const float STEEPER = 3.0;       // and so many times the step to the pixel before
-const float BENT = 1.0;          // pixels of depth by which a surface that goes on leaves a straight line, at most
+const float BENT = 1.5;          // pixels of depth by which a surface that goes on leaves a straight line, at most
 const float NOISY = 6.0;         // or so many standard deviations of the depth
 const float MISSING = 1e5;       // so large is only the step to a missing pixel
 const float BOTTOMLESS = -1e30;  // its rise

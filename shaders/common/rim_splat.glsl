@@ -51,14 +51,15 @@ vec2 rim_slope(Rim rim, vec3 ray, vec4 source) {
     return rim.drop > 0.0 ? facing_slope(ray.xy, source) : rim.slope;
 }
 
+// 1 where there is a fold, else 0.
+vec4 folds_exist(Rim rim) {
+    return vec4(greaterThan(vec3(1.0, 0.0, 0.0) * rim.folds, vec4(0.0)));
+}
+
 // By how many pixels of depth a rim lies behind its plane where folds turn it down, this far from its pixel.
 float fold_drop(Rim rim, vec2 slope, vec2 off, float focal) {
-    float drop = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        vec3 fold = rim.folds[k];
-        if (fold.x > 0.0) drop = max(drop, focal * (1.0 + dot(slope, off) - fold.x - dot(fold.yz, off)));
-    }
-    return drop;
+    vec4 below = folds_exist(rim) * focal * (1.0 + dot(slope, off) - vec3(1.0, off) * rim.folds);
+    return max(max(max(below.x, below.y), max(below.z, below.w)), 0.0);
 }
 
 // A box round a rim in the view: left, top, right and bottom, target pixels.
@@ -103,20 +104,20 @@ vec2 roots_of(float square, float linear, float constant) {
 float meet_folds(Rim rim, vec2 before, float closer, float focal, vec3 start, vec3 change) {
     float entry = before.y > 0.0 ? -before.x / before.y : -BOTTOMLESS;
     float leaving = before.y > 0.0 ? BOTTOMLESS : -before.x / before.y;
-    for (int k = 0; k < 4; ++k) {
-        vec3 fold = rim.folds[k].yzx;
-        vec2 other = focal * (closer - vec2(dot(fold, start), dot(fold, change)));
-        float met = -other.x / other.y;
-        if (fold.z > 0.0 && other.y > 0.0) entry = min(entry, met);
-        if (fold.z > 0.0 && other.y <= 0.0) leaving = max(leaving, met);
-    }
+    vec4 from = focal * (closer - start.zxy * rim.folds), by = focal * (closer - change.zxy * rim.folds);
+    vec4 met = -from / by, exist = folds_exist(rim), ahead = exist * vec4(greaterThan(by, vec4(0.0)));
+    vec4 entries = mix(vec4(-BOTTOMLESS), met, greaterThan(ahead, vec4(0.0)));
+    vec4 exits = mix(vec4(BOTTOMLESS), met, greaterThan(exist - ahead, vec4(0.0)));
+    entry = min(min(entry, min(entries.x, entries.y)), min(entries.z, entries.w));
+    leaving = max(max(leaving, max(exits.x, exits.y)), max(exits.z, exits.w));
     if (entry == -BOTTOMLESS) return leaving;  // seen from behind
     return entry >= leaving ? entry : BOTTOMLESS;
 }
 
-// 1/z in the view where the ray of a target pixel first meets a rim; 0 where it misses it. inverse_depth is that of the
-// rim's pixel. The unknown is by which share the answer exceeds it: so float32 loses nothing at the frame's own camera.
-float rim_inverse_depth(
+// Where the ray of a target pixel first meets a rim: 1/z in the view, 0 where it misses it; and where that is in the source
+// picture, from the rim's pixel. inverse_depth is that of this pixel. The unknown is by which share the answer exceeds it:
+// so float32 loses nothing at the frame's own camera.
+vec3 meet_rim(
     Rim rim, vec2 pixel, vec4 own, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target
 ) {
     vec3 ray = pixel_ray(pixel, source);
@@ -140,13 +141,21 @@ float rim_inverse_depth(
         );
     }
     vec4 open = open_reach(rim), reach = rim_reach(rim);
-    float nearest = 0.0;
+    vec3 nearest = vec3(0.0);
     for (int k = 0; k < 2; ++k) {
         float here = k == 0 ? share.x : share.y;
         vec3 place = start + here * change;
-        bool comes = rim_comes_to(place.xy / place.z, open, reach);
+        vec2 off = place.xy / place.z;
         bool ends = inside.x + here * inside.y < 0.0 || (diameter > 0.0 && before.x + here * before.y < 0.0);
-        if (place.z > 0.0 && here > -1.0 && comes && !ends) nearest = max(nearest, inverse_depth * (1.0 + here));
+        bool meets = place.z > 0.0 && here > -1.0 && rim_comes_to(off, open, reach) && !ends;
+        float met = inverse_depth * (1.0 + here);
+        if (meets && met > nearest.x) nearest = vec3(met, off);
     }
     return nearest;
+}
+
+float rim_inverse_depth(
+    Rim rim, vec2 pixel, vec4 own, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target
+) {
+    return meet_rim(rim, pixel, own, inverse_depth, target_pixel, source, view, target).x;
 }

@@ -242,6 +242,11 @@ Rim estimate_rim(sampler2D surface_map, ivec2 pixel, vec4 source) {
     for (int k = 0; k < outlines; ++k) rim = estimate_outline(surface_map, around);
     rim.slope = around.tilt / around.focal + around.facing;
     if (rim.drop == 0.0) rim.hidden = hidden_pixels(around);
-    for (int k = 0; k < 4; ++k) rim.folds[k] = fold_at(surface_map, around, k, source);
+    vec4 below = vec4(-around.tilt.x, around.tilt.x, -around.tilt.y, around.tilt.y) - around.rises;
+    for (int k = 0; k < 4; k += 2) {  // of two neighbours on a line, the one that falls away more
+        vec3 fold = fold_at(surface_map, around, below[k] > below[k + 1] ? k : k + 1, source);
+        rim.folds[k] = below[k] > below[k + 1] ? fold : vec3(0.0);
+        rim.folds[k + 1] = below[k] > below[k + 1] ? vec3(0.0) : fold;
+    }
     return rim;
 }

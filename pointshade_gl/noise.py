@@ -18,6 +18,8 @@ from .wording import option
 SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
     "kinect": lambda z: 0.0012 + 0.0019 * (z - 0.4) ** 2,
 }
+SHARED = 0.05  # correlation from which noise counts as shared
+SMOOTHED = 0.6  # beyond it a sensor has smoothed its depth: rounding alone stays below .43, sensors are above 1
 MOSTLY_STEP = 1.5  # noise in steps up to which rounding is most of it: 0.4 where errors are random, 1 on plateaus
 FEW = 0.01  # share of noisy blocks up to which a frame counts as clean
 
@@ -58,7 +60,12 @@ class Noise:
 
     @property
     def is_rounded(self) -> bool:
-        """Rounding may be most of the noise. In more noise no surface lies within half a step of a plane."""
+        """Rounding may be most of the noise. In more noise no surface lies within half a step of a plane.
+
+        Where neighbours share noise, patches lie on planes of their own by chance: a sensor has smoothed it.
+        """
+        if self.correlation > SMOOTHED:
+            return False
         if self.domain == "1/z" and self.sigma and self.relative:
             return self.relative**2 < MOSTLY_STEP * self.step * self.sigma
         return self.step > 0 and (self.domain == "1/z" or self.sigma < MOSTLY_STEP * self.step)
@@ -75,7 +82,7 @@ class Noise:
             return NoiseWords()
         is_share = self.powers[0] > -0.5 and self.domain != "z"
         level = self.relative if is_share else self.sigma
-        shared = self.correlation if self.correlation >= 0.05 else 0.0
+        shared = self.correlation if self.correlation >= SHARED else 0.0
         return NoiseWords(level, is_share, shared, self.step, self.domain, self.misplaced)
 
 

@@ -12,7 +12,8 @@ from pointshade_gl.gpu.passes import bind_texture
 from pointshade_gl.gpu.programs import build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
-_FUNCTION = re.compile(r"^(?:void|bool|u?int|float|[iub]?vec[234]|mat[34]|[A-Z]\w+)\s+(\w+)\s*\(", re.MULTILINE)
+_KIND = r"void|bool|u?int|float|[iub]?vec[234]|mat[34](?:x[34])?|[A-Z]\w+"
+_FUNCTION = re.compile(rf"^(?:{_KIND})(?:\[\w+\])?\s+(\w+)\s*\(", re.MULTILINE)
 
 
 def functions_of(path: Path) -> list[str]:

@@ -22,11 +22,11 @@ def functions_of(path: Path) -> list[str]:
 
 
 def evaluate(
-    context: moderngl.Context, tmp_path: Path, include: str, expression: str, **inputs: np.ndarray
+    context: moderngl.Context, tmp_path: Path, include: str, expression: str, before: str = "", **inputs: np.ndarray
 ) -> np.ndarray:
     """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), available by their names.
 
-    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows.
+    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows. before: GLSL statements
     """
     count = max(len(x) for name, x in inputs.items() if not name.endswith("_map"))
     declarations, body, textures = [], [], {}
@@ -44,7 +44,7 @@ def evaluate(
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         textures[name if name.endswith("_map") else f"{name}_rows"] = texture
     lines = ["#version 330 core", f'#include "common/{include}"', *declarations, "out vec4 result;", "void main() {"]
-    (tmp_path / "call.frag").write_text("\n".join([*lines, *body, f"    result = vec4({expression});", "}"]))
+    (tmp_path / "call.frag").write_text("\n".join([*lines, *body, before, f"    result = vec4({expression});", "}"]))
     (tmp_path / "fullscreen.vert").write_text((shader_folder() / "fullscreen.vert").read_text())
     if not (tmp_path / "common").exists():
         (tmp_path / "common").symlink_to(shader_folder() / "common")

@@ -83,7 +83,8 @@ def _narrowest(
     """Near this direction, unit, the one to the middle of all corners (n, 3), and half the angle that shows them."""
     for _ in range(TURNS):
         turn, places = _places(position, direction, corners)
-        direction = unit(turn @ np.append((places.min(0) + places.max(0)) / 2, 1.0))
+        ends = np.arctan([places.min(0), places.max(0)])
+        direction = unit(turn @ np.append(np.tan(ends.mean(0)), 1.0))
     _, places = _places(position, direction, corners)
     return direction, math.atan(max(float(np.abs(places).max()), NARROWEST))
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, trace
 from pointshade_gl.reference import rim_marks, rim_splat, rims
 from pointshade_gl.reference.inverse_depth import pixel_grid
 from pointshade_gl.reference.look_up import pixel_of
@@ -141,3 +142,35 @@ def test_a_frame_with_more_rims_than_the_list_has_room_for_is_drawn_with_all_of_
     covered = [image[..., 3] > 0 for image in images]
     assert (covered[0] != covered[1]).mean() < 0.01
     assert covered[0].mean() > 0.5
+
+
+PLATE, RED, BLUE = (0, 0, 1.5), (0.6, 0.1, 0.1), (0.1, 0.2, 0.6)
+
+
+def plate_before_wall():
+    """At 3 degrees' turn, 2 pixels of the wall come out from behind the plate."""
+    plate = patch(PLATE, (0.4, 0, 0), (0, 0.3, 0), lambda points: np.broadcast_to(RED, points.shape))
+    return [plate, plane((0.1, 0.05, -1), (0, 0, 2.0), lambda points: np.broadcast_to(BLUE, points.shape))]
+
+
+def grown(mask, by=1):
+    padded = np.pad(mask, by)
+    return np.lib.stride_tricks.sliding_window_view(padded, (2 * by + 1, 2 * by + 1)).any((2, 3))
+
+
+@pytest.mark.parametrize("kind", ["compute", "points"])
+@pytest.mark.parametrize("turn", [(3, 0), (-3, 0), (0, 3), (0, -3), (0, 0)])
+def test_a_wall_goes_on_behind_a_plate(kind, turn, renderer):
+    """Beside the plate nothing is empty and the wall has its own colour; no wall is seen within the plate."""
+    if kind == "compute":
+        need_compute(renderer)
+    frame, pose = as_frame(trace(plate_before_wall(), frames.CAMERA), frames.CAMERA), ps.orbit_pose(None, PLATE, *turn)
+    red, blue = (np.round(encode(np.array(color))) for color in (RED, BLUE))
+    with ps.Renderer(rasterizer=kind) as made:
+        for size in (0.7, 0.993, 1, 1.1, 1.37):
+            camera = frames.CAMERA.resized(round(160 * size), round(120 * size))
+            image = made.render(frame, camera=camera, pose=pose, shading="none")
+            is_plate = trace(plate_before_wall(), camera, pose).surface == 0
+            inside, around_it = ~grown(~is_plate), grown(is_plate, 4) & ~grown(is_plate)
+            assert (image[inside] == (*red, 255)).all() and (image[around_it] == (*blue, 255)).all()
+            assert (image[grown(is_plate, 4), 3] == 255).all()

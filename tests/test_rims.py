@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, trace
+from pointshade_gl.bench.shapes import box, pose_at
+from pointshade_gl.bench.tracing import as_frame, encode, moved, patch, plane, trace
 from pointshade_gl.reference import rim_marks, rim_splat, rims
 from pointshade_gl.reference.inverse_depth import pixel_grid
 from pointshade_gl.reference.look_up import pixel_of
@@ -174,3 +175,34 @@ def test_a_wall_goes_on_behind_a_plate(kind, turn, renderer):
             inside, around_it = ~grown(~is_plate), grown(is_plate, 4) & ~grown(is_plate)
             assert (image[inside] == (*red, 255)).all() and (image[around_it] == (*blue, 255)).all()
             assert (image[grown(is_plate, 4), 3] == 255).all()
+
+
+@pytest.mark.parametrize("kind", ["compute", "points"])
+@pytest.mark.parametrize(("yaw", "turn"), [(25, 30), (-25, -30), (35, 30), (45, 30), (45, -30)])
+def test_nothing_stands_out_beyond_a_crease(kind, yaw, turn, renderer):
+    """The side of a box turns away until its crease is its outline: there it ends, to a quarter of a source pixel."""
+    if kind == "compute":
+        need_compute(renderer)
+    things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(PLATE, yaw))], ps.orbit_pose(None, PLATE, turn, 0)
+    frame, camera = as_frame(trace(things, frames.CAMERA), frames.CAMERA), frames.CAMERA.resized(640, 480)
+    with ps.Renderer(rasterizer=kind) as made:
+        drawn = made.render(frame, camera=camera, pose=pose)[..., 3] > 0
+    there = trace(things, camera, pose).surface == 0
+    rows = there.sum(1) > there.sum(1).max() / 2
+    edges = [np.argmax(mask[rows][:, :: np.sign(turn)], 1) for mask in (drawn, there)]
+    middle = slice(len(edges[0]) // 8, -len(edges[0]) // 8)  # its corners apart
+    assert np.abs(edges[0] - edges[1])[middle].max() <= 1
+
+
+def test_a_tilt_that_no_neighbour_bears_out_is_not_drawn():
+    """A sliver of one pixel beside nothing, with the normal of a grazing face: turned, it makes no spike."""
+    surface, k = np.zeros((48, 64, 4), F), np.array(CAMERA.intrinsics, F)
+    surface[10:38, 32] = (*(np.array((-0.995, 0, -0.1)) / np.hypot(0.995, 0.1)), -1.2)
+    pixel = rim_pixels(surface)
+    around_it = rims.look_around(surface, pixel, k)
+    assert (around_it.tilt[:, 0] == 0).all()
+    index = pixel[:, 1] * CAMERA.width + pixel[:, 0]
+    for yaw in (-30, 30):
+        view = np.linalg.inv(ps.orbit_pose(None, (0, 0, 1.2), yaw, 0)).astype(F)
+        pairs = rim_pairs(surface, index, CAMERA, CAMERA, view, 0.01)
+        assert len(np.unique(pairs.q[:, 0])) == 1 and len(pairs.q) >= 28

@@ -178,20 +178,25 @@ def test_a_wall_goes_on_behind_a_plate(kind, turn, renderer):
 
 
 @pytest.mark.parametrize("kind", ["compute", "points"])
-@pytest.mark.parametrize(("yaw", "turn"), [(25, 30), (-25, -30), (35, 30), (45, 30), (45, -30)])
+@pytest.mark.parametrize(("yaw", "turn"), [(25, 30), (-25, -30), (35, 30), (45, -30)])
 def test_nothing_stands_out_beyond_a_crease(kind, yaw, turn, renderer):
-    """The side of a box turns away until its crease is its outline: there it ends, to a quarter of a source pixel."""
+    """The side of a box turns away until its crease is its outline: there it ends, to a quarter of a source pixel.
+
+    Wherever the crease lies in its pixel.
+    """
     if kind == "compute":
         need_compute(renderer)
-    things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(PLATE, yaw))], ps.orbit_pose(None, PLATE, turn, 0)
-    frame, camera = as_frame(trace(things, frames.CAMERA), frames.CAMERA), frames.CAMERA.resized(640, 480)
+    camera = frames.CAMERA.resized(640, 480)
     with ps.Renderer(rasterizer=kind) as made:
-        drawn = made.render(frame, camera=camera, pose=pose)[..., 3] > 0
-    there = trace(things, camera, pose).surface == 0
-    rows = there.sum(1) > there.sum(1).max() / 2
-    edges = [np.argmax(mask[rows][:, :: np.sign(turn)], 1) for mask in (drawn, there)]
-    middle = slice(len(edges[0]) // 8, -len(edges[0]) // 8)  # its corners apart
-    assert np.abs(edges[0] - edges[1])[middle].max() <= 1
+        for share in (0, 0.375, 0.625, 0.875):
+            spot = (share * 1.1 / frames.CAMERA.fx, 0, 1.5)
+            things, pose = [moved(box((0.3, 0.3, 0.3)), pose_at(spot, yaw))], ps.orbit_pose(None, spot, turn, 0)
+            frame = as_frame(trace(things, frames.CAMERA), frames.CAMERA)
+            drawn = made.render(frame, camera=camera, pose=pose)[..., 3] > 0
+            there = trace(things, camera, pose).surface == 0
+            rows = np.flatnonzero(there.sum(1) > there.sum(1).max() / 2)[20:-20]  # its corners apart
+            one, other = (np.argmax(mask[rows][:, :: np.sign(turn)], 1) for mask in (drawn, there))
+            assert np.abs(one - other).max() <= 1
 
 
 def test_a_tilt_that_no_neighbour_bears_out_is_not_drawn():

@@ -195,7 +195,7 @@ def fold_at(surface_map: np.ndarray, around: Around, direction: int, source: np.
     first = F(1) / z - dot(slope, off)[..., 0]
     plane = around.here[..., None] * np.concatenate([first[..., None], slope], -1)
     ours = around.focal * (plane[..., 0] - F(1))
-    meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > UNCREASED) & (ours + theirs > CREASED)
+    meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > -UNCREASED) & (ours + theirs > CREASED)
     return np.where(meets[..., None], plane, F(0))
 
 

@@ -164,3 +164,13 @@ def test_grid_facet(gpu, surface_map, triangle_map, places, turned):
     for found, mirror in zip(("middle", "facet"), grid.grid_facet(surface_map, seen, K), strict=True):
         body = f"vec3 middle, facet; grid_facet(surface_map, {look}, k, middle, facet);"
         close(gpu("grid.glsl", f"{found}, 0", before=body, **inputs), mirror, missed=0.005, atol=1e-3)
+
+
+def test_triangle_weights(gpu):
+    """In all 1; each corner has all of it at its own place."""
+    place = np.random.default_rng(5).uniform(0, 1, (COUNT, 2)).astype(F)
+    for triangle in (1, 2, 5, 6):
+        weights = grid.triangle_weights(np.full(COUNT, triangle), place)
+        close(gpu("grid.glsl", f"triangle_weights({triangle}, p)", p=place), weights)
+        np.testing.assert_allclose(weights.sum(-1), 1, atol=1e-6)
+        np.testing.assert_allclose(weights @ [(0, 0), (1, 0), (0, 1), (1, 1)], place, atol=1e-6)

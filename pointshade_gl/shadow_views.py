@@ -23,6 +23,7 @@ NEAREST = 0.002  # of the scene's radius: what is nearer to a light casts no sha
 RIM = 2  # pixels round a view that stay empty: shadows are looked up in 3x3
 NARROWEST = 1e-4  # of the scene's radius or distance: half of a view at least
 WIDEST_VIEW = 70.0  # degrees from the middle of a view to its rim; beyond, six views are sharper
+TURNS = 3  # towards the middle of what is seen: each moves it a little
 FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float64)  # of a point light
 
 
@@ -80,10 +81,12 @@ def _narrowest(
     position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix
 ) -> tuple[NDArray[np.float64], float]:
     """Near this direction, unit, the one to the middle of all corners (n, 3), and half the angle that shows them."""
-    turn, places = _places(position, direction, corners)
-    middle = unit(turn @ np.append((places.min(0) + places.max(0)) / 2, 1.0))
-    _, places = _places(position, middle, corners)
-    return middle, math.atan(max(float(np.abs(places).max()), NARROWEST))
+    for _ in range(TURNS):
+        turn, places = _places(position, direction, corners)
+        ends = np.arctan([places.min(0), places.max(0)])
+        direction = unit(turn @ np.append(np.tan(ends.mean(0)), 1.0))
+    _, places = _places(position, direction, corners)
+    return direction, math.atan(max(float(np.abs(places).max()), NARROWEST))
 
 
 def _places(position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix) -> tuple[Matrix, Matrix]:

@@ -12,7 +12,8 @@ from pointshade_gl.gpu.passes import bind_texture
 from pointshade_gl.gpu.programs import build_program, shader_folder
 
 COMMON = sorted((shader_folder() / "common").glob("*.glsl"))
-_FUNCTION = re.compile(r"^(?:void|bool|u?int|float|[iub]?vec[234]|mat[34]|[A-Z]\w+)\s+(\w+)\s*\(", re.MULTILINE)
+_KIND = r"void|bool|u?int|float|[iub]?vec[234]|mat[34](?:x[34])?|[A-Z]\w+"
+_FUNCTION = re.compile(rf"^(?:{_KIND})(?:\[\w+\])?\s+(\w+)\s*\(", re.MULTILINE)
 
 
 def functions_of(path: Path) -> list[str]:
@@ -21,11 +22,11 @@ def functions_of(path: Path) -> list[str]:
 
 
 def evaluate(
-    context: moderngl.Context, tmp_path: Path, include: str, expression: str, **inputs: np.ndarray
+    context: moderngl.Context, tmp_path: Path, include: str, expression: str, before: str = "", **inputs: np.ndarray
 ) -> np.ndarray:
     """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), available by their names.
 
-    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows.
+    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows. before: GLSL statements
     """
     count = max(len(x) for name, x in inputs.items() if not name.endswith("_map"))
     declarations, body, textures = [], [], {}
@@ -43,7 +44,7 @@ def evaluate(
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         textures[name if name.endswith("_map") else f"{name}_rows"] = texture
     lines = ["#version 330 core", f'#include "common/{include}"', *declarations, "out vec4 result;", "void main() {"]
-    (tmp_path / "call.frag").write_text("\n".join([*lines, *body, f"    result = vec4({expression});", "}"]))
+    (tmp_path / "call.frag").write_text("\n".join([*lines, *body, before, f"    result = vec4({expression});", "}"]))
     (tmp_path / "fullscreen.vert").write_text((shader_folder() / "fullscreen.vert").read_text())
     if not (tmp_path / "common").exists():
         (tmp_path / "common").symlink_to(shader_folder() / "common")

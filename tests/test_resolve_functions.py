@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pointshade_gl.reference import camera, corners, resolve, texels
+from pointshade_gl.reference import camera, corners, look_up, resolve, texels
 from pointshade_gl.reference.splat import carry_footprint
 from pointshade_gl.reference.vectors import texel
 
@@ -13,7 +13,7 @@ WIDTH, HEIGHT, EDGE = 24, 18, 12  # columns from EDGE on are another surface, mu
 K = np.array([30.0, -28.0, 11.0, 9.0], F)
 SEEN = "Seen(at, w, ivec2(p), own, corners_at(surface_map, at))"
 SEE = f"see_splat(surface_map, ivec2(p), q, k, {VIEW_GLSL}, t, rim)"
-LOOK = f"look_up(surface_map, w, q, k, {VIEW_GLSL}, t)"
+LOOK = f"look_up(surface_map, w, h > 0.5, q, k, {VIEW_GLSL}, t)"
 
 
 def two_planes(holes=0.0):
@@ -143,15 +143,43 @@ def test_look_up_finds_what_see_splat_saw(gpu, splats):
     """By 1/z alone. The margins of splats overlap, so sometimes the neighbour is found."""
     surface_map, pixel, target_pixel = splats
     drawn = resolve.see_splat(surface_map, pixel, target_pixel, K, VIEW, TARGET, np.zeros(COUNT, F))
-    found = resolve.look_up(surface_map, drawn.inverse_depth, target_pixel, K, VIEW, TARGET)
+    hidden = np.zeros((COUNT, 1), bool)
+    found = resolve.look_up(surface_map, drawn.inverse_depth, hidden[:, 0], target_pixel, K, VIEW, TARGET)
     np.testing.assert_allclose(found.at, drawn.at, atol=1e-3)
     same = (found.pixel == pixel).all(-1)
     assert same.mean() > 0.8 and (np.abs(found.pixel - found.at)[found.own[:, 3] > 0] < 0.61).all()
     inputs = {"surface_map": surface_map, "q": target_pixel, "k": K[None], "t": TARGET[None]}
-    inputs["w"] = drawn.inverse_depth[:, None]
+    inputs |= {"w": drawn.inverse_depth[:, None], "h": hidden}
     close(gpu("resolve.glsl", f"{LOOK}.at, {LOOK}.inverse_depth, 0", **inputs)[:, :2], found.at, atol=1e-3)
     close(gpu("resolve.glsl", f"{LOOK}.pixel, 0, 0", **inputs), found.pixel, missed=5)
     close(gpu("resolve.glsl", f"{LOOK}.own", **inputs), found.own, missed=5)
+
+
+def test_what_is_hidden_in_the_frame_is_looked_up_at_the_pixel_whose_plane_goes_on(gpu):
+    """The left plane goes on behind the right one; it is seen there by a formula, from the side."""
+    surface_map = two_planes()
+    surface_map[:, EDGE - 2 : EDGE + 2, 3] *= -1  # rims
+    rng = np.random.default_rng(9)
+    at = rng.uniform((EDGE - 0.4, 0), (EDGE + 1.3, HEIGHT - 1), (COUNT, 2)).astype(F)
+    normal = surface_map[0, 0, :3]
+    z = surface_map[0, 0, 3] * (normal @ camera.pixel_ray(np.zeros(2, F), K)) / (camera.pixel_ray(at, K) @ normal)
+    there = camera.pixel_ray(at, K) * z[:, None] @ VIEW[:3, :3].T + VIEW[:3, 3]
+    hidden, w = np.arange(COUNT)[:, None] % 4 > 0, (1 / there[:, 2:]).astype(F)
+    inputs = {"surface_map": surface_map, "q": camera.project(there, TARGET), "k": K[None], "t": TARGET[None]}
+    found = resolve.look_up(surface_map, w[:, 0], hidden[:, 0], inputs["q"], K, VIEW, TARGET)
+    close(gpu("resolve.glsl", f"{LOOK}.pixel, {LOOK}.at", **inputs, w=w, h=hidden)[:, :2], found.pixel, missed=2)
+    close(gpu("resolve.glsl", f"{LOOK}.at, 0, 0", **inputs, w=w, h=hidden), found.at, missed=2, atol=1e-3)
+    assert (found.pixel[hidden[:, 0], 0] == EDGE - 1).all() and (found.at == found.pixel)[hidden[:, 0]].all()
+    assert (found.pixel[hidden[:, 0], 1] == np.round(at[hidden[:, 0], 1])).mean() > 0.99
+    np.testing.assert_allclose(found.at[~hidden[:, 0]], at[~hidden[:, 0]], atol=1e-3)
+
+
+def test_hidden_mark(gpu):
+    bits = np.random.default_rng(10).integers(0, 2**20, (COUNT, 1))
+    hidden = np.arange(COUNT)[:, None] % 2 > 0
+    marked = look_up.hidden_mark(bits.astype(np.uint32), hidden)
+    close(gpu("look_up.glsl", "float(hidden_mark(uint(b), h > 0.5))", b=bits, h=hidden), marked)
+    assert ((marked & 1 == 1) == hidden).all() and (marked >> 1 == bits >> 1).all()
 
 
 def test_seen_weights(gpu):

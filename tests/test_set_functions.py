@@ -11,7 +11,7 @@ from .test_resolve_functions import EDGE, HEIGHT, WIDTH, K, close, positions, se
 from .test_shader_functions import COUNT, TARGET, VIEW, VIEW_GLSL, F
 
 SEEN = "Seen(at, w, ivec2(p), own, corners_at(surface_map, at))"
-LOOK = f"look_twice(surface_map, w, q, k, {VIEW_GLSL}, t, b)"
+LOOK = f"look_twice(surface_map, w, h > 0.5, q, k, {VIEW_GLSL}, t, b)"
 BAND = np.full((1, 1), 0.02, F)
 WAY = {"k": K[None], "t": TARGET[None]}
 PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), -1).reshape(-1, 2)
@@ -36,16 +36,18 @@ def carried_points(holes=0.1):
     return surface_map, np.concatenate([at, (off / np.where(z > 0, z, 1))[:, None]], -1).astype(F)
 
 
-def test_keys_keep_the_level_above_the_depth_and_the_depth_to_a_bit(gpu):
+def test_keys_keep_the_level_above_the_depth_and_what_is_hidden_in_the_last_of_its_bits(gpu):
     w = np.random.default_rng(1).uniform(1e-6, 1e6, (COUNT, 1)).astype(F)
     level = np.arange(COUNT)[:, None] % 4
-    key = parts.splat_key(w, level)
-    call = "splat_key(w, int(l))"
-    halves = gpu("parts.glsl", f"float({call} >> 16), float({call} & 65535u), 0, 0", w=w, l=level.astype(F))
+    hidden = np.random.default_rng(2).random((COUNT, 1)) < 0.5
+    key = parts.splat_key(w, level, hidden)
+    call, inputs = "splat_key(w, int(l), h > 0.5)", {"w": w, "l": level.astype(F), "h": hidden}
+    halves = gpu("parts.glsl", f"float({call} >> 16), float({call} & 65535u), 0, 0", **inputs)
     assert (halves[:, :2].astype(np.int64) @ (65536, 1) == key[:, 0]).all()
-    back = gpu("parts.glsl", f"key_inverse_depth({call})", w=w, l=level.astype(F))[:, :1]
+    back = gpu("parts.glsl", f"key_inverse_depth({call})", **inputs)[:, :1]
     assert (back == parts.key_inverse_depth(key)).all()
-    np.testing.assert_allclose(back, w, rtol=2.5e-7)
+    assert (np.ascontiguousarray(back).view(np.uint32) >> 2 == w.view(np.uint32) >> 2).all()
+    assert ((key & 1 == 1) == hidden).all()
     assert (key[level == 3].min() > key[level == 2].max()) and (key[level == 1].min() > key[level == 0].max())
 
 
@@ -55,8 +57,10 @@ def test_merged_inverse_depth(gpu):
         rng.uniform(low, high, (COUNT, 1)).astype(F) for low, high in ((0.1, 10), (-0.04, 0.04), (1e-9, 9))
     )
     inputs = {"w": w, "o": weight * off, "t": weight}
-    answer = gpu("parts.glsl", "merged_inverse_depth(splat_key(w, 3), o, t), 0, 0, 0", **inputs)[:, 0]
-    expected = parts.merged_inverse_depth(parts.splat_key(w, np.full_like(w, 3)), weight * off, weight)[:, 0]
+    answer = gpu("parts.glsl", "merged_inverse_depth(splat_key(w, 3, false), o, t), 0, 0, 0", **inputs)[:, 0]
+    expected = parts.merged_inverse_depth(
+        parts.splat_key(w, np.full_like(w, 3), np.zeros_like(w, bool)), weight * off, weight
+    )[:, 0]
     np.testing.assert_allclose(answer, expected, rtol=1e-6)
     np.testing.assert_allclose(expected, (w * (1 + off))[:, 0], rtol=1e-6)
 
@@ -124,8 +128,9 @@ def test_plane_inverse_depth(gpu):
 
 def test_look_twice_finds_the_surface_where_the_first_depth_was_a_little_wrong(gpu):
     surface_map, pixel, target_pixel, w = drawn_splats()
-    seen = parts.look_twice(surface_map, w, target_pixel, K, VIEW, TARGET, BAND[0, 0])
-    inputs = {"surface_map": surface_map, "q": target_pixel, "w": w[:, None], "b": BAND, **WAY}
+    hidden = np.zeros((COUNT, 1), bool)
+    seen = parts.look_twice(surface_map, w, hidden[:, 0], target_pixel, K, VIEW, TARGET, BAND[0, 0])
+    inputs = {"surface_map": surface_map, "q": target_pixel, "w": w[:, None], "b": BAND, "h": hidden, **WAY}
     close(gpu("parts.glsl", f"{LOOK}.at, {LOOK}.inverse_depth, 0", **inputs)[:, :2], seen.at, missed=5, atol=1e-3)
     close(gpu("parts.glsl", f"{LOOK}.inverse_depth", **inputs), seen.inverse_depth, missed=5, rtol=1e-4)
     close(gpu("parts.glsl", f"{LOOK}.pixel, 0, 0", **inputs), seen.pixel, missed=5)

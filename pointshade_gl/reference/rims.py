@@ -24,7 +24,6 @@ STRAIGHT = F(1.05)
 AT_ODDS = F(0.6)
 FARTHER_IN, FARTHER_OUT, ALONG_A_ROW = F(0.3), F(0.1), F(0.5)
 UNSURE, CREASED, UNCREASED = F(0.5), F(1), F(0.1)
-OUTWARD = np.array([(-1, 0), (1, 0), (0, -1), (0, 1)])
 
 
 class Rim(NamedTuple):
@@ -44,6 +43,10 @@ class Around(NamedTuple):
     tilt: np.ndarray  # (n, 2)
     rises: np.ndarray  # (n, 4)
     farther: np.ndarray  # (n, 4)
+
+
+def direction_of(k: int | np.ndarray) -> np.ndarray:
+    return np.stack([np.where(k < 2, 2 * k - 1, 0), np.where(k < 2, 0, 2 * k - 5)], -1)
 
 
 def rise_at(
@@ -69,7 +72,8 @@ def look_around(surface_map: np.ndarray, pixel: np.ndarray, source: np.ndarray) 
     tilt = focal * (here[..., None] * inverse_depth_slope(normal, ray, here, source) - facing)
     near = pixel, here, facing, focal
     rises, farther = (
-        np.stack([rise_at(surface_map, pixel, k * outward, *near[1:]) for outward in OUTWARD], -1) for k in (1, 2)
+        np.stack([rise_at(surface_map, pixel, off, *near[1:]) for off in (far * direction_of(np.arange(4)))], -1)
+        for far in (1, 2)
     )
     return Around(*near, tilt * borne_out(tilt, rises), rises, farther)
 
@@ -182,16 +186,16 @@ def hidden_pixels(around: Around) -> np.ndarray:
 
 
 def fold_at(surface_map: np.ndarray, around: Around, direction: int, source: np.ndarray) -> np.ndarray:
-    off = np.broadcast_to(OUTWARD[direction], around.pixel.shape).astype(F)
+    off = np.broadcast_to(direction_of(direction), around.pixel.shape).astype(F)
     theirs = dot(around.tilt, off)[..., 0] - around.rises[:, direction]
-    beside = around.pixel + OUTWARD[direction]
+    beside = around.pixel + direction_of(direction)
     there = texel_or_zero(surface_map, beside)
     z = np.where(there[..., 3] == 0, F(1), np.abs(there[..., 3]))
     slope = inverse_depth_slope(there[..., :3], pixel_ray(beside.astype(F), source), z, source)
     first = F(1) / z - dot(slope, off)[..., 0]
     plane = around.here[..., None] * np.concatenate([first[..., None], slope], -1)
     ours = around.focal * (plane[..., 0] - F(1))
-    meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > UNCREASED) & (ours + theirs > CREASED)
+    meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > -UNCREASED) & (ours + theirs > CREASED)
     return np.where(meets[..., None], plane, F(0))
 
 
@@ -201,8 +205,9 @@ def estimate_outline(surface_map: np.ndarray, around: Around) -> Rim:
     corner = rim_at(np.zeros((count, 2), F), np.ones(count, F), np.zeros(count, F))
     straight, steepest, border = corner, np.zeros((count, 2), int), np.zeros((count, 3), F)
     largest, least, is_corner = np.full(count, BOTTOMLESS), np.full(count, F(1e30)), np.zeros(count, bool)
-    for k, direction in enumerate(OUTWARD):
-        outward, following = np.broadcast_to(direction, pixel.shape), pixel + direction
+    for k in range(4):
+        outward = np.broadcast_to(direction_of(k), pixel.shape)
+        following = pixel + outward
         inner = around.rises[:, k ^ 1]
         ends = ends_before(around.rises[:, k], inner)
         ends &= (following == np.clip(following, 0, last)).all(-1)

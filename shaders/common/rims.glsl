@@ -19,7 +19,7 @@ const float FARTHER_OUT = 0.1;
 const float ALONG_A_ROW = 0.5;   // both, where the border lies along a row or a column and so may be anywhere in it
 const float UNSURE = 0.5;        // share of a tilt by which a neighbour may differ that bears it out
 const float CREASED = 1.0;       // pixels of depth for each pixel between two planes that meet at a crease, at least
-const float UNCREASED = 0.1;     // of that, each plane lies so much before the other's pixel
+const float UNCREASED = 0.1;     // of that, the neighbour lies so much behind the pixel's plane; as much counts as on a plane
 
 struct Rim {
     vec2 outward;  // unit, source pixels; 0 at a corner
@@ -185,7 +185,7 @@ vec4 hidden_pixels(Around around) {
 }
 
 // The plane of a rim pixel's neighbour on which the surface goes on beyond a crease, see Rim; 0 if there is none. Each
-// plane of a crease that stands out lies before the other pixel.
+// plane of a crease that stands out lies before the other pixel; ours may lie on the crease.
 vec3 fold_at(sampler2D surface_map, Around around, int direction, vec4 source) {
     vec2 outward = vec2(direction_of(direction));
     float theirs = dot(around.tilt, outward) - around.rises[direction];
@@ -196,7 +196,7 @@ vec3 fold_at(sampler2D surface_map, Around around, int direction, vec4 source) {
         vec2 slope = inverse_depth_slope(there.xyz, pixel_ray(vec2(around.pixel) + outward, source), there.w, source);
         plane = around.here * vec3(1.0 / there.w - dot(slope, outward), slope);
         float ours = around.focal * (plane.x - 1.0);
-        if (!(ours > UNCREASED && ours + theirs > CREASED)) plane = vec3(0.0);
+        if (!(ours > -UNCREASED && ours + theirs > CREASED)) plane = vec3(0.0);
     }
     return plane;
 }

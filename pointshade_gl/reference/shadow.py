@@ -8,7 +8,7 @@ from .camera import project
 from .vectors import dot, length, texel
 
 F = np.float32
-FLATTEST, ASLANT = F(0.1), F(0.2)
+FLATTEST = F(0.1)
 
 
 def occluder_at(shadow_map: np.ndarray, pixel: np.ndarray, tile: np.ndarray, range: np.ndarray) -> np.ndarray:
@@ -34,7 +34,7 @@ def light_share(shadow_map: np.ndarray, views: np.ndarray, row: int, point: np.n
     z = seen[..., 2:]
     ray = seen / z
     cosine = dot(normal, ray)
-    away = np.maximum(np.abs(cosine), ASLANT * length(ray))[..., 0]
+    away = np.abs(cosine)[..., 0]
     cosine = np.sign(cosine) * np.maximum(np.abs(cosine), FLATTEST * length(ray))
     safe = np.where(cosine == 0, F(1), cosine)
     slope = np.where(cosine == 0, F(0), normal[..., :2] / (intrinsics[:2] * (safe * z)))

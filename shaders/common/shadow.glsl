@@ -5,10 +5,9 @@
 // anything nearer to the light stands before a point. One row of `views` a view:
 // texels 0 to 2  rows of the matrix that takes the lit point's axes to those of the light's camera
 // texel 3        focal length, centre (the same in x and y), tile's first column and row; pixels
-// texel 4        near, pixels a side, contact: by how much an occluder must stand out of the surface
+// texel 4        near, pixels a side, contact: by how much an occluder must be nearer to the light
 
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
-const float ASLANT = 0.2;     // and contact along its normal counts along the ray as if it was tilted no more
 
 // 1/z of the picture at a pixel of a tile; 0 where nothing is, and outside the tile.
 float occluder_at(sampler2D shadow_map, vec2 pixel, vec4 tile, vec3 range) {
@@ -43,7 +42,7 @@ float light_share(sampler2D shadow_map, sampler2D views, int row, vec3 point, ve
     vec2 at = project(seen, intrinsics);
     vec3 normal = turn * n;
     vec3 ray = seen / seen.z;
-    float cosine = dot(normal, ray), away = max(abs(cosine), ASLANT * length(ray));
+    float cosine = dot(normal, ray), away = abs(cosine);
     cosine = sign(cosine) * max(abs(cosine), FLATTEST * length(ray));
     vec2 slope = cosine == 0.0 ? vec2(0.0) : normal.xy / (intrinsics.xy * (cosine * seen.z));
     vec2 middle = floor(at + 0.5);

@@ -57,12 +57,14 @@ def rim_slope(rim: Rim, ray: np.ndarray, source: np.ndarray) -> np.ndarray:
     return np.where((rim.drop > 0)[..., None], facing, rim.slope)
 
 
+def folds_exist(rim: Rim) -> np.ndarray:
+    return (rim.folds[..., 0] > 0).astype(F)
+
+
 def fold_drop(rim: Rim, slope: np.ndarray, off: np.ndarray, focal: np.ndarray) -> np.ndarray:
-    drop = np.zeros(len(rim.width), F)
-    for fold in np.moveaxis(rim.folds, -2, 0):
-        below = focal * (F(1) + dot(slope, off)[..., 0] - fold[..., 0] - dot(fold[..., 1:], off)[..., 0])
-        drop = np.where(fold[..., 0] > 0, np.maximum(drop, below), drop)
-    return drop
+    planes = rim.folds[..., 0] + (rim.folds[..., 1:] * off[:, None]).sum(-1)
+    below = folds_exist(rim) * focal * (F(1) + dot(slope, off) - planes)
+    return np.maximum(below.max(-1), F(0))
 
 
 def rim_box(

@@ -5,7 +5,7 @@
 // anything nearer to the light stands before a point. One row of `views` a view:
 // texels 0 to 2  rows of the matrix that takes the lit point's axes to those of the light's camera
 // texel 3        focal length, centre (the same in x and y), tile's first column and row; pixels
-// texel 4        near, pixels a side, contact: by how much an occluder must be nearer to the light
+// texel 4        near, pixels a side, contact: by how much an occluder must stand out of the surface
 
 const float FLATTEST = 0.1;   // cosine: a receiver seen flatter by the light is taken to be tilted no more
 

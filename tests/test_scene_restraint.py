@@ -48,8 +48,9 @@ def test_one_light_without_a_shadow_takes_no_shadow_pass(fresh):
 
 def test_two_lights_with_shadows_take_one_view_each(fresh):
     scene = ps.Scene((ps.Node(ps.PointObject(FRAME)), at(0, 0.3, 1)), camera=frames.CAMERA)
-    ran = counted(fresh, scene, [SUN, SPOT])[0]
-    assert ran == {"upload": 1, "surface": 1, "bridge": 1, "splats": 3, "mesh": 3, "shadows": 1, "surfaces": 1, "light": 1}
+    ran = dict(counted(fresh, scene, [SUN, SPOT])[0])
+    assert (ran.pop("splats"), ran.pop("mesh")) == (3, 3)
+    assert ran == dict.fromkeys(("upload", "surface", "bridge", "shadows", "surfaces", "light"), 1)
 
 
 def test_a_node_that_casts_no_shadow_is_not_drawn_into_it(fresh):

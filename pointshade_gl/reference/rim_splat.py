@@ -36,11 +36,11 @@ def rim_reach(rim: Rim) -> np.ndarray:
 
 def is_hidden(rim: Rim, off: np.ndarray) -> np.ndarray:
     open_ = open_reach(rim)
-    return ~_within(off, open_).all(-1)
+    return ~np.all(_within(off, open_), axis=-1)
 
 
 def rim_comes_to(off: np.ndarray, open_: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    return _within(off, reach).all(-1) & _within(off, open_).any(-1)
+    return np.all(_within(off, reach), axis=-1) & np.any(_within(off, open_), axis=-1)
 
 
 def rim_diameter(rim: Rim) -> np.ndarray:

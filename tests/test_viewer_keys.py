@@ -80,7 +80,7 @@ class TestKeys:
     def test_s_turns_the_shadow_of_an_object_upon_itself_on_and_off(self, open_viewer):
         """The ball shades the wall behind it."""
         viewer = open_viewer(frames.sphere_before_wall())
-        move(viewer, (160, 120), (70, 90))
+        move(viewer, (160, 120), (140, 110))
         without = shown(quiet(viewer))
         press(viewer, "S")
         assert (shown(quiet(viewer)) != without).any()

@@ -14,6 +14,7 @@ from ..gpu.grid_objects import ShownGrid
 from ..gpu.images import read_texture
 from ..gpu.objects import Thing
 from ..gpu.point_objects import Points, ShownPoints, ShownSet
+from ..level_of_detail import bridged_stride
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
@@ -30,6 +31,7 @@ class Surface(NamedTuple):
     axes: NDArray[np.float64]  # (4, 4) from the camera's axes to the world, without the scale
     scale: float
     is_round: bool
+    stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
 
 
 def surfaces_of(thing: Thing) -> Iterator[Surface]:
@@ -52,11 +54,12 @@ def _read(
     if gain is not None:
         colors = _brightened(colors, gain)
     certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
-    sizes, is_round = np.ones(1, np.float32), False
+    sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
         sizes, is_round = points.sizes, points.splat == "round"
+        stride = bridged_stride(points.source) if trusted is None else 0
     others = [picture.shape for picture in (colors, certainty) if picture is not None]
-    left, top, right, bottom = box = _box(depth, others)
+    left, top, right, bottom = box = _box(depth, others, max(stride, 1))
     camera = points.source
     return Surface(
         values[top:bottom, left:right, :3],
@@ -68,6 +71,7 @@ def _read(
         points.pose,
         points.scale,
         is_round,
+        stride,
     )
 
 
@@ -93,13 +97,13 @@ def _brightened(colors: NDArray[np.uint8], gain: NDArray[Any]) -> NDArray[np.uin
     return np.rint(encoded * 255).astype(np.uint8)
 
 
-def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]]) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom of what is known, with the pixels around it. Pictures of other shapes can be cut
-    there, too: between two of their pixels."""
+def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of what is known, with the pixels around it; whole strides. Pictures of other shapes
+    can be cut there, too: between two of their pixels."""
     sides = []
     for axis in (1, 0):
         size, known = depth.shape[axis], np.flatnonzero(depth.any(1 - axis))
-        step = lcm(*(size // gcd(size, shape[axis]) for shape in others))
+        step = lcm(stride, *(size // gcd(size, shape[axis]) for shape in others))
         low, high = (known[0] - AROUND, known[-1] + 1 + AROUND) if len(known) else (0, 1)
         sides.append((max(int(low), 0) // step * step, min(-(-int(high) // step) * step, size)))
     (left, right), (top, bottom) = sides

@@ -107,6 +107,21 @@ class Drawing {
     this.painter.drawSplats(this.scratchTarget, thing, warp);
     const [source_ids, window_depths] = this.scratch;
     this.painter.fill(this.shadows, box, "shadow.frag", {}, { ...warp, source_ids, window_depths, first });
+    if (thing.stride) this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
+  }
+
+  // What the points of a frame hide and what goes on behind them, as fewer points: gpu/bridge.py.
+  hiddenBy(thing) {
+    if (thing.hidden) return thing.hidden;
+    const { gl } = this, { stride, axes, scale } = thing, half = Math.floor(stride / 2);
+    const [width, height] = [thing.width, thing.height].map((side) => Math.ceil(side / stride));
+    const surface = makeTexture(gl, "rgba32f", width, height), known = makeIndices(gl, new Uint8Array(width * height).fill(1), 1);
+    const target = makeTarget(gl, [surface]), inputs = { surface_map: thing.surface, source: thing.source, stride };
+    this.painter.fill(target, [0, 0, width, height], "bridge.frag", {}, inputs, false);
+    gl.deleteFramebuffer(target);
+    const source = thing.source.map((value, k) => (k < 2 ? value : value - half) / stride);
+    const size = 1, isRound = false, hasRims = false;
+    return (thing.hidden = { kind: "points", surface, source, axes, scale, known, size, isRound, hasRims });
   }
 
   near(pose) {

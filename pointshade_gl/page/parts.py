@@ -59,6 +59,7 @@ def surface_part(surface: Surface, quality: Quality) -> Part:
         "size": float(sizes[0]) if sizes.size == 1 else None,
         "hasRims": not surface.is_round and bool((sizes == 1).all()),
         "isRound": surface.is_round,
+        "stride": surface.stride,
         "source": list(surface.intrinsics),
         "axes": surface.axes,
         "scale": surface.scale,

@@ -8,7 +8,7 @@ from ..gpu.programs import splice
 
 ENTRIES = (
     "fullscreen.vert", "splats.vert", "splats.frag", "rims.vert", "rims.frag", "resolve_surfaces.frag", "light.frag",
-    "shadow.frag", "mesh.vert", "mesh.frag", "mesh_lit.vert", "mesh_lit.frag", "mesh_shadow.frag",
+    "shadow.frag", "bridge.frag", "mesh.vert", "mesh.frag", "mesh_lit.vert", "mesh_lit.frag", "mesh_shadow.frag",
 )  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")

@@ -32,6 +32,7 @@ void main() {
     if (number == 0) return;
     Piece piece = triangle_piece(square.w, square.triangles, number == SECOND);
     if (number >= QUARTER) piece = outer_piece(square, number == 8 * QUARTER ? 3 : number / (2 * QUARTER));
+    if (piece.box.x > piece.box.z) return;  // of a rim, which draws its own pixel
     vec4 box = piece.box + SEAM * vec4(-1.0, -1.0, 1.0, 1.0);
     side = piece.side;
     place = vec3((gl_VertexID & 1) == 0 ? box.x : box.z, (gl_VertexID & 2) == 0 ? box.y : box.w, 1.0);

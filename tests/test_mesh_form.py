@@ -74,9 +74,10 @@ def test_samples_are_averaged(renderer, golden):
     golden("mesh_samples", actual, mirror_render(frame, normals, [SHADOW], look, eye, finish=Finish(3)), stored=False)
 
 
-def test_both_rasterizers_draw_the_same_mesh(renderer):
+@pytest.mark.parametrize("make", [frames.sphere_before_wall, frames.holes])
+def test_both_rasterizers_draw_the_same_mesh(renderer, make):
     """Of a smooth thing. A depth buffer has 24 bits, so that pixels at a crack may decide otherwise."""
-    frame = frames.sphere_before_wall()
+    frame = make()
     with ps.Renderer(rasterizer="points") as points:
         for shading in ("none", "flat", "gouraud", "phong"):
             options = {"splat": "mesh", "shading": shading}

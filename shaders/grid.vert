@@ -16,6 +16,7 @@ uniform int first_square;         // of those that are drawn
 
 out vec3 place;      // in the square
 flat out vec3 side;
+flat out vec3 inverse_depth;  // of a pixel (u, v, 1): drivers move vertices by up to 1/16 of a pixel, with their depth
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
@@ -36,8 +37,10 @@ void main() {
     vec4 box = piece.box + SEAM * vec4(-1.0, -1.0, 1.0, 1.0);
     side = piece.side;
     place = vec3((gl_VertexID & 1) == 0 ? box.x : box.z, (gl_VertexID & 2) == 0 ? box.y : box.w, 1.0);
-    vec3 at = carry_plane(piece.plane, vec2(square.first), source, view, target) * place;
-    float inverse_depth = dot(piece.plane, place);
+    mat3 carried = carry_plane(piece.plane, vec2(square.first), source, view, target);
+    vec3 at = carried * place;
+    inverse_depth = piece.plane * invert_carried(carried);
     // Pixel centres are at integers: (u + 0.5) / width of the way across. Depth is 1 - near/z, linear in 1/z, as for splats.
-    gl_Position = vec4(2.0 * (at.xy + 0.5 * at.z) / vec2(target_size) - at.z, at.z - 2.0 * near * inverse_depth, at.z);
+    float near_share = near * dot(piece.plane, place);
+    gl_Position = vec4(2.0 * (at.xy + 0.5 * at.z) / vec2(target_size) - at.z, at.z - 2.0 * near_share, at.z);
 }

@@ -148,23 +148,17 @@ class DrawnDepths(Owner):
             self._ends = self._allocate(context.vertex_array, ends, [])
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
-        """Fills `depth` of an image of the view."""
+        """Fills `depth` of an image of the view; its ids mean nothing."""
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(depth=1.0)
-        self.add(image.visible, grid, eye)
-        image.raise_version()
-
-    def add(self, target: moderngl.Framebuffer, grid: Grid, eye: Eye) -> None:
-        """The depth where it is nearest, with colours that mean nothing."""
-        size = eye.camera.width, eye.camera.height
-        here = grid.way(eye) | {"target_size": size, "near": eye.near / grid.scale}
+        here = grid.way(eye) | {"target_size": image.size, "near": eye.near / grid.scale}
         _set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
         _, _, columns, rows = grid.squares
-        target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             for first in range(0, columns * rows, TOGETHER):
                 set_uniforms(self._pieces.program, first_square=first)
                 self._pieces.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
             _set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
             self._ends.render(moderngl.POINTS, vertices=grid.source.width * grid.source.height)
+        image.raise_version()

@@ -130,16 +130,17 @@ class GridObjects(Owner):
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
         """The mesh's depth in a light's view. The eye is the light's."""
-        if isinstance(self._depths, DrawnDepths):
-            self._depths.add(tile.target, grid, eye)
-            return
         image = self._scratch.fit((tile.side, tile.side))
         self._depths.draw(image, grid, eye)
         left, top, width, height = image.window
         confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
         with enabled(self._context, DEPTH_TEST):
-            shadow, near = self._passes.get("shadow.frag", True), eye.near / grid.scale
-            shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
+            if self._look_up:
+                shadow, near = self._passes.get("shadow.frag", True), eye.near / grid.scale
+                shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
+            else:
+                shadow = self._passes.get("grid_shadow.frag")
+                shadow.draw(tile.target, {"window_depths": image.depth}, first=tile.first)
         confine(tile.target, None)
 
     def release(self) -> None:

@@ -14,10 +14,13 @@ uniform int first_square;         // of those that are drawn
 
 #include "squares.glsl"
 
-out vec3 place;      // in the square
+// The piece, for the pixels that it may cover: drivers move vertices by up to 1/16 of a pixel.
+flat out vec3 plane;
+flat out vec4 box;
 flat out vec3 side;
-flat out vec3 inverse_depth;  // of a pixel (u, v, 1): drivers move vertices by up to 1/16 of a pixel, with their depth
+flat out mat3 seen;  // from invert_carried
 
+const float GROWN = 0.125;  // target pixels by which quads are larger than pieces
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 
 // One of the pieces: 0 to 3; 0 if there are not so many.
@@ -34,13 +37,17 @@ void main() {
     Piece piece = triangle_piece(square.w, square.triangles, number == SECOND);
     if (number >= QUARTER) piece = outer_piece(square, number == 8 * QUARTER ? 3 : number / (2 * QUARTER));
     if (piece.box.x > piece.box.z) return;  // of a rim, which draws its own pixel
-    vec4 box = piece.box + SEAM * vec4(-1.0, -1.0, 1.0, 1.0);
+    plane = piece.plane;
+    box = piece.box;
     side = piece.side;
-    place = vec3((gl_VertexID & 1) == 0 ? box.x : box.z, (gl_VertexID & 2) == 0 ? box.y : box.w, 1.0);
-    mat3 carried = carry_plane(piece.plane, vec2(square.first), source, view, target);
+    mat3 carried = carry_plane(plane, vec2(square.first), source, view, target);
+    seen = invert_carried(carried);
+    vec3 middle = carried * vec3(0.5 * (box.xy + box.zw), 1.0);
+    vec2 grown = SEAM + GROWN * middle.z * (abs(seen[0].xy) + abs(seen[1].xy));
+    vec4 around = box + vec4(-grown, grown);
+    vec3 place = vec3((gl_VertexID & 1) == 0 ? around.x : around.z, (gl_VertexID & 2) == 0 ? around.y : around.w, 1.0);
     vec3 at = carried * place;
-    inverse_depth = piece.plane * invert_carried(carried);
     // Pixel centres are at integers: (u + 0.5) / width of the way across. Depth is 1 - near/z, linear in 1/z, as for splats.
-    float near_share = near * dot(piece.plane, place);
+    float near_share = near * dot(plane, place);
     gl_Position = vec4(2.0 * (at.xy + 0.5 * at.z) / vec2(target_size) - at.z, at.z - 2.0 * near_share, at.z);
 }

@@ -36,8 +36,8 @@ def points():
 
 
 def complaint(cell):
-    """'' if no more is wrong than may be. Else the reason."""
-    if cell.passes:
+    """'' if no more is wrong than may be, or than was known of a picture that falls short. Else the reason."""
+    if not cell.got_worse:
         return ""
     FAILURES.mkdir(exist_ok=True)
     sheet([cell]).save(FAILURES / f"eyes {cell.name}.png")

@@ -196,6 +196,7 @@ def fold_at(surface_map: np.ndarray, around: Around, direction: int, source: np.
     plane = around.here[..., None] * np.concatenate([first[..., None], slope], -1)
     ours = around.focal * (plane[..., 0] - F(1))
     meets = (theirs > UNCREASED) & (theirs < -BOTTOMLESS) & (ours > -UNCREASED) & (ours + theirs > CREASED)
+    plane[..., 0] = np.maximum(plane[..., 0], F(1))
     return np.where(meets[..., None], plane, F(0))
 
 

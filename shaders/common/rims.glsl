@@ -196,6 +196,7 @@ vec3 fold_at(sampler2D surface_map, Around around, int direction, vec4 source) {
         vec2 slope = inverse_depth_slope(there.xyz, pixel_ray(vec2(around.pixel) + outward, source), there.w, source);
         plane = around.here * vec3(1.0 / there.w - dot(slope, outward), slope);
         float ours = around.focal * (plane.x - 1.0);
+        plane.x = max(plane.x, 1.0);  // the pixel itself stays where it is
         if (!(ours > -UNCREASED && ours + theirs > CREASED)) plane = vec3(0.0);
     }
     return plane;

@@ -159,19 +159,6 @@ def meet_rim(
     return nearest, nearest_off
 
 
-def rim_inverse_depth(
-    rim: Rim,
-    pixel: np.ndarray,
-    own: np.ndarray,
-    inverse_depth: np.ndarray,
-    target_pixel: np.ndarray,
-    source: np.ndarray,
-    view: np.ndarray,
-    target: np.ndarray,
-) -> np.ndarray:
-    return meet_rim(rim, pixel, own, inverse_depth, target_pixel, source, view, target)[0]
-
-
 def _within(off: np.ndarray, box: np.ndarray) -> np.ndarray:
     """(n, 2) whether across and down a place lies in a box: left, top, right, bottom."""
     return np.logical_and(off >= box[..., :2], off <= box[..., 2:])

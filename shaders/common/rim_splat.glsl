@@ -98,7 +98,7 @@ vec2 roots_of(float square, float linear, float constant) {
     return vec2(q / square, constant / q);
 }
 
-// Where a ray meets the plane of a rim, folded: the unknown of rim_inverse_depth, or BOTTOMLESS. before: how far it runs
+// Where a ray meets the plane of a rim, folded: the unknown of meet_rim, or BOTTOMLESS. before: how far it runs
 // before the plane, and how that changes; start, change: as there. What is behind all planes is inside: the ray enters
 // at the last plane that it meets from ahead, unless it has left one before.
 float meet_folds(Rim rim, vec2 before, float closer, float focal, vec3 start, vec3 change) {
@@ -152,10 +152,4 @@ vec3 meet_rim(
         if (meets && met > nearest.x) nearest = vec3(met, off);
     }
     return nearest;
-}
-
-float rim_inverse_depth(
-    Rim rim, vec2 pixel, vec4 own, float inverse_depth, vec2 target_pixel, vec4 source, mat4 view, vec4 target
-) {
-    return meet_rim(rim, pixel, own, inverse_depth, target_pixel, source, view, target).x;
 }

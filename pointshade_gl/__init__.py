@@ -10,9 +10,11 @@ from .frame import Frame
 from .light import Light
 from .look import Look, Material
 from .mesh import Mesh
+from .node import Node
 from .point_cloud import PointCloud
+from .point_object import PointObject
 from .renderer import Renderer
-from .scene import Node, PointObject, Scene
+from .scene import Scene
 from .shared_renderer import estimate_normals, render, render_depth, render_points
 from .view import View
 

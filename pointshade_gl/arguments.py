@@ -13,7 +13,9 @@ from .camera import Camera
 from .checks import check_type, shown
 from .frame import Frame
 from .look import Look, Material
-from .scene import Node, PointObject, Scene, check_frames
+from .node import Node
+from .point_object import PointObject, check_frames
+from .scene import Scene
 from .view import viewing_pose
 
 FilePath = str | PathLike[str]

@@ -50,7 +50,9 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tup
 
 def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
     """Frames as one object; who looks is the first one's camera."""
-    from .scene import Node, PointObject, Scene
+    from .node import Node
+    from .point_object import PointObject
+    from .scene import Scene
 
     return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
 

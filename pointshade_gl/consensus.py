@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frame import Frame
+from .noise import Choice
 
-MOST_FRAMES = 200
 COMPARED = 16  # others that a frame is compared with, at most: those seen from nearest by
 NARROWEST, WIDEST = 0.004, 0.04  # of the band, a share of 1/z
 SPREADS = 3.0  # of the differences between frames that the band holds
@@ -26,6 +26,17 @@ APART = 0.02  # of the depth: a surface that lies so much farther than a point c
 JUDGED = 0.2  # of the samples that two frames share, those that neither hides from the other, at least
 NO_OVERLAP = 1e29  # what is greater stands for it, see compare.frag
 Matrix = NDArray[np.float64]
+
+
+class SetReport(NamedTuple):
+    """What was found out about n frames that one picture shows as one object."""
+
+    choices: tuple[Choice, ...]  # what estimated each frame's normals
+    band: float  # share of 1/z within which two frames see the same surface
+    gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
+    points: NDArray[np.int64]  # (n,) points of each frame
+    distrusted: NDArray[np.int64]  # (n,) how many of them are not trusted
+    importances: NDArray[np.float64]  # (n,) weights of the frames in the picture, 1 if primary
 
 
 class Comparison(NamedTuple):

@@ -17,7 +17,7 @@ from .gpu.point_objects import ShownPoints
 from .gpu.steps import Steps
 from .gpu.target import SurfaceImage, Target
 from .look import LIT_EARLY
-from .scene import Placed
+from .placed import Placed
 from .shot import Shot, material_of
 
 

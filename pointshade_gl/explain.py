@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .consensus import is_primary
+from .consensus import SetReport, is_primary
 from .highlight_fit import FoundHighlights, describe_highlights
 from .light_fit import FoundLight, describe_light
 from .noise import Choice, describe
@@ -18,17 +17,6 @@ TOLD = 0.02  # a frame's exposure differs by so much from the mean before it is 
 TINTED = 0.03  # and its channels by so much from each other
 LEAST = 5e-4  # share of the points that is worth a number
 MOST = 5  # frames that a line names
-
-
-class SetReport(NamedTuple):
-    """What was found out about n frames that one picture shows as one object."""
-
-    choices: tuple[Choice, ...]  # what estimated each frame's normals
-    band: float  # share of 1/z within which two frames see the same surface
-    gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
-    points: NDArray[np.int64]  # (n,) points of each frame
-    distrusted: NDArray[np.int64]  # (n,) how many of them are not trusted
-    importances: NDArray[np.float64]  # (n,) weights of the frames in the picture, 1 if primary
 
 
 def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[str] = ()) -> list[str]:

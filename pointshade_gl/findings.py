@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .explain import SetReport
+from .consensus import SetReport
 from .frame import Frame
 from .gpu.grid_objects import ShownGrid
 from .gpu.mesh_objects import PlacedMesh
@@ -15,7 +15,7 @@ from .gpu.tiles import TiledPoints
 from .highlight_fit import FoundHighlights
 from .light_fit import FoundLight
 from .noise import Choice
-from .scene import Placed
+from .placed import Placed
 
 Drawn = Mapping[Placed, Thing]  # what a picture shows, on the GPU
 

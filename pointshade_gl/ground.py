@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from .floor import shown_floor
 from .frame import Frame
 from .light import Light, unit
-from .scene import Placed, PointObject, Scene
+from .placed import Placed
+from .point_object import PointObject
+from .scene import Scene
 from .underside import lowest_point
 from .view import upright_of
 

@@ -20,7 +20,7 @@ from .gpu.steps import Steps
 from .gpu.tiles import TiledPoints
 from .look import LIT_EARLY, Material
 from .mesh import Mesh
-from .scene import Placed
+from .placed import Placed
 from .shadow_views import ShadowView, shadow_views
 from .shot import Shot, material_of
 

@@ -9,7 +9,7 @@ from .camera import Camera, Eye
 from .checks import check_float
 from .frame import Frame
 from .look import Look
-from .scene import Placed
+from .placed import Placed
 
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
 PLACES = 160  # in a row of the surface that a frame hides, about

@@ -9,9 +9,9 @@ from contextlib import closing
 from typing import Any
 
 from .checks import check_type, shown
-from .consensus import MOST_FRAMES
 from .frame import Frame
 from .notes import print_note
+from .point_object import MOST_FRAMES
 from .sources import prefetched
 
 Item = tuple[int, Any]  # number of the source; a frame, a sentence about one that is missing, None at the end, an error

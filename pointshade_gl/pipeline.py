@@ -22,7 +22,8 @@ from .gpu.target import Target
 from .gpu.tiles import TiledPoints
 from .lamplighting import Lamplighting
 from .light import Light
-from .scene import Matrix, Placed, Scene
+from .placed import Matrix, Placed
+from .scene import Scene
 from .shot import compose
 from .summing import Summing
 from .things import Things

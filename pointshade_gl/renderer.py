@@ -32,8 +32,9 @@ from .look import SHADINGS, Look, Material
 from .noise import Choice
 from .notebook import Picture
 from .pipeline import Pipeline
+from .placed import Placed
 from .point_cloud import PointCloud, cloud_of
-from .scene import Placed, Scene
+from .scene import Scene
 from .view import viewing_pose
 
 RASTERIZERS = ("auto", "points", "compute")

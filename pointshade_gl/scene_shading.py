@@ -7,7 +7,9 @@ from functools import lru_cache
 from typing import Any
 
 from .mesh import Mesh
-from .scene import Node, PointObject, Scene
+from .node import Node
+from .point_object import PointObject
+from .scene import Scene
 
 
 @lru_cache(maxsize=4)

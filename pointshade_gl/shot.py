@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from .camera import Camera, Eye
 from .light import Light, at_upper_left
 from .look import Material
-from .scene import Placed, PointObject, Scene
+from .placed import Placed
+from .point_object import PointObject
+from .scene import Scene
 
 Matrix = NDArray[np.float64]
 

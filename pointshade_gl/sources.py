@@ -14,7 +14,6 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from .checks import shown
-from .consensus import MOST_FRAMES
 from .files.builtin import SCENES, builtin_folder
 from .files.content import FilePath
 from .files.frames import load_frame
@@ -23,6 +22,7 @@ from .files.sequences import FrameSequence, first_readable, open_frames
 from .frame import Frame
 from .gltf import load_scene
 from .notes import Note, once, print_note
+from .point_object import MOST_FRAMES
 from .scene import Scene
 from .wording import option
 

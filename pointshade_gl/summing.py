@@ -16,8 +16,8 @@ from .gpu.steps import Steps
 from .gpu.target import Target
 from .ground import ground_under, seen_ground
 from .lamplighting import Lamplighting
+from .placed import Placed
 from .samples import at_sample
-from .scene import Placed
 from .shot import Shot
 
 

@@ -22,7 +22,8 @@ from .gpu.tiles import TiledPoints, TileStore
 from .level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from .look import LIT_EARLY, Look, check_sizes
 from .mesh import Mesh
-from .scene import Placed, PointObject
+from .placed import Placed
+from .point_object import PointObject
 from .shot import Shot, is_alone
 from .tiling import needs_tiles
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.explain import SetReport, explain_set
+from pointshade_gl.consensus import SetReport
+from pointshade_gl.explain import explain_set
 from pointshade_gl.findings import findings
 from pointshade_gl.noise import Choice
 

@@ -20,7 +20,8 @@ from ..files.sequences import FrameSequence
 from ..look import Look
 from ..notebook import Picture
 from ..notes import Note, once, print_note, taken
-from ..scene import Scene, check_frames
+from ..point_object import check_frames
+from ..scene import Scene
 from ..shared_renderer import renderer_here
 from ..sources import open_source
 from ..view import View

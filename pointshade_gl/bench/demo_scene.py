@@ -19,7 +19,9 @@ from ..gltf.views import FLIP, light_place
 from ..light import Light
 from ..look import Material
 from ..mesh import Mesh
-from ..scene import Node, PointObject, Scene
+from ..node import Node
+from ..point_object import PointObject
+from ..scene import Scene
 from .vase import POSE, UPRIGHT
 
 FOLDER = Path(__file__).parents[2] / "assets" / "scene"

@@ -18,9 +18,11 @@ from ..consensus import COMPARED
 from ..frame import Frame
 from ..light import Light
 from ..look import NORMALS_AT, Material
+from ..node import Node
+from ..point_object import PointObject
 from ..reference.picture import sample_picture
 from ..renderer import Renderer
-from ..scene import Node, PointObject, Scene
+from ..scene import Scene
 from .measure import angle
 from .picture_scores import SAME_DEPTH, near_edge
 from .scenes import standard_camera

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..consensus import MOST_FRAMES
 from ..files.arrays import read_npy
 from ..files.limits import SCENE_FRAMES, check_limit
 from ..files.pictures import save_image
 from ..frame import Frame
 from ..look import SWITCHES, Look, Material
-from ..scene import PointObject
+from ..point_object import MOST_FRAMES, PointObject
 from ..wording import shown
 from .checks import numbers, telling
 from .extras import options, switch

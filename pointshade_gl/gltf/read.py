@@ -13,8 +13,9 @@ from ..files.limits import MAX_PIXELS, PARTS, check_limit
 from ..files.names import Folder
 from ..frame import Frame
 from ..light import Light
+from ..node import Node
 from ..notes import Note, print_note
-from ..scene import Node, Scene
+from ..scene import Scene
 from ..wording import as_python, cut, option
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container

@@ -19,7 +19,9 @@ from ..frame import Frame
 from ..light import Light
 from ..look import Material
 from ..mesh import Mesh
-from ..scene import Node, PointObject, Scene
+from ..node import Node
+from ..point_object import PointObject
+from ..scene import Scene
 from .checks import telling
 from .container import LIGHTS, UNLIT, library, pack
 from .layout import layout

@@ -8,8 +8,7 @@ import moderngl
 import numpy as np
 
 from ..camera import Camera, Eye
-from ..consensus import primary_shares
-from ..explain import SetReport
+from ..consensus import SetReport, primary_shares
 from ..level_of_detail import bridged_camera
 from .canvas import Canvas
 from .compute_splats import ComputeSplatPass

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from ..finish import Finish
 from ..light import Light
-from ..scene import PointObject, Scene
+from ..point_object import PointObject
+from ..scene import Scene
 
 
 def left_out(scene: Scene, lights: Iterable[Light], finish: Finish) -> Iterator[str]:

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from ..frame import Frame
 from ..level_of_detail import coarser
-from ..scene import Node, PointObject, Scene
+from ..node import Node
+from ..point_object import PointObject
+from ..scene import Scene
 
 Source = Frame | Sequence[Frame] | Scene
 

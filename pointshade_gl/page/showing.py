@@ -13,7 +13,8 @@ from ..camera import Camera
 from ..finish import Finish
 from ..frame import Frame
 from ..light import Light, at_upper_left
-from ..scene import Placed, Scene
+from ..placed import Placed
+from ..scene import Scene
 from ..shot import is_alone, material_of
 from ..viewer.stage import Stage
 from ..viewer.state import State

@@ -16,7 +16,9 @@ from ..ground import ground_under
 from ..level_of_detail import MERGE, bridged_camera, bridged_stride
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
-from ..scene import Node, PointObject, Scene
+from ..node import Node
+from ..point_object import PointObject
+from ..scene import Scene
 from ..shadow_views import ShadowView, Span, shadow_views
 from ..shot import Shot
 from .bridge import bridge

@@ -15,7 +15,9 @@ from ..frame import Frame
 from ..level_of_detail import MERGE
 from ..light import Light, at_upper_left, light_rows
 from ..look import Look
-from ..scene import Node, PointObject, Scene
+from ..node import Node
+from ..point_object import PointObject
+from ..scene import Scene
 from ..shadow_views import shadow_views
 from ..shot import Shot
 from .camera import pixel_ray

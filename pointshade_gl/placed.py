@@ -1,0 +1,105 @@
+"""Content of a node where it lies in the world: its axes, its corners, its scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import Mesh
+from .node import Node
+from .point_object import PointObject
+
+Matrix = NDArray[np.float64]
+ROUNDING = 1e-12  # a scale this near to 1 is 1
+Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for a root, and which child it is
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Content of a node with its place in the world."""
+
+    content: Any
+    world: Matrix  # (4, 4) node-to-world
+    node: Node
+    way: Way
+
+    @cached_property
+    def path(self) -> tuple[int, ...]:
+        """Which child of which child the node is."""
+        path, way = [], self.way
+        while way is not None:
+            way, k = way
+            path.append(k)
+        return tuple(path[::-1])
+
+    @cached_property
+    def axes(self) -> Matrix:
+        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes, of
+        several frames those of the first."""
+        return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
+
+    @property
+    def members(self) -> tuple[Placed, ...]:
+        """Each frame of a point object as if it was placed by itself."""
+        return (self,) if self.content.is_single else self._members
+
+    @cached_property
+    def _members(self) -> tuple[Placed, ...]:
+        return tuple(Placed(member, self.world, self.node, self.way) for member in self.content.members)
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """(n, 3) corners of a box round the content, of each frame one, world; (0, 3) when it has no points."""
+        content: PointObject | Mesh = self.content
+        if isinstance(content, PointObject) and not content.is_single:
+            return np.concatenate([member.corners for member in self.members])
+        if isinstance(content, PointObject):
+            reach = content.look.farthest_reach
+            return self._to_world(content.frame.corners if reach <= 0.5 else content.frame.splat_corners(reach))
+        return self._to_world(content.corners)
+
+    @cached_property
+    def main_corners(self) -> NDArray[np.float64]:
+        """The same without a frame's stray points."""
+        is_frame = isinstance(self.content, PointObject)
+        if is_frame and not self.content.is_single:
+            return np.concatenate([member.main_corners for member in self.members])
+        return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
+
+    @property
+    def grain(self) -> float:
+        """How wide a pixel of a frame is at its median distance, world units."""
+        camera = self.content.frame.camera
+        return self.content.scale * self.rigid_axes[1] / (0.5 * (abs(camera.fx) + abs(camera.fy)))
+
+    def seen_from(self, pose: Matrix) -> Matrix:
+        """(4, 4) the rigid pose of somebody in the world, as the frames of a point object have theirs."""
+        seen = np.linalg.inv(self.world) @ pose
+        seen[:3, :3] /= np.cbrt(np.linalg.det(seen[:3, :3]))
+        return seen
+
+    def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return points @ self.axes[:3, :3].T + self.axes[:3, 3]
+
+    @cached_property
+    def rigid_axes(self) -> tuple[Matrix, float]:
+        """`axes` as rotation and translation, (4, 4), and the one scale that the node gives a point object.
+
+        Raises ValueError for what a point object cannot have: a scale that differs by axis, a shear, a mirror.
+        """
+        linear = self.world[:3, :3]
+        scale = float(np.cbrt(np.linalg.det(linear)))
+        if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
+            raise ValueError(
+                f"{self.node.title}: a point object takes rotation, translation and one scale for all axes, "
+                f"got {np.round(linear, 4).tolist()}"
+            )
+        scale = 1.0 if abs(scale - 1) < ROUNDING else scale
+        rigid = self.axes.copy()
+        rigid[:3, :3] /= scale
+        rigid.flags.writeable = False
+        return rigid, scale

@@ -3,32 +3,32 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .camera import Camera, orbit_pose
-from .errors import ContextError, ShaderError
-from .finish import Finish
-from .frame import Frame
-from .light import Light
-from .look import Look, Material
-from .mesh import Mesh
-from .node import Node
-from .point_cloud import PointCloud
-from .point_object import PointObject
-from .renderer import Renderer
-from .scene import Scene
-from .shared_renderer import estimate_normals, render, render_depth, render_points
-from .view import View
+from .messages.errors import ContextError, ShaderError
+from .rendering.renderer import Renderer
+from .rendering.thread_renderer import estimate_normals, render, render_depth, render_points
+from .scene.appearance import Look, Material
+from .scene.camera import Camera, orbit_pose
+from .scene.frame import Frame
+from .scene.graph import Scene
+from .scene.light import Light
+from .scene.mesh import Mesh
+from .scene.node import Node
+from .scene.point_cloud import PointCloud
+from .scene.point_object import PointObject
+from .scene.render_settings import Finish
+from .scene.view import View
 
 if TYPE_CHECKING:
-    from .files.film import Film
-    from .files.frames import load_frame
-    from .files.maps import save_depth, save_normals
-    from .files.pictures import save_image
-    from .files.points import save_points
+    from .files.frames.frame_files import load_frame
+    from .files.gltf import load_scene, save_scene
+    from .files.live_set import live_set
+    from .files.pictures.picture_files import save_image
     from .files.realsense import RealSenseSource
-    from .gltf import load_scene, save_scene
-    from .live import live_set
+    from .files.sources import open_source, prefetched
+    from .files.writing.depth_and_normal_maps import save_depth, save_normals
+    from .files.writing.film import Film
+    from .files.writing.point_clouds import save_points
     from .page import save_page, show
-    from .sources import open_source, prefetched
 
 __version__ = "0.1.0"
 __all__ = [
@@ -70,32 +70,40 @@ __all__ = [
 
 # Files are half of the package, and not every program reads or writes each kind: these are imported when first used.
 _LATER = {
-    "Film": ".files.film",
+    "Film": ".files.writing.film",
     "RealSenseSource": ".files.realsense",
-    "live_set": ".live",
-    "load_frame": ".files.frames",
-    "load_scene": ".gltf",
-    "open_source": ".sources",
-    "prefetched": ".sources",
-    "save_depth": ".files.maps",
-    "save_image": ".files.pictures",
-    "save_normals": ".files.maps",
+    "live_set": ".files.live_set",
+    "load_frame": ".files.frames.frame_files",
+    "load_scene": ".files.gltf",
+    "open_source": ".files.sources",
+    "prefetched": ".files.sources",
+    "save_depth": ".files.writing.depth_and_normal_maps",
+    "save_image": ".files.pictures.picture_files",
+    "save_normals": ".files.writing.depth_and_normal_maps",
     "save_page": ".page",
-    "save_points": ".files.points",
-    "save_scene": ".gltf",
+    "save_points": ".files.writing.point_clouds",
+    "save_scene": ".files.gltf",
     "show": ".page",
 }
-_MODULES = ("batch", "files", "gltf", "live", "sources")  # of these too: help(pointshade_gl.gltf)
+# of these too: help(pointshade_gl.gltf)
+_MODULES = {
+    "batch": ".batch",
+    "files": ".files",
+    "gltf": ".files.gltf",
+    "live": ".files.live_set",
+    "sources": ".files.sources",
+}
 
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
 
-def __getattr__(name: str) -> Any:
-    if name in _MODULES:
-        return import_module(f".{name}", __name__)
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_LATER[name], __name__), name)
-    globals()[name] = found  # the next time without us
-    return found
+    def __getattr__(name: str) -> Any:
+        if name in _MODULES:
+            return import_module(_MODULES[name], __name__)
+        if name not in _LATER:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = getattr(import_module(_LATER[name], __name__), name)
+        globals()[name] = found  # the next time without us
+        return found
 
 
 def __dir__() -> list[str]:

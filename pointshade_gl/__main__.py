@@ -1,5 +1,5 @@
 """`python -m pointshade_gl` is the command `pointshade`."""
 
-from .cli import main
+from .cli.main import main
 
 main()

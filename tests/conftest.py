@@ -16,12 +16,12 @@ import pytest
 from hypothesis import settings
 
 import pointshade_gl as ps
-from pointshade_gl import cli
-from pointshade_gl.wording import option
+from pointshade_gl.cli import main as cli
+from pointshade_gl.messages.formatting import option
 
-from .browser import Browser, find_chromium
-from .compare import compare_images, difference_picture
-from .shader_function import evaluate
+from .support.browser import Browser, find_chromium
+from .support.compare import compare_images, difference_picture
+from .support.shader_function import evaluate
 
 HERE = Path(__file__).resolve().parent
 GOLDEN, FAILURES = HERE / "golden", HERE / "failures"
@@ -120,7 +120,7 @@ def open_viewer(display):
     """open_viewer(source, ..., kind=Viewer) opens a window and draws it. At the end GL must have no error."""
     from pointshade_gl.viewer import Viewer
 
-    from . import frames
+    from .support import frames
 
     made = []
 

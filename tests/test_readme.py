@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.files.builtin import asset
+from pointshade_gl.files.access.builtin import asset
 
-from . import frames
-from .small_ray import small_ray
+from .support import frames
+from .support.small_ray import small_ray
 
 README = Path(__file__).resolve().parent.parent / "README.md"
 EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL) if "Viewer" not in text]

@@ -1,10 +1,33 @@
-"""Imports: no circles, and only tests and the benchmark import the mirror."""
+"""The architecture: layers that import one way, no circles of files or packages, few names at the top.
+
+Imports for types alone count, too.
+"""
 
 import ast
+from itertools import pairwise
 from pathlib import Path
+
+import pytest
 
 PACKAGE = "pointshade_gl"
 ROOT = Path(__file__).resolve().parent.parent / PACKAGE
+
+# What each package at the top may import, besides itself: the arrows of the picture in CONTRIBUTING.md.
+LAYERS = {
+    "messages": "",
+    "scene": "messages",
+    "estimation": "messages scene",
+    "gpu": "messages scene estimation",
+    "pipeline": "messages scene estimation gpu",
+    "files": "messages scene",
+    "rendering": "messages scene estimation gpu pipeline files",
+    "viewer": "messages scene estimation gpu pipeline files rendering",
+    "page": "messages scene estimation gpu pipeline files rendering",
+    "batch": "messages scene estimation gpu pipeline files rendering page",
+    "bench": "messages scene estimation gpu pipeline files rendering",
+    "cli": "messages scene estimation gpu pipeline files rendering viewer page batch bench",
+}
+MOST_AT_THE_TOP = 16
 
 
 def module_name(path):
@@ -16,23 +39,19 @@ def module_name(path):
 MODULES = {module_name(path): path for path in sorted(ROOT.rglob("*.py"))}
 
 
-def running(tree):
-    """All nodes of a syntax tree except those below `if TYPE_CHECKING:`."""
-    yield tree
-    guarded = isinstance(tree, ast.If) and "TYPE_CHECKING" in ast.unparse(tree.test)
-    for child in tree.orelse if guarded else ast.iter_child_nodes(tree):
-        yield from running(child)
+def package_of(name):
+    """The folder that a module lies in."""
+    return name if MODULES[name].name == "__init__.py" else name.rpartition(".")[0]
 
 
 def imports(name):
-    """The modules of the package that a module imports when it runs, at its top or inside a function."""
-    path = MODULES[name]
-    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    for node in running(ast.parse(path.read_text(encoding="utf-8"))):
+    """The modules of the package that a module imports: at its top, inside functions, for types."""
+    package = package_of(name).split(".")
+    for node in ast.walk(ast.parse(MODULES[name].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in MODULES)
         elif isinstance(node, ast.ImportFrom):
-            above = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            above = package[: len(package) - node.level + 1] if node.level else []
             source = ".".join([*above, *([node.module] if node.module else [])])
             for alias in node.names:
                 if f"{source}.{alias.name}" in MODULES:
@@ -42,6 +61,17 @@ def imports(name):
 
 
 GRAPH = {name: sorted(set(imports(name))) for name in MODULES}
+
+
+def packages(graph):
+    """The same between folders. A folder and one inside it are one room."""
+    rooms = {package_of(name): set() for name in graph}
+    for name, targets in graph.items():
+        here = package_of(name)
+        for there in map(package_of, targets):
+            if not f"{here}.".startswith(f"{there}.") and not f"{there}.".startswith(f"{here}."):
+                rooms[here].add(there)
+    return {room: sorted(targets) for room, targets in rooms.items()}
 
 
 def find_circle(graph):
@@ -61,15 +91,54 @@ def find_circle(graph):
     return next((circle for name in graph if (circle := visit(name, []))), None)
 
 
-def test_no_modules_import_each_other_in_a_circle():
+def layer(name):
+    """The package at the top that a module belongs to; empty for the package itself."""
+    return [*name.split("."), ""][1]
+
+
+def test_no_files_import_each_other_in_a_circle():
     circle = find_circle(GRAPH)
     assert circle is None, " -> ".join(circle)
 
 
-def test_only_the_benchmark_and_tests_import_the_reference():
-    mirror = f"{PACKAGE}.reference"
-    users = {name for name, targets in GRAPH.items() if any(target.startswith(mirror) for target in targets)}
-    assert {name for name in users if not name.startswith((mirror, f"{PACKAGE}.bench"))} == set()
+def test_no_packages_import_each_other_in_a_circle():
+    circle = find_circle(packages(GRAPH))
+    assert circle is None, " -> ".join(circle)
+
+
+def test_every_package_at_the_top_is_a_layer():
+    assert {layer(name) for name in MODULES} - {"", "__main__"} == set(LAYERS)
+
+
+@pytest.mark.parametrize("above", LAYERS)
+def test_a_layer_imports_only_what_lies_below_it(above):
+    allowed = {above, *LAYERS[above].split()}
+    wrong = [
+        f"{name} -> {target}"
+        for name, targets in GRAPH.items()
+        if layer(name) == above
+        for target in targets
+        if layer(target) and layer(target) not in allowed
+    ]
+    assert not wrong
+
+
+def test_few_names_lie_at_the_top():
+    top = [entry.name for entry in ROOT.iterdir() if entry.name != "__pycache__"]
+    assert len(top) <= MOST_AT_THE_TOP, sorted(top)
+
+
+def test_the_contributors_page_draws_these_layers():
+    page = (ROOT.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    picture = page.split("```mermaid", 1)[1].split("```", 1)[0]
+    arrows = [line.split("-->") for line in picture.splitlines() if "-->" in line]
+    drawn = {(above.strip(), below.strip()) for chain in arrows for above, below in pairwise(chain)}
+    assert {name for arrow in drawn for name in arrow} == set(LAYERS)
+    below = {name: set() for name in LAYERS}
+    for name in LAYERS:  # in this order all that a layer may import has been seen
+        for _, target in (arrow for arrow in drawn if arrow[0] == name):
+            below[name] |= {target, *below[target]}
+    assert below == {name: set(allowed.split()) for name, allowed in LAYERS.items()}
 
 
 def test_a_circle_is_found_and_named():
@@ -78,7 +147,7 @@ def test_a_circle_is_found_and_named():
     assert find_circle({"a": ["a"]}) == ["a", "a"]
 
 
-def test_the_graph_holds_what_functions_import_and_not_what_only_types_need():
-    assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli"]  # inside a function
-    assert f"{PACKAGE}.scene" not in GRAPH[f"{PACKAGE}.gltf"]  # under `if TYPE_CHECKING:`
-    assert f"{PACKAGE}.camera" in GRAPH[PACKAGE] and PACKAGE in GRAPH[f"{PACKAGE}.cli"]
+def test_the_graph_holds_what_functions_and_types_import():
+    assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli.main"]  # inside a function
+    assert f"{PACKAGE}.scene.graph" in GRAPH[f"{PACKAGE}.files.gltf"]  # under `if TYPE_CHECKING:`
+    assert f"{PACKAGE}.scene.camera" in GRAPH[PACKAGE] and PACKAGE in GRAPH[f"{PACKAGE}.cli.main"]

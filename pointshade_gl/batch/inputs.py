@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from ..files.builtin import FRAMES, SCENES
-from ..files.folders import check_folder, find_frames
-from ..files.known import (
+from ..files.access.builtin import FRAMES, SCENES
+from ..files.access.file_name_patterns import (
     CAMERAS,
     COLOR,
     COLOR_LISTS,
@@ -28,9 +27,10 @@ from ..files.known import (
     SPARSE,
     TRANSFORMS,
 )
-from ..files.listing import LEVELS, Item, kind_of, list_files, natural, words_of
-from ..files.names import Folder
-from ..sources import SCENE_FILES
+from ..files.access.folder_listing import LEVELS, Item, kind_of, list_files, natural, words_of
+from ..files.access.safe_paths import Folder
+from ..files.index.folders import check_folder, find_frames
+from ..files.sources import SCENE_FILES
 
 _ALONE = (".r3d", ".heic", ".heif")  # files of which each is a source, where no depth lies beside them
 _OF_SEQUENCES = DEPTH | COLOR | SHOWN_DEPTH | NEITHER | SPARSE | FRAME_CAMERAS | FRAME_POSES  # words for their folders

@@ -8,23 +8,23 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files.builtin import builtin_folder
-from ..files.film import FILM_SUFFIXES
-from ..files.maps import save_normals
-from ..files.parts import ReadOptions
-from ..files.pictures import save_image
-from ..files.sequences import FrameSequence, first_readable, open_frames
-from ..files.whole import sha256_of
-from ..frame import Frame
-from ..look import Look
-from ..notes import Note, once, print_note, taken
-from ..renderer import Renderer
-from ..scene import Scene
-from ..scene_shading import shaded
-from ..series import jobs_of, write_series
-from ..shared_renderer import renderer_here
-from ..sources import is_scene, load_any
-from ..view import View
+from ..files.access.atomic_write import sha256_of
+from ..files.access.builtin import builtin_folder
+from ..files.frames.frame_parts import ReadOptions
+from ..files.frames.sequences import FrameSequence, first_readable, open_frames
+from ..files.pictures.picture_files import save_image
+from ..files.sources import is_scene, load_any
+from ..files.writing.depth_and_normal_maps import save_normals
+from ..files.writing.film import FILM_SUFFIXES
+from ..messages.notes import Note, once, print_note, taken
+from ..rendering.image_sequence import jobs_of, write_series
+from ..rendering.renderer import Renderer
+from ..rendering.thread_renderer import renderer_here
+from ..scene.appearance import Look
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.shading_override import shaded
+from ..scene.view import View
 
 PICTURES = ("png", "jpg", "webp", "tif")
 FILMS = tuple(suffix[1:] for suffix in FILM_SUFFIXES)
@@ -152,7 +152,7 @@ def _write_picture(job: Job, device: int) -> str:
 
 
 def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
-    from ..page.write import LARGEST, write_page  # only here: it is large
+    from ..page.page_file import LARGEST, write_page  # only here: it is large
 
     options, name = job.view.of(source), Path(job.source).stem
     sides = (LARGEST,) if job.view.size is None else (options["camera"].width, options["camera"].height)

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ..files.whole import hidden_beside, written_whole
+from ..files.access.atomic_write import hidden_beside, written_whole
 from .jobs import Done, Job
 from .on_ray import on_ray
 from .workers import Failed, checked, outcome_of, remove_rest

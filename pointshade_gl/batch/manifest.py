@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ..files.whole import check_place, sha256_of
-from ..wording import option
+from ..files.access.atomic_write import check_place, sha256_of
+from ..messages.formatting import option
 from .jobs import Done
 
 PATTERN = "manifest*.jsonl"

@@ -12,19 +12,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import FilePath, loaded
-from ..checks import check_count, check_flag, check_number, check_type, shown
-from ..errors import ContextError, ShaderError
-from ..files.builtin import FRAMES, SCENES, builtin_folder
-from ..files.sequences import FrameSequence
-from ..look import Look
-from ..notebook import Picture
-from ..notes import Note, once, print_note, taken
-from ..point_object import check_frames
-from ..scene import Scene
-from ..shared_renderer import renderer_here
-from ..sources import open_source
-from ..view import View
+from ..files.access.builtin import FRAMES, SCENES, builtin_folder
+from ..files.frames.sequences import FrameSequence
+from ..files.sources import open_source
+from ..messages.errors import ContextError, ShaderError
+from ..messages.formatting import shown
+from ..messages.notes import Note, once, print_note, taken
+from ..messages.validation import check_count, check_flag, check_number, check_type
+from ..rendering.notebook import Picture
+from ..rendering.request import FilePath, loaded
+from ..rendering.thread_renderer import renderer_here
+from ..scene.appearance import Look
+from ..scene.graph import Scene
+from ..scene.point_object import check_frames
+from ..scene.view import View
 from .jobs import Job, read
 from .on_ray import on_ray
 from .processes import on_processes, usable_cores

@@ -10,10 +10,10 @@ from functools import partial
 from typing import Any
 
 from .. import __version__
-from ..files.whole import OURS
-from ..gpu.cuda_devices import egl_device
-from ..notes import print_note
-from ..wording import option
+from ..files.access.atomic_write import OURS
+from ..gpu.context.cuda_devices import egl_device
+from ..messages.formatting import option
+from ..messages.notes import print_note
 from .cluster import LOCAL, connected
 from .processes import TRIES, Function, Lost, Task, Tasks, no_rest
 

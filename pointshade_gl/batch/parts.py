@@ -11,14 +11,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..files.builtin import builtin_folder, builtin_scene
-from ..files.folders import find_frames, is_container
-from ..files.known import CAMERA_SUFFIXES, POSE_SUFFIXES
-from ..files.listing import LEVELS, list_files
-from ..files.names import Folder
-from ..files.parts import ReadOptions
-from ..files.sequences import open_frames
-from ..sources import SCENE_FILES, is_scene
+from ..files.access.builtin import builtin_folder, builtin_scene
+from ..files.access.file_name_patterns import CAMERA_SUFFIXES, POSE_SUFFIXES
+from ..files.access.folder_listing import LEVELS, list_files
+from ..files.access.safe_paths import Folder
+from ..files.frames.frame_parts import ReadOptions
+from ..files.frames.sequences import open_frames
+from ..files.index.folders import find_frames, is_container
+from ..files.sources import SCENE_FILES, is_scene
 from .inputs import Source, is_about_frames
 
 

@@ -16,7 +16,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
 
-from ..files.whole import OURS
+from ..files.access.atomic_write import OURS
 
 TRIES = 2  # of a task whose worker dies: something else may have used up the memory
 _PATIENCE = 5.0  # seconds that an idle worker has to end by itself

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import Camera
-from ..checks import check_numbers, check_type
-from ..frame import Frame
-from ..look import Look
-from ..notes import print_note
-from ..view import View
+from ..messages.notes import print_note
+from ..messages.validation import check_numbers, check_type
+from ..scene.appearance import Look
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.view import View
 from .map import Drawing, check_view, draw
 from .on_ray import device_here
 

@@ -7,9 +7,9 @@ from collections.abc import Generator, Sequence
 from contextlib import closing
 from typing import NamedTuple
 
-from ..errors import ContextError
-from ..files.whole import remove_hidden
-from ..wording import as_command_line
+from ..files.access.atomic_write import remove_hidden
+from ..messages.errors import ContextError
+from ..messages.formatting import as_command_line
 from .jobs import Done, Job, LeftOut, run
 from .manifest import no_room
 from .processes import on_processes

@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
-from ..wording import option
+from ..messages.formatting import option
 
 JOBS = (
     "new frame", "new view", "new light", "flat shading", "shadow", "noisy frame", "large frame", "first picture"

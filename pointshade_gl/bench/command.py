@@ -11,12 +11,12 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress
 
-from ..estimators import METHODS
-from ..files.whole import written_whole
-from ..notes import print_note, silence
-from ..renderer import Renderer
-from ..suggestions import did_you_mean
-from ..wording import option
+from ..files.access.atomic_write import written_whole
+from ..messages.formatting import option
+from ..messages.notes import print_note, silence
+from ..messages.suggestions import did_you_mean
+from ..rendering.renderer import Renderer
+from ..scene.normal_methods import METHODS
 from .charts import check_matplotlib, error_chart, stability_chart
 from .form_chart import form_chart
 from .forms import count_forms, measure_forms

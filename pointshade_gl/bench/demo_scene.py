@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import Camera, orbit_pose
-from ..files.names import Folder
-from ..gltf import save_scene
-from ..gltf.frames import read_frame
-from ..gltf.views import FLIP, light_place
-from ..light import Light
-from ..look import Material
-from ..mesh import Mesh
-from ..node import Node
-from ..point_object import PointObject
-from ..scene import Scene
+from ..files.access.safe_paths import Folder
+from ..files.gltf import save_scene
+from ..files.gltf.frames import read_frame
+from ..files.gltf.views import FLIP, light_place
+from ..scene.appearance import Material
+from ..scene.camera import Camera, orbit_pose
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.mesh import Mesh
+from ..scene.node import Node
+from ..scene.point_object import PointObject
 from .vase import POSE, UPRIGHT
 
 FOLDER = Path(__file__).parents[2] / "assets" / "scene"

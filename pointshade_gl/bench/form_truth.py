@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..camera import Camera
-from ..frame import Frame
-from ..light import Light
-from ..look import Material
+from ..scene.appearance import Material
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.light import Light
 from .scenes import view_rays
 from .shapes import box, pose_at
 from .tracing import Array, Hits, Surface, as_frame, moved, plane, shade, sphere, trace

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..camera import Camera, orbit_pose
-from ..frame import Frame
-from ..light import Light
-from ..look import SPLATS, Material
-from ..renderer import Renderer
+from ..rendering.renderer import Renderer
+from ..scene.appearance import SPLATS, Material
+from ..scene.camera import Camera, orbit_pose
+from ..scene.frame import Frame
+from ..scene.light import Light
 from .form_truth import LARGEST, MIDDLE, Truth, source_frames, trace_seen
 from .outlines import outline_distance
 from .scenes import standard_camera

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..camera import orbit_pose
-from ..frame import Frame
-from ..light import Light
-from ..look import SHADINGS, Material
-from ..renderer import Renderer
+from ..rendering.renderer import Renderer
+from ..scene.appearance import SHADINGS, Material
+from ..scene.camera import orbit_pose
+from ..scene.frame import Frame
+from ..scene.light import Light
 from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera
 from .stress import CONDITIONS, generator

@@ -12,8 +12,8 @@ import moderngl
 import numpy as np
 
 from .. import __version__
-from ..frame import Frame
-from ..renderer import Renderer
+from ..rendering.renderer import Renderer
+from ..scene.frame import Frame
 from .scenes import SCENES, KnownScene, make_scene, standard_camera, view_rays
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..camera import Camera
+from ..scene.camera import Camera
 from .tracing import Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..camera import Camera, check_pose
+from ..scene.camera import Camera, check_pose
 from . import vase
 from .shapes import box, grey, pose_at, relief, rod, sheet, torus
 from .tracing import Array, Surface, moved, plane, sphere, trace

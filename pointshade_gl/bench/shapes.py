@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..camera import orbit_pose
+from ..scene.camera import orbit_pose
 from .solids import Sample, solid
 from .tracing import Array, Surface
 

@@ -13,17 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from ..camera import Camera, orbit_pose
-from ..errors import ContextError
-from ..files.frames import load_frame
-from ..files.pictures import save_image
-from ..frame import Frame
-from ..level_of_detail import MERGE
-from ..light import Light
-from ..look import Material
-from ..reference.rasterizers import merged_splats
-from ..renderer import Renderer
-from ..tiling import LARGEST_WHOLE, TILE_POINTS
+from tests.reference.rasterizers import merged_splats
+
+from ..files.frames.frame_files import load_frame
+from ..files.pictures.picture_files import save_image
+from ..gpu.points.tiling import LARGEST_WHOLE, TILE_POINTS
+from ..messages.errors import ContextError
+from ..rendering.renderer import Renderer
+from ..scene.appearance import Material
+from ..scene.camera import Camera, orbit_pose
+from ..scene.frame import Frame
+from ..scene.level_of_detail import MERGE
+from ..scene.light import Light
 from .against import measure_jobs
 from .picture_scores import co_visible, score_picture
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace

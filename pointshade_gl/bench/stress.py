@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from ..camera import Camera
+from ..scene.camera import Camera
 from .scenes import MIDDLE
 from .shapes import pose_at
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..camera import Camera, check_pose
-from ..frame import Frame
-from ..light import Light
-from ..look import Material
+from ..scene.appearance import Material
+from ..scene.camera import Camera, check_pose
+from ..scene.frame import Frame
+from ..scene.light import Light
 
 FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
 Array = NDArray[np.float64]

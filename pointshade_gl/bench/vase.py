@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from PIL import Image
 
-from ..camera import Camera, orbit_pose
+from ..scene.camera import Camera, orbit_pose
 from .solids import Sample, Vector, around, axes, ellipsoid, mix, nearest, noise, ramp, rgb, solid
 from .tracing import Array, Surface, encode, trace
 

@@ -13,16 +13,17 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ..camera import Camera, orbit_pose
-from ..consensus import COMPARED
-from ..frame import Frame
-from ..light import Light
-from ..look import NORMALS_AT, Material
-from ..node import Node
-from ..point_object import PointObject
-from ..reference.picture import sample_picture
-from ..renderer import Renderer
-from ..scene import Scene
+from tests.reference.picture import sample_picture
+
+from ..estimation.multi_view import COMPARED
+from ..rendering.renderer import Renderer
+from ..scene.appearance import NORMALS_AT, Material
+from ..scene.camera import Camera, orbit_pose
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.node import Node
+from ..scene.point_object import PointObject
 from .measure import angle
 from .picture_scores import SAME_DEPTH, near_edge
 from .scenes import standard_camera

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from rich.console import Console
 
-from ..look import NORMALS_AT
+from ..scene.appearance import NORMALS_AT
 from .charts import DPI, INK, PALE, WIDTH, png, title
 from .tables import brief, new_table
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..camera import Camera
-from ..frame import Frame
+from ..scene.camera import Camera
+from ..scene.frame import Frame
 
 
 class RealSenseSource(Iterator[Frame]):

@@ -1,8 +1,8 @@
 """One HTML file that shows a frame or a scene: the light under the mouse, drawn in the browser."""
 
-from ..shared_renderer import by_shared_renderer
-from .cell import Cell, draw_cell
-from .write import draw_page, write_page
+from ..rendering.thread_renderer import by_shared_renderer
+from .notebook_cell import Cell, draw_cell
+from .page_file import draw_page, write_page
 
 __all__ = ["Cell", "draw_cell", "draw_page", "page_of", "save_page", "show", "write_page"]
 

@@ -10,11 +10,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.grid_objects import ShownGrid
-from ..gpu.images import read_texture
-from ..gpu.objects import Thing
-from ..gpu.point_objects import Points, ShownPoints, ShownSet
-from ..level_of_detail import bridged_stride
+from ..gpu.core.images import read_texture
+from ..gpu.drawables import Drawable
+from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
+from ..scene.level_of_detail import bridged_stride
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
@@ -34,7 +34,7 @@ class Surface(NamedTuple):
     stride: int  # pixels for each of the smaller surface of what they hide, which casts shadows, too; 0 for none
 
 
-def surfaces_of(thing: Thing) -> Iterator[Surface]:
+def surfaces_of(thing: Drawable) -> Iterator[Surface]:
     """The surfaces of a thing that shows points: one of a frame, several of a set."""
     if isinstance(thing, ShownSet):
         for view, trust, gain in zip(thing.views, thing.points.trusts, thing.consensus.gains, strict=True):

@@ -1,4 +1,4 @@
-// Bytes -> pictures, as page/coding.py has made them.
+// Bytes -> pictures, as page/picture_coding.py has made them.
 
 async function unpacked(base64) {
   const text = atob(base64), bytes = new Uint8Array(text.length);

@@ -1,4 +1,4 @@
-// Draws a page's things: what is seen of them, then light once a pixel (pipeline.py). What has not changed stays.
+// Draws a page's things: what is seen of them, then light once a pixel (pipeline/pipeline.py). What has not changed stays.
 
 const NEAR = 0.001; // share of the distance to what is looked at
 
@@ -101,23 +101,23 @@ class Drawing {
   drawShadow(thing, { camera, pose, near, first }, side) {
     const warp = warpOf(thing, camera, pose, near), box = [...first, side, side];
     if (thing.kind === "mesh") {
-      this.painter.drawMesh(this.shadows, box, "mesh.vert", "mesh_shadow.frag", thing, { ...warp, normal_view: normalView(warp.view) });
+      this.painter.drawMesh(this.shadows, box, "meshes/mesh.vert", "meshes/mesh_shadow.frag", thing, { ...warp, normal_view: normalView(warp.view) });
       return;
     }
     this.painter.drawSplats(this.scratchTarget, thing, warp);
     const [source_ids, window_depths] = this.scratch;
-    this.painter.fill(this.shadows, box, "shadow.frag", {}, { ...warp, source_ids, window_depths, first });
+    this.painter.fill(this.shadows, box, "shading/shadow.frag", {}, { ...warp, source_ids, window_depths, first });
     if (thing.stride) this.drawShadow(this.hiddenBy(thing), { camera, pose, near, first }, side);
   }
 
-  // What the points of a frame hide and what goes on behind them, as fewer points: gpu/bridge.py.
+  // What the points of a frame hide and what goes on behind them, as fewer points: gpu/surface/hidden_planes.py.
   hiddenBy(thing) {
     if (thing.hidden) return thing.hidden;
     const { gl } = this, { stride, axes, scale } = thing, half = Math.floor(stride / 2);
     const [width, height] = [thing.width, thing.height].map((side) => Math.ceil(side / stride));
     const surface = makeTexture(gl, "rgba32f", width, height), known = makeIndices(gl, new Uint8Array(width * height).fill(1), 1);
     const target = makeTarget(gl, [surface]), inputs = { surface_map: thing.surface, source: thing.source, stride };
-    this.painter.fill(target, [0, 0, width, height], "bridge.frag", {}, inputs, false);
+    this.painter.fill(target, [0, 0, width, height], "surface/hidden_planes.frag", {}, inputs, false);
     gl.deleteFramebuffer(target);
     const source = thing.source.map((value, k) => (k < 2 ? value : value - half) / stride);
     const size = 1, isRound = false, hasRims = false;
@@ -148,7 +148,7 @@ class Drawing {
     if (early) this.lightPoints(thing, pose, lamps);
     this.painter.drawSplats(this.splats, thing, warp);
     const constants = { SHADING: SHADINGS.indexOf(shading), CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0 };
-    this.painter.fill(this.surfaces, [0, 0, ...this.size], "resolve_surfaces.frag", constants, {
+    this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
       ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
     });
@@ -158,7 +158,7 @@ class Drawing {
     const early = LIT_EARLY.includes(thing.shading), box = [0, 0, ...this.size];
     const own = { picture: thing.colors, base_color: thing.baseColor, normal_view: normalView(inputs.view) };
     const light = early ? { ...this.lightInputs(lamps, pose, true), material: thing.material } : { is_lit: shading !== "none" };
-    const names = early && shading !== "none" ? ["mesh_lit.vert", "mesh_lit.frag"] : ["mesh.vert", "mesh.frag"];
+    const names = early && shading !== "none" ? ["meshes/mesh_lit.vert", "meshes/mesh_lit.frag"] : ["meshes/mesh.vert", "meshes/mesh.frag"];
     this.painter.drawMesh(this.surfaces, box, ...names, thing, { is_lit: false, ...inputs, ...own, ...light });
   }
 
@@ -191,7 +191,7 @@ class Drawing {
     const variant = { ...constants, SHADOWS: lamps.isPlain ? 0 : 1, ALONE: inputs.only_light ? 1 : 0 };
     this.painter.begin(target, [0, 0, ...size], false);
     gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
-    this.painter.fill(target, [0, 0, ...size], "light.frag", variant, inputs, false);
+    this.painter.fill(target, [0, 0, ...size], "shading/light.frag", variant, inputs, false);
   }
 
   // What shaders/common/lights.glsl reads, or shadowed_lights.glsl, for surfaces in these axes.

@@ -1,4 +1,4 @@
-// Lights as the shaders read them (light.py). Positions and directions are in home axes.
+// Lights as the shaders read them (scene/light.py). Positions and directions are in home axes.
 
 const unit = (v) => times(v, 1 / Math.hypot(...v));
 

@@ -45,7 +45,7 @@ class Painter {
     this.begin(target, [0, 0, ...warp.target_size], true);
     gl.clearBufferiv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
-    const splats = this.programs.get("splats.vert", "splats.frag"), size = splats.attribute("size");
+    const splats = this.programs.get("points/splats.vert", "points/splats.frag"), size = splats.attribute("size");
     splats.use({ ...warp, is_round: thing.isRound, has_rims: thing.hasRims });
     if (thing.sizes) {
       gl.bindBuffer(gl.ARRAY_BUFFER, thing.sizes);
@@ -55,7 +55,7 @@ class Painter {
     this.drawElements(gl.POINTS, thing.known);
     gl.disableVertexAttribArray(size);
     if (!thing.rims) return;
-    this.programs.get("rims.vert", "rims.frag").use(warp);
+    this.programs.get("points/rims.vert", "points/rims.frag").use(warp);
     this.drawElements(gl.POINTS, thing.rims);
   }
 

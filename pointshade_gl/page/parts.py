@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.mesh_objects import PlacedMesh, mesh_vertices
-from .coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane, repeated
+from ..gpu.meshes.mesh_objects import PlacedMesh, mesh_vertices
 from .contents import Surface
+from .picture_coding import MISSING, POINT, RIM, code_colors, code_depth, code_normals, code_plane, repeated
 
 Part = tuple[dict[str, Any], bytes]
 

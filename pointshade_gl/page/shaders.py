@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
-from ..gpu.programs import splice
+from ..gpu.core.programs import splice
 
 ENTRIES = (
-    "fullscreen.vert", "splats.vert", "splats.frag", "rims.vert", "rims.frag", "resolve_surfaces.frag", "light.frag",
-    "shadow.frag", "bridge.frag", "mesh.vert", "mesh.frag", "mesh_lit.vert", "mesh_lit.frag", "mesh_shadow.frag",
+    "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
+    "points/resolve_surfaces.frag", "shading/light.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
+    "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
 )  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")

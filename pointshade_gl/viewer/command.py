@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..camera import Camera
-from ..cli_words import light_words, look_words, pose_words, text_of
-from ..light import Light
-from ..look import Look
-from ..scene import Scene
-from ..view import viewing_pose
+from ..cli.command_words import light_words, look_words, pose_words, text_of
+from ..scene.appearance import Look
+from ..scene.camera import Camera
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.view import viewing_pose
 from .screen import render_arguments
 from .shown import camera_of
 from .together import Together

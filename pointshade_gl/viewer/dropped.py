@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files.frames import load_frame
-from ..files.known import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
-from ..files.listing import Item
-from ..files.picture_heads import is_deep_grey
-from ..sources import is_scene, load_any, open_source
+from ..files.access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
+from ..files.access.folder_listing import Item
+from ..files.frames.frame_files import load_frame
+from ..files.pictures.picture_heads import is_deep_grey
+from ..files.sources import is_scene, load_any, open_source
+from ..scene.orbit_state import State
 from .command import Typed
 from .opened import Opened
-from .sources import check_posed
-from .state import State
+from .viewable_sources import check_posed
 
 if TYPE_CHECKING:
     from .viewer import Viewer

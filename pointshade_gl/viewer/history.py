@@ -7,9 +7,9 @@ from collections.abc import Hashable
 from dataclasses import replace
 from typing import NamedTuple
 
-from ..light import Light
-from .stage import Stage
-from .state import Pair, State
+from ..scene.light import Light
+from ..scene.orbit_state import Pair, State
+from ..scene.orbit_target import Stage
 
 STEPS = 200  # that can be undone
 PAUSE = 0.7  # seconds between two changes of one kind that are one step: of the wheel, of a slider

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..estimators import METHODS
-from ..look import SHADINGS
-from ..scene import Scene
+from ..scene.appearance import SHADINGS
+from ..scene.graph import Scene
+from ..scene.normal_methods import METHODS
+from ..scene.orbit_state import State
 from .messages import LATER, STAYS, when_seen
-from .state import State
 
 if TYPE_CHECKING:
     from .viewer import Viewer

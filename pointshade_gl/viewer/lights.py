@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..light import Light
+from ..scene.light import Light
 from .history import Moment
 
 KINDS = ("point", "spot", "directional")

@@ -6,7 +6,7 @@ import sys
 import time
 from collections import deque
 
-from .state import State
+from ..scene.orbit_state import State
 
 SECONDS = 4.0
 STAYS = "the light stays here: L lets it follow the mouse again"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..camera import Camera
+from ..scene.camera import Camera
+from ..scene.orbit_state import Pair, State, rims_from
+from ..scene.orbit_target import Stage
 from .dwell import Dwell
 from .events import Event
-from .stage import Stage
-from .state import Pair, State, rims_from
 
 CATCH_UP = 3.0  # how fast the light approaches the mouse, per rim that the mouse moves
 HAND = 4.0  # pixels at scale 1: who moves less while a button is down, clicks

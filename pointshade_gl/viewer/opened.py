@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..light import Light
-from ..scene import Scene
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.orbit_state import OWN_LIGHT, State
+from ..scene.orbit_target import Stage
 from .command import Typed
 from .history import History, Moment
 from .playing import Playing
 from .shown import Shown, home_of
-from .stage import Stage
-from .state import OWN_LIGHT, State
 
 
 class Opened:

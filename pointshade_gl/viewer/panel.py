@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..gpu.steps import Lap
+from ..gpu.core.steps import Lap
 from .events import Event
 from .panel_facts import show_facts
 from .panel_input import PanelInput

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..gpu.steps import Lap
+from ..gpu.core.steps import Lap
 from .panel_widgets import Widgets
 from .views import Views
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..estimators import METHODS
-from ..look import FLYING, SHADINGS, SPLATS, Look, Material
-from ..noise import SENSORS
-from ..scene import Scene
+from ..scene.appearance import FLYING, SHADINGS, SPLATS, Look, Material
+from ..scene.graph import Scene
+from ..scene.noise import SENSORS
+from ..scene.normal_methods import METHODS
 from .lights import KINDS, as_kind, kind_of
 from .panel_widgets import Widgets
 

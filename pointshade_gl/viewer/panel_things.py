@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..consensus import is_primary
-from ..scene import Scene
+from ..estimation.multi_view import is_primary
+from ..scene.graph import Scene
 from .panel_widgets import Widgets
 from .views import Views
 

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from typing import Any
 
-from ..checks import check_fps, shown
-from ..frame import Frame
-from ..wording import option
+from ..messages.formatting import option, shown
+from ..messages.validation import check_fps
+from ..scene.frame import Frame
 
 SLOWEST, USUAL, FASTEST = 0.5, 30.0, 240.0  # frames per second that keys choose; beyond, they play as fast as they come
 PATIENCE = 0.1  # seconds after which a waiting thread checks again whether it should stop
@@ -180,7 +180,7 @@ class Playback:
             hand_over(error)
 
     def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
-        from ..sources import prefetched
+        from ..files.sources import prefetched
 
         numbered = isinstance(self._source, Sequence)
         while True:

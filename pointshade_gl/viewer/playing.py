@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from ..frame import Frame
-from ..scene import Scene
+from ..scene.frame import Frame
+from ..scene.graph import Scene
 from .playback import Playback
 from .rate import Rate
 from .shown import Shown

@@ -6,11 +6,11 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..camera import Camera
+from ..scene.camera import Camera
+from ..scene.orbit_state import State, rims_from
 from .events import Event
 from .messages import STAYS
 from .mouse import Mouse
-from .state import State, rims_from
 
 if TYPE_CHECKING:
     from .viewer import Viewer

@@ -18,7 +18,7 @@ class Recorder:
     """
 
     def __init__(self, path: Path, fps: float = RATE):
-        from ..files.film import Film
+        from ..files.writing.film import Film
 
         self._film, self._fps = Film(path, fps), fps
         self._began: float | None = None  # when the first picture came

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..camera import Camera
-from ..frame import Frame
+from ..scene.camera import Camera
+from ..scene.frame import Frame
 from .rate import Rate
 from .refining import Refining
 

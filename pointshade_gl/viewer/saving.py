@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..files.pictures import save_image
+from ..files.pictures.picture_files import save_image
 from .command import render_line
 from .redrawing import most_samples
 

@@ -11,17 +11,17 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import Camera
-from ..gpu.present import Marker, PresentPass
-from ..gpu.steps import Lap
-from ..renderer import Renderer
-from ..scene import Scene
-from ..scene_shading import shaded
+from ..gpu.core.steps import Lap
+from ..gpu.output.present import Marker, PresentPass
+from ..rendering.renderer import Renderer
+from ..scene.camera import Camera
+from ..scene.graph import Scene
+from ..scene.orbit_state import State, marker_place
+from ..scene.orbit_target import Stage
+from ..scene.shading_override import shaded
 from .keys import KEYS
 from .mouse import MOUSE
 from .panel import Panel
-from .stage import Stage
-from .state import State, marker_place
 from .text import draw_message, draw_strip, draw_table
 from .timeline import HEIGHT
 from .views import Views

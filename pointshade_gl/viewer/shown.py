@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..camera import Camera
-from ..frame import Frame
-from ..scene import Scene
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.graph import Scene
 from .views import Views
 
 Shown = Frame | Scene | Views

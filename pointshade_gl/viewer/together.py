@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from functools import partial
 
-from ..files.sequences import FrameSequence
-from ..frame import Frame
+from ..files.frames.sequences import FrameSequence
+from ..scene.frame import Frame
 from .playback import Playback
 from .views import Views
 

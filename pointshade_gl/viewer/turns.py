@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from ..camera import Camera
+from ..scene.camera import Camera
 from .record import Recorder
 
 if TYPE_CHECKING:

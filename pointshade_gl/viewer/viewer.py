@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camera import Camera
-from ..checks import check_flag, check_path, check_size, check_type, shown
-from ..frame import Frame
-from ..light import Light, check_lights
-from ..renderer import Renderer
-from ..scene import Scene
+from ..messages.formatting import shown
+from ..messages.validation import check_flag, check_path, check_size, check_type
+from ..rendering.renderer import Renderer
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light, check_lights
+from ..scene.orbit_state import State
 from .command import Typed
 from .dropped import show_dropped
 from .events import Event
@@ -33,11 +35,10 @@ from .routing import route
 from .saving import save_picture
 from .screen import Screen
 from .shown import Shown, camera_of, home_of
-from .sources import check_rates, check_sources
-from .state import State
 from .timeline import Strip, Timeline
 from .together import Together
 from .turns import Turns
+from .viewable_sources import check_rates, check_sources
 from .views import VIEWS, check_views
 from .window import Window, window_size
 

@@ -7,10 +7,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..checks import check_count
-from ..frame import Frame
-from ..sources import choose_views
-from ..wording import option
+from ..files.sources import choose_views
+from ..messages.formatting import option
+from ..messages.validation import check_count
+from ..scene.frame import Frame
 
 VIEWS = 8  # that are merged unless another number is asked for
 THREADS = 2  # that read them

@@ -9,9 +9,9 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any
 
-from ..camera import Camera
-from ..errors import ContextError
-from ..gpu.current import kept
+from ..gpu.context.current_context import kept
+from ..messages.errors import ContextError
+from ..scene.camera import Camera
 from .events import Event
 
 LONGEST_SLEEP = 0.5  # seconds

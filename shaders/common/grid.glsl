@@ -1,4 +1,4 @@
-#include "common/corners.glsl"
+#include "common/splat_corners.glsl"
 #include "common/rim_marks.glsl"
 
 // The mesh between neighbouring pixels of a frame. The source work (ETH Zurich 2001) formed such triangles only for

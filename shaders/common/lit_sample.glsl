@@ -1,5 +1,5 @@
 #include "common/color.glsl"
-#include "common/corners.glsl"
+#include "common/splat_corners.glsl"
 #include "common/picture.glsl"
 
 // Samples of a lit surface, for the search of its light.

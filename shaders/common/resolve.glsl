@@ -1,4 +1,4 @@
-#include "common/corners.glsl"
+#include "common/splat_corners.glsl"
 #include "common/picture.glsl"
 
 // What a pixel of the view shows of a frame, and the frame's values there. They are mixed from the four pixels around

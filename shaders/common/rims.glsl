@@ -1,4 +1,4 @@
-#include "common/corners.glsl"
+#include "common/splat_corners.glsl"
 #include "common/rim_marks.glsl"
 
 // A rim pixel is drawn as what is there. A surface that bends away ends at an outline between this pixel and the next:

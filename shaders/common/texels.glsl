@@ -1,6 +1,6 @@
 // Reads pictures texel by texel. A sampler read at the texel's centre takes half the time of texelFetch on llvmpipe. It
 // needs NEAREST filtering; the wrap mode does not matter. Programs for software drivers have these functions also for
-// images, which are faster still, see gpu/software.py.
+// images, which are faster still, see gpu/context/software_driver.py.
 
 vec4 texel_at(sampler2D map, ivec2 pixel) {
     return textureLod(map, (vec2(pixel) + 0.5) * (1.0 / vec2(textureSize(map, 0))), 0.0);

@@ -20,8 +20,8 @@ from PIL import Image, ImageDraw, ImageFont
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page
 
-from ..browser import Browser, find_chromium
-from ..test_page_pictures import drawn
+from ..page.test_pictures import drawn
+from ..support.browser import Browser, find_chromium
 from .cases import Cell, Traced, cases
 from .compare import on_check
 from .files import MATTE

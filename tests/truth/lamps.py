@@ -1,4 +1,4 @@
-"""Lamps of a truth picture, in the source camera's axes, as numbers that both Blender and pointshade_gl read."""
+"""Lights of a truth picture, in the source camera's axes, as numbers that both Blender and pointshade_gl read."""
 
 from __future__ import annotations
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...notes import Note
-from ...wording import shown
-from ..intrinsics import Intrinsics
-from ..limits import check_pixels
+from ...messages.formatting import shown
+from ...messages.notes import Note
+from ..access.limits import check_pixels
+from ..cameras.intrinsics import Intrinsics
 from .color_values import as_color
 from .contents import SURE, Contents
 from .items import Item
+from .normal_axes import turn_normals
 from .pinhole import fit_pinhole, is_pinhole
-from .turned_normals import turn_normals
 
 _KINDS = {"inverse": "inverse", "ray": "ray"}
 

@@ -9,7 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..intrinsics import Intrinsics
+from ..cameras.intrinsics import Intrinsics
 
 SURE = 0.1  # of the median confidence: what has less is not used
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...notes import Note
-from ..content import FilePath
-from ..intrinsics import Intrinsics
-from ..limits import MAX_PIXELS
+from ...messages.notes import Note
+from ..access.content import FilePath
+from ..access.limits import MAX_PIXELS
+from ..arrays.hdf5 import hdf5_arrays
+from ..arrays.stored_arrays import Stored
+from ..cameras.intrinsics import Intrinsics
 from .contents import Frames
-from .hdf5 import hdf5_arrays
 from .networks import open_arrays
-from .stored import Stored
 
 _HYPERSIM = "depth_meters"  # in the file's name; its only array is called dataset
 _HYPERSIM_FOCAL = 886.81  # pixels of 1024x768 (Roberts et al. 2021)

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...notes import Note
-from ...wording import cut
-from ..content import FilePath, read_bytes
-from ..exif import EXIF, camera_of_lens
-from ..intrinsics import Intrinsics
-from ..limits import MAX_PIXELS, check_pixels
+from ...messages.formatting import cut
+from ...messages.notes import Note
+from ..access.content import FilePath, read_bytes
+from ..access.limits import MAX_PIXELS, check_pixels
+from ..cameras.exif import EXIF, camera_of_lens
+from ..cameras.intrinsics import Intrinsics
 from .contents import Contents, Frames
 
 BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")

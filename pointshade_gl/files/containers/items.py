@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .stored import Stored
+from ..arrays.stored_arrays import Stored
 
 PLANES = ("depth", "inverse", "ray", "mask", "sky", "confidence")  # one number a pixel
 NUMBERS = ("focal", "center", "scale")  # one or two, for all frames or for each

@@ -11,15 +11,15 @@ Valid     where mask is true, where sky is not, and where the confidence is high
 
 from __future__ import annotations
 
-from ...notes import Note, once
-from ...wording import option
-from ..intrinsics import Intrinsics
-from ..limits import MAX_PIXELS, PARTS, check_limit, check_pixels
+from ...messages.formatting import option
+from ...messages.notes import Note, once
+from ..access.limits import MAX_PIXELS, PARTS, check_limit, check_pixels
+from ..arrays.array_roles import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, find_roles, is_named, list_arrays
+from ..arrays.stored_arrays import Stored
+from ..cameras.intrinsics import Intrinsics
 from .array_frames import Assembly
 from .contents import Frames
 from .items import NUMBERS, PLANES, Item
-from .roles import MAYBE_ERROR, MAYBE_INVERSE, SURFACES, find_roles, is_named, list_arrays
-from .stored import Stored
 
 _LONGEST = 4  # times as high as wide is a picture of depth at most
 

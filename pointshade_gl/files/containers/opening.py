@@ -11,20 +11,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ...notes import Note
-from ..arrays import NUMPY
-from ..content import FilePath, read_head
-from ..limits import MAX_PIXELS
-from .archive import ZIP, Archive
+from ...messages.notes import Note
+from ..access.content import FilePath, read_head
+from ..access.limits import MAX_PIXELS
+from ..arrays.array_files import NUMPY
+from ..arrays.array_roles import MAYBE_INVERSE, find_roles, is_named
+from ..arrays.hdf5 import HDF5, MATLAB_73
+from ..arrays.matlab import MATLAB_5, matlab_5_arrays
+from ..arrays.stored_arrays import NpyArray, Stored, npz_arrays
+from ..arrays.zip_archive import ZIP, Archive
 from .contents import Contents
 from .data_sets import open_hdf5
-from .hdf5 import HDF5, MATLAB_73
 from .heic import is_heic, open_heic
-from .matlab import MATLAB_5, matlab_5_arrays
 from .networks import open_arrays
 from .record3d import Unpacked, open_record3d
-from .roles import MAYBE_INVERSE, find_roles, is_named
-from .stored import NpyArray, Stored, npz_arrays
 
 _Reader = Callable[[FilePath, Note, float], "Sequence[Contents] | None"]
 

@@ -19,18 +19,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ...camera import Camera
-from ...notes import Note, once
-from ...wording import shown
-from ..axes import OPENGL, from_quaternions
-from ..content import parse_object, read_bytes
-from ..exr import read_exr
-from ..intrinsics import Intrinsics
-from ..limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
-from ..pictures import decode_image
+from ...messages.formatting import shown
+from ...messages.notes import Note, once
+from ...scene.axis_conventions import OPENGL, from_quaternions
+from ...scene.camera import Camera
+from ..access.content import parse_object, read_bytes
+from ..access.limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
+from ..arrays.lzfse import unpack
+from ..cameras.intrinsics import Intrinsics
+from ..pictures.exr import read_exr
+from ..pictures.picture_files import decode_image
 from .color_values import as_color
 from .contents import Contents, Frames
-from .lzfse import unpack
 
 _METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")
 _DEPTH = re.compile(r"(?P<root>(?:.*/)?)(?:rgbd/(?P<packed>\d{1,9})\.depth|depth/(?P<exr>\d{1,9})\.exr)")

@@ -9,10 +9,10 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
-from ...wording import shown
-from ..content import FilePath, open_regular, read_head
-from ..limits import FILE_BYTES, MAX_PIXELS, check_limit
-from .archive import ZIP, Archive
+from ...messages.formatting import shown
+from ..access.content import FilePath, open_regular, read_head
+from ..access.limits import FILE_BYTES, MAX_PIXELS, check_limit
+from ..arrays.zip_archive import ZIP, Archive
 
 _OUTSIDE = re.compile(r"[/\0]|[A-Za-z]:|(?:.*/)?\.\.(?:/|$)")  # absolute, with a drive, or upwards
 _LEFT_OUT = re.compile(r"(?:.*/)?(?:__MACOSX/|\.)")  # hidden files, and macOS's twins

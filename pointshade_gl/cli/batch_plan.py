@@ -1,0 +1,148 @@
+"""What `pointshade batch` is asked for: the jobs, after all options are checked."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..batch.inputs import Source, find_sources
+from ..batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
+from ..batch.manifest import told
+from ..batch.plan import Failure, Planned, plan, shard_of
+from ..files.access.atomic_write import check_place
+from ..files.pictures.picture_files import check_writable
+from ..files.sources import is_scene
+from ..files.writing.depth_and_normal_maps import check_normals_path
+from ..files.writing.film import check_film
+from ..messages.formatting import option
+from ..messages.validation import check_choice, check_fps
+from ..scene.graph import Scene
+from ..scene.view import View
+from .inputs import check_look
+from .look_options import LookOptions
+from .options import FilmOptions, ReadingOptions
+from .page_options import NAMES, PageOptions
+from .picture_options import PictureOptions
+
+if TYPE_CHECKING:
+    from .commands.batch import BatchOptions
+
+UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed, but for INPUT."""
+
+    output: Path
+    how: BatchOptions
+    reading: ReadingOptions
+    look: LookOptions
+    view: View
+    picture: PictureOptions
+    film: FilmOptions
+    page: PageOptions
+    axes: str | None
+    bits: int
+
+    def plan(self, inputs: list[str]) -> tuple[Sequence[Planned], list[Failure]]:
+        """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
+        part = self.how.part()
+        self._check()
+        folder = Path(os.path.realpath(self.output))  # resolve() fails where a link leads to itself
+        sources = find_sources(inputs, folder)
+        self._check_apart(sources, folder)
+        if any(is_scene(source.path) for source in sources):
+            check_look(self.view.look)
+        _make_folder(self.output)
+        self._check_writable(folder)
+        given = tuple(told(self.reading).items())
+        planned, failures = plan(sources, lambda source: self._job(source, folder, given), folder, __version__)
+        if failures and not planned:
+            raise ValueError(failures[0].sentence)
+        return shard_of(planned, part), failures
+
+    def _job(self, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...]) -> Job:
+        """The job of a source, without frame and path."""
+        kind, film, view, is_one_scene = self.how.to, self.film, self.view, is_scene(source.path)
+        if self.picture.ground or is_one_scene:
+            view = replace(view, lights=self.look.lights(shadow=True))
+        if kind not in NORMALS:
+            stand_in, turns = Scene(()) if is_one_scene else None, film.turntable == "camera"
+            view = replace(view, finish=self.picture.finish(folder / f"*.{kind}", view, stand_in, kind in FILMS, turns))
+        moving = {"turntable": film.turntable, "frames": film.frames, "fps": film.fps}
+        writing = {
+            "axes": self.axes,
+            "bits": self.bits,
+            "quality": self.page.quality or NAMES[0],
+            "title": self.page.title,
+        }
+        return Job(source.path, folder, kind, None, view, reading, **moving, **writing)
+
+    def _check(self) -> None:
+        """Raises ValueError for options that do not go together."""
+        how, picture, kind = self.how, self.picture, self.how.to
+        check_choice(option("to"), kind, KINDS)
+        if how.num_gpus is not None and how.ray is None:
+            raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
+        if how.resume and how.overwrite:
+            raise ValueError(f"pass {option('resume', True)} or {option('overwrite', True)}, not both")
+        if kind in FILMS:
+            check_fps(self.film.fps, option("fps"), "pictures")
+        else:
+            self._check_still()
+        if kind == PAGE:
+            check_choice(option("quality"), self.page.quality or NAMES[0], NAMES)
+        else:
+            self.page.check_none(Path(f"*.{kind}"))
+        if kind in NORMALS:
+            picture.check_none(Path(f"*.{kind}"))
+        elif self.axes is not None or self.bits != 8:
+            raise ValueError(f"{option('axes')} and {option('bits')} are of normals: add {option('to', NORMALS[0])}")
+
+    def _check_still(self) -> None:
+        """Raises ValueError for what only films have."""
+        films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
+        if self.film.turntable is not None:
+            raise ValueError(f"{option('turntable')} makes films: add {films}")
+        if self.view.look.temporal:
+            raise ValueError(
+                f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}"
+            )
+
+    def _check_apart(self, sources: Sequence[Source], folder: Path) -> None:
+        """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
+        inside = [source.path for source in sources if folder.is_relative_to(Path(source.path).resolve())]
+        if inside and self.how.to in UNMARKED:
+            raise ValueError(
+                f"{self.output} is in {inside[0]}, which would take each {self.how.to} there for its own colours: "
+                f"pass another -o DIR, or {option('to', 'png')}"
+            )
+
+    def _check_writable(self, folder: Path) -> None:
+        """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
+        path = folder / f"*.{self.how.to}"
+        if self.how.to in FILMS:
+            check_film(path)
+        elif self.how.to in NORMALS:
+            check_normals_path(path, self.axes, self.bits)
+        elif self.how.to == PAGE:
+            check_place(path)
+        else:
+            check_writable(path)
+
+
+def _make_folder(output: Path) -> None:
+    """Makes the folder to write to, if need be. Raises OSError if there can be none."""
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(
+            f"{output} is a file, expected a folder for many outputs: pass another -o DIR"
+        ) from None
+    except OSError as error:
+        raise OSError(f"cannot make the folder {output}: {error.strerror}") from None

@@ -1,0 +1,91 @@
+"""Does what `pointshade batch` is asked for, and says what has become of it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from ..batch.cluster import silence_ray
+from ..batch.jobs import Done
+from ..batch.jobs_on_ray import run_all_on_ray
+from ..batch.manifest import Manifest
+from ..batch.plan import Failure, Planned, split_done
+from ..batch.workers import Failed, run_all
+from ..gpu.context.software_driver import is_software
+from ..messages.formatting import counted, option
+from ..messages.notes import once, print_note
+from .output import SOFTWARE, progress
+
+if TYPE_CHECKING:
+    from .commands.batch import BatchOptions
+
+FAILED = 3  # exit code
+
+
+def run(
+    planned: Sequence[Planned], failures: list[Failure], output: Path, how: BatchOptions, device: int, started: float
+) -> None:
+    """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
+    manifest = Manifest(output.resolve(), how.part())
+    todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
+    if todo and not os.access(output, os.W_OK):
+        raise PermissionError(f"cannot write to {output}: it is read-only, or belongs to somebody else")
+    counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
+    try:
+        for one, outcome in _outcomes(todo, output, how, device) if todo else ():
+            if not isinstance(outcome, Failed):
+                manifest.add(outcome, one.made_from)
+                counts["written"] += 1
+            elif outcome.kind == "failed":
+                failures.append(Failure(str(one.job.path.relative_to(manifest.folder)), outcome.sentence))
+            else:
+                counts[outcome.kind] += 1
+    finally:
+        for failure in failures:
+            print(f"failed: {' '.join(failure.name.split())}: {failure.sentence}", file=sys.stderr)
+    told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
+    print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
+    if failures:
+        raise typer.Exit(FAILED)
+
+
+def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume: bool) -> list[Planned]:
+    """What is not there and whole. Raises ValueError if some of it was made otherwise, unless it may be done again."""
+    todo, changed = split_done(planned, manifest, resume)
+    if changed and not resume:
+        path, how_so = changed[0]
+        raise ValueError(
+            f"{counted(len(changed), 'output')} in {output} were made {how_so}, such as "
+            f"{path.relative_to(manifest.folder)}: pass {option('resume', True)} to do these again, "
+            f"{option('overwrite', True)} to do all again, or another -o DIR"
+        )
+    return todo
+
+
+def _outcomes(
+    todo: Sequence[Planned], output: Path, how: BatchOptions, device: int
+) -> Iterator[tuple[Planned, Done | Failed]]:
+    """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
+    tell, by_path = once(print_note), {one.job.path: one for one in todo}
+    jobs = [one.job for one in todo]
+    if how.ray is None:
+        running = run_all(jobs, how.workers, device)
+    else:
+        silence_ray()
+        running = run_all_on_ray(jobs, output, how.ray, how.workers, how.num_gpus or 0, device)
+    with progress(len(todo), with_rate=True) as advance, closing(running):
+        for job, outcome in running:
+            if not isinstance(outcome, Failed):
+                if is_software(outcome.renderer):
+                    tell(SOFTWARE.format(outcome.renderer))
+                for note in outcome.notes:
+                    tell(note)
+            yield by_path[job.path], outcome
+            advance()

@@ -1,0 +1,1 @@
+"""The commands of `pointshade`, a file each."""

@@ -1,0 +1,213 @@
+"""`pointshade render`: what -o ends with says what comes out: a picture, a series of them, a page or points."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...messages.formatting import option
+from ...messages.notes import print_note
+from ..inputs import check_look, check_stream, load, load_together, load_views
+from ..look_options import LookOptions
+from ..options import (
+    Device,
+    Explain,
+    FilmOptions,
+    FrameOptions,
+    MoreInputs,
+    Output,
+    Quiet,
+    Small,
+    ViewOptions,
+    Views,
+    spread,
+)
+from ..output import explainer, open_renderer, progress, report, spinner, warn_skipped
+from ..page_options import PageOptions, is_page
+from ..picture_options import PictureOptions
+from ..usage_errors import check_folders
+
+if TYPE_CHECKING:
+    from ...rendering.renderer import Renderer
+    from ...scene.view import View
+
+POINTS = ".ply"
+
+
+@spread
+def render(
+    output: Output,
+    frame: FrameOptions,
+    look: LookOptions,
+    place: ViewOptions,
+    picture: PictureOptions,
+    film: FilmOptions,
+    page: PageOptions,
+    more: MoreInputs = None,
+    views: Views = None,
+    explain: Explain = False,
+    small: Small = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
+
+    Write an .html to look at in a browser: there the light and the object can be moved.
+    Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
+    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
+    """
+    asked = _Asked(output, frame, look, picture, film, page, more or [], views, explain, small, device)
+    asked.check_inputs()
+    view = place.view(look)
+    if output.suffix.lower() == POINTS:
+        _write_points(asked, view)
+    elif is_page(output):
+        _write_page(asked, view)
+    elif film.turntable is not None or asked.is_series:
+        _write_series(asked, view)
+    else:
+        _write_picture(asked, view)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What was typed, without the view."""
+
+    output: Path
+    frame: FrameOptions
+    look: LookOptions
+    picture: PictureOptions
+    film: FilmOptions
+    page: PageOptions
+    inputs: list[str]  # after the first
+    views: str | None
+    explain: bool
+    small: bool
+    device: int
+
+    @property
+    def is_series(self) -> bool:
+        """Whether -o names a film or numbered files."""
+        from ...files.writing.film import is_series
+
+        return is_series(self.output)
+
+    def check_inputs(self) -> None:
+        """Raises ValueError for several INPUTs where there can be one."""
+        check_folders(self.inputs)
+        is_sequence = self.film.turntable is None and self.is_series
+        is_one = self.views is not None or is_sequence or self.output.suffix.lower() == POINTS
+        if self.inputs and is_one:
+            raise ValueError(
+                f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
+            )
+
+    def read(self, view: View, is_many: bool = False) -> tuple[Any, View, Callable[[Renderer], None]]:
+        """What is drawn, the view with its lights and its finish, and what --explain calls after each picture."""
+        from ...scene.graph import Scene
+        from ...scene.shading_override import shaded
+
+        source, names = self._load(view, sequence=is_many and self.film.turntable is None)
+        is_scene = isinstance(source, Scene) and not names
+        if is_scene:
+            source = shaded(source, check_look(view.look))
+        if self.picture.ground or is_scene:
+            view = replace(view, lights=self.look.lights(shadow=True))
+        finish = self.picture.finish(self.output, view, source, is_many, self.film.turntable == "camera")
+        return source, replace(view, finish=finish), explainer(self.explain, names)
+
+    def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
+        """What INPUT names; and the names of the frames that are one object."""
+        if self.inputs:
+            return load_together(self.frame, view.look, self.inputs)
+        if self.views is not None:
+            return load_views(self.frame, view.look, self.views)
+        return load(self.frame, sequence=sequence, scene=True), []
+
+
+def _write_picture(asked: _Asked, view: View) -> None:
+    from ...files.pictures.picture_files import save_image
+
+    check_stream(view.look, False)
+    _check_picture(asked.output, asked.film)
+    asked.page.check_none(asked.output)
+    source, view, tell = asked.read(view)
+    with open_renderer(asked.device) as renderer, spinner("rendering"):
+        start = time.perf_counter()
+        image = renderer.render(source, **view.of(source))
+        spent = time.perf_counter() - start
+        save_image(asked.output, image, asked.small)
+        tell(renderer)
+        if not image.any():
+            print_note("nothing is in view, the picture is empty")
+        what = f"{image.shape[1]}x{image.shape[0]} pixels from {source.points_known} points"
+        report(asked.output, what, renderer, spent)
+
+
+def _check_picture(output: Path, film: FilmOptions) -> None:
+    """Raises ValueError or OSError unless a single picture can be written there."""
+    from ...files.pictures.picture_files import check_writable
+
+    try:
+        check_writable(output)
+    except ValueError as error:
+        raise ValueError(f"{error}; films are .mp4 or .gif, points .ply") from None
+    if film.frames is not None:
+        raise ValueError(
+            f"{option('frames')} is for many pictures and {output} is one: write an .mp4, a .gif or %04d{output.suffix}"
+        )
+
+
+def _write_series(asked: _Asked, view: View) -> None:
+    """Many pictures: a film, or numbered files, of a sequence or a turntable."""
+    from ...files.writing.film import check_series
+    from ...rendering.image_sequence import jobs_of, write_series
+
+    check_stream(view.look, asked.film.turntable is None)
+    check_series(asked.output)
+    asked.page.check_none(asked.output)
+    source, view, tell = asked.read(view, is_many=True)
+    jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped)
+    with open_renderer(asked.device) as renderer:
+        start = time.perf_counter()
+        with progress(count) as advance:
+
+            def done() -> None:
+                advance()
+                tell(renderer)
+
+            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, done)
+        spent = time.perf_counter() - start
+        report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
+
+
+def _write_page(asked: _Asked, view: View) -> None:
+    check_stream(view.look, False)
+    asked.page.check(asked.output, asked.film)
+    source, view, tell = asked.read(view)
+    asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
+
+
+def _write_points(asked: _Asked, view: View) -> None:
+    """The points of a frame, or of each frame of a sequence, in world coordinates."""
+    from ...files.access.numbered_names import first_of, is_numbered
+    from ...files.writing.point_clouds import check_points_path
+    from ...scene.graph import Scene
+    from ..written_maps import write_points
+
+    output, film = asked.output, asked.film
+    if asked.views is not None:
+        raise ValueError(f"{output} holds the points of frames: leave out {option('views')}")
+    asked.picture.check_none(output)
+    asked.page.check_none(output)
+    check_points_path(first_of(output))
+    if view.size is not None:
+        raise ValueError(f"{output} holds points, {option('size')} is of a picture: leave it out")
+    source = load(asked.frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
+    if isinstance(source, Scene):
+        raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
+    tell = explainer(asked.explain)
+    write_points(source, view, output, film.turntable, film.frames, asked.device, tell)

@@ -1,0 +1,98 @@
+"""`pointshade view`: the window, opened as it was typed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from ...messages.formatting import option
+from ..inputs import check_look, check_stream, load, load_others
+from ..look_options import LookOptions
+from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
+from ..output import announce
+from ..parse import rates_from, size_from, views_from
+from ..usage_errors import check_folders
+
+if TYPE_CHECKING:
+    from ...scene.appearance import Look
+    from ...viewer.command import Typed
+
+
+@spread
+def view(
+    frame: FrameOptions,
+    look: LookOptions,
+    window: WindowOptions,
+    more: MoreInputs = None,
+    views: Views = None,
+    quiet: Quiet = False,
+) -> None:
+    """Open a window where the light follows the mouse; H lists the keys.
+
+    A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
+    """
+    from ...scene.graph import Scene
+    from ...scene.orbit_state import State
+    from ...viewer import Viewer
+
+    _check_panel(window)
+    state, size, inputs = State(look=look.look()), size_from(window.size), more or []
+    lights = look.lights(shadow=True)
+    count = None if views is None else views_from(views) or "all"
+    check_folders(inputs)
+    rates = rates_from(window.fps, 1 + len(inputs))
+    source, others = _read(frame, state.look, inputs, views)
+    viewer = Viewer(
+        source,
+        title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
+        size=size,
+        state=state,
+        lights=lights,
+        others=others,
+        fps=rates,
+        views=count,
+        record=window.record,
+        panel=window.panel,
+        typed=_typed(frame, inputs),
+    )
+    announce(viewer.renderer)
+    if not isinstance(source, Scene):
+        asked = any(light.shadow for light in look.lights())
+        viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on
+    viewer.run()
+
+
+def _check_panel(window: WindowOptions) -> None:
+    """Raises ValueError for a panel whose extra is not installed."""
+    from ...viewer.panel import MISSING
+
+    if window.panel and find_spec("imgui_bundle") is None:
+        raise ValueError(MISSING)
+
+
+def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | None) -> tuple[Any, list[Any]]:
+    """What INPUT names, and MORE."""
+    from ...scene.frame import Frame
+    from ...scene.graph import Scene
+
+    if inputs and views:
+        raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
+    source = load(frame, sequence=True, scene=not (views or inputs))
+    others = load_others(frame, source, inputs)
+    if isinstance(source, Scene):
+        check_look(look)
+    check_stream(look, bool(others) or not isinstance(source, Frame))
+    return source, others
+
+
+def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:
+    """What was typed about the input, for the command line that the window writes."""
+    from ...files.access.builtin import FRAMES
+    from ...viewer.command import Typed
+    from ..command_words import words_of
+
+    words = words_of(frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0]))
+    named = 0 if words[0].startswith("--") else 1
+    return Typed((*words[:named], *inputs), tuple(words[named:]))

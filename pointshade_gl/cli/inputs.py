@@ -1,0 +1,118 @@
+"""What the command line reads: the frame, the sequence or the scene that the options name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ..messages.formatting import option
+from .options import FrameOptions
+from .parse import frames_from, views_from
+
+if TYPE_CHECKING:
+    from ..scene.appearance import Look
+    from ..scene.frame import Frame
+    from ..scene.graph import Scene
+
+
+def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
+    """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
+    from ..files.access.builtin import FRAMES
+    from ..files.frames.frame_files import load_frame
+    from ..files.sources import is_scene, load_any, open_source
+
+    source, options = frame.input, frame.load_options
+    if not scene:
+        check_frame(frame)
+    frame.check_exist()
+    if source is None and frame.color is None and frame.depth is None:
+        source = FRAMES[0]
+    if is_scene(source):
+        if frame.frame is not None:
+            raise ValueError(f"{option('frame')} is one of a sequence, and {source} is a scene: leave it out")
+        return load_any(source, **options)
+    if frame.frame is not None:
+        return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
+    return (open_source if sequence else load_frame)(source, **options)
+
+
+def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tuple[Scene, list[str]]:
+    """One frame of each of several inputs, the first or that with the number given, as one object; and their names."""
+    check_frame(frame)
+    numbers = [0] * (1 + len(inputs)) if frame.frame is None else frames_from(frame.frame, 1 + len(inputs))
+    every = replace(frame, frame=None)
+    first = load(every, sequence=True)
+    others = load_others(every, first, inputs)
+    found = [_numbered(source, number) for source, number in zip((first, *others), numbers, strict=True)]
+    return _as_one(found, look), [str(frame.input), *inputs]
+
+
+def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
+    """Frames as one object; who looks is the first one's camera."""
+    from ..scene.graph import Scene
+    from ..scene.node import Node
+    from ..scene.point_object import PointObject
+
+    return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
+
+
+def _numbered(source: Any, number: int) -> Frame:
+    """A frame of a sequence by its number. A single frame is number 0."""
+    frames = source if isinstance(source, Sequence) else [source]
+    if number >= len(frames):
+        raise ValueError(f"{option('frame', number)}: there are {len(frames)} frames, counted from 0")
+    return frames[number]
+
+
+def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list[str]]:
+    """Frames of a sequence as one object, and their numbers; who looks is the first one's camera."""
+    from ..files.sources import views_of
+
+    count = views_from(views)
+    check_frame(frame)
+    found = views_of(load(frame, sequence=True), count)
+    return _as_one(list(found.values()), look), list(map(str, found))
+
+
+def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
+    """More sources of frames of what the first shows, read with its options. Raises ValueError without poses."""
+    from ..viewer.viewable_sources import check_posed
+
+    if inputs and (frame.depth or frame.color):
+        raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")
+    found = [load(replace(frame, input=path), sequence=True) for path in inputs]
+    check_posed((first, *found) if inputs else ())
+    return found
+
+
+def check_frame(frame: FrameOptions) -> None:
+    """Raises ValueError for a scene."""
+    from ..files.sources import is_scene
+
+    if is_scene(frame.input):
+        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
+
+
+def check_stream(look: Look, is_stream: bool) -> None:
+    """Raises ValueError for a filter over time where only one frame is drawn."""
+    if look.temporal and not is_stream:
+        raise ValueError(
+            f"{option('temporal', True)} filters the frames of a sequence over time, and here is a single one: "
+            "leave it out, or pass a sequence, and write its frames to a film or to numbered files, such as %04d.png"
+        )
+
+
+def check_look(look: Look) -> str | None:
+    """The shading for all objects of a scene, None if each keeps its own.
+
+    Raises ValueError for other options about the look of objects: those of a scene have their own.
+    """
+    from ..scene.appearance import Look
+
+    given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
+    changed = [name for name in given if name not in ("material", "shading") and given[name] != plain[name]]
+    if changed:
+        options = ", ".join(map(option, changed))
+        raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
+    return None if look.shading == plain["shading"] else look.shading

@@ -1,0 +1,280 @@
+"""The options of the command line, each declared once: as a field of a group, or as a type of its own.
+
+A command takes whole groups as parameters; `spread` shows their fields to Typer as single options.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+import typer
+
+from ..files.access.limits import MAX_PIXELS
+from ..files.depth.depth_kinds import KINDS
+from ..messages.notes import silence
+from .completion import complete_input, one_of
+from .parse import picture_size_from, pose_from
+from .usage_errors import check_exist, check_input
+
+if TYPE_CHECKING:
+    from ..scene.view import View
+    from .look_options import LookOptions
+
+FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
+
+Output = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write, such as out.png.")]
+Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
+Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
+Views = Annotated[
+    str | None,
+    typer.Option(
+        metavar="N|all|N,N...",
+        help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
+        "object.",
+        rich_help_panel=VIEW,
+    ),
+]
+MoreInputs = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="MORE",
+        help="More folders with frames of the same thing, with poses: all play at once, merged into one object.",
+        autocompletion=complete_input,
+    ),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", callback=lambda wanted: silence() if wanted else None, is_eager=True, help="Print no notes."
+    ),
+]
+Axes = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What x, y, z or red, green, blue are: opencv (right, down, forward), opengl (right, up, towards the "
+        "viewer) or directx (right, down, towards the viewer). Default: opencv in .npy, opengl elsewhere.",
+    ),
+]
+Bits = Annotated[int, typer.Option(metavar="8|16", help="Bits of a colour in a .png.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print which estimator ran, and why; of --views also what they agree on.")
+]
+
+
+@dataclass(frozen=True)
+class InputOptions:
+    """What is read."""
+
+    input: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="INPUT",
+            help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
+            "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'.",
+            autocompletion=complete_input,
+            callback=check_input,
+        ),
+    ] = None
+    color: Annotated[str | None, typer.Option(metavar="FILE", help="Colour picture.", rich_help_panel=FRAME)] = None
+    depth: Annotated[str | None, typer.Option(metavar="FILE", help="Depth picture.", rich_help_panel=FRAME)] = None
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How depth, camera and names in files are to be understood."""
+
+    intrinsics: Annotated[
+        str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
+    ] = None
+    fov: Annotated[
+        float | None,
+        typer.Option(metavar="DEG", help="Vertical field of view, instead of intrinsics.", rich_help_panel=FRAME),
+    ] = None
+    depth_scale: Annotated[
+        float | None,
+        typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME),
+    ] = None
+    depth_kind: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND",
+            help=f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
+            autocompletion=one_of(KINDS),
+            rich_help_panel=FRAME,
+        ),
+    ] = None
+    baseline: Annotated[
+        float | None,
+        typer.Option(metavar="M", help="Metres between the two cameras, for disparity.", rich_help_panel=FRAME),
+    ] = None
+    allow_outside: Annotated[
+        bool,
+        typer.Option("--allow-outside", help="Let files name others outside their folder.", rich_help_panel=FRAME),
+    ] = False
+    max_pixels: Annotated[
+        int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
+    ] = MAX_PIXELS
+
+
+@dataclass(frozen=True)
+class FrameOptions(ReadingOptions, InputOptions):
+    """What is read, and what its depth means."""
+
+    frame: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N[,N...]",
+            help="One frame of a sequence, counted from 0; of several INPUTs one number for each.",
+            rich_help_panel=FRAME,
+        ),
+    ] = None
+
+    @property
+    def load_options(self) -> dict[str, Any]:
+        """All but what is read, by name, as arguments of `load_any`."""
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("input", "frame")}
+
+    def check_exist(self) -> None:
+        """Raises FileNotFoundError if one of the files does not exist."""
+        check_exist(self.input, color=self.color, depth=self.depth, intrinsics=self.intrinsics)
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """From where objects are seen, and how large the picture is."""
+
+    yaw: Annotated[
+        float, typer.Option(metavar="DEG", help="Degrees to the right around the object.", rich_help_panel=VIEW)
+    ] = 0.0
+    pitch: Annotated[
+        float, typer.Option(metavar="DEG", help="Degrees upwards around the object.", rich_help_panel=VIEW)
+    ] = 0.0
+    dolly: Annotated[
+        float,
+        typer.Option(metavar="N", help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW),
+    ] = 0.0
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE|tx,ty,tz,qx,qy,qz,qw",
+            help="Camera-to-world, instead of yaw, pitch and dolly: a matrix of 4x4 or 3x4, or a place and a "
+            "quaternion, in a file or here.",
+            rich_help_panel=VIEW,
+        ),
+    ] = None
+    size: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WxH|NAME",
+            help="Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
+            rich_help_panel=VIEW,
+        ),
+    ] = None
+
+    def view(self, look: LookOptions) -> View:
+        """The View, with a look and its lights. Raises ValueError or OSError."""
+        from ..scene.view import View
+
+        pose = None if self.pose is None else pose_from(self.pose)
+        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
+
+
+@dataclass(frozen=True)
+class FilmOptions:
+    """What a film or a series of pictures shows."""
+
+    turntable: Annotated[
+        str | None,
+        typer.Option(
+            metavar="light|camera",
+            help="Move the light or the camera once around the object.",
+            autocompletion=one_of(("light", "camera")),
+            rich_help_panel=FILM,
+        ),
+    ] = None
+    frames: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=1,
+            help="Pictures of a turntable (default 75), or only the first N of a sequence.",
+            rich_help_panel=FILM,
+        ),
+    ] = None
+    fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second.", rich_help_panel=FILM)] = 25.0
+
+
+@dataclass(frozen=True)
+class WindowOptions:
+    """The window of `pointshade view`."""
+
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None
+    panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
+    fps: Annotated[
+        str,
+        typer.Option(
+            metavar="N[,N...]",
+            help="Frames of a sequence per second; of several INPUTs also one number for each.",
+            rich_help_panel=FILM,
+        ),
+    ] = "30"
+    record: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Record the window as a film: .mp4 or .gif.", rich_help_panel=FILM),
+    ] = None
+
+
+@dataclass(frozen=True)
+class BenchOptions:
+    """What `pointshade bench` measures."""
+
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where to write.")] = Path("bench")
+    quick: Annotated[bool, typer.Option("--quick", help="Smaller pictures, fewer scenes: under a minute.")] = False
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this method, condition or stress; repeatable.")
+    ] = None
+    images: Annotated[bool, typer.Option("--images", help="Also measure lit pictures: estimators, forms, samples.")] = (
+        False
+    )
+    speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
+    against: Annotated[
+        str | None,
+        typer.Option(metavar="REV|FILE", help="With --speed: only compare with a commit, or with an older speed.json."),
+    ] = None
+    views: Annotated[
+        bool, typer.Option("--views", help="Measure several views of one thing instead: normals, flicker, cost.")
+    ] = False
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the noise and the holes.")] = 0
+
+
+def spread(command: Callable[..., None]) -> Callable[..., None]:
+    """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group."""
+    groups: dict[str, Any] = {}
+    options: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        if is_dataclass(parameter.annotation):
+            group = groups[parameter.name] = parameter.annotation
+            types = get_type_hints(group, include_extras=True)
+            for field in fields(group):
+                option = inspect.Parameter(field.name, parameter.KEYWORD_ONLY, annotation=types[field.name])
+                options.append(option.replace(default=field.default))
+        else:
+            options.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+
+    @wraps(command)
+    def with_options(**given: Any) -> None:
+        made = {
+            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
+            for name, group in groups.items()
+        }
+        command(**given, **made)
+
+    with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    with_options.__annotations__ = {option.name: option.annotation for option in options}
+    return with_options

@@ -1,0 +1,102 @@
+"""What the command line shows while it works and when it is done: stdout has the result, stderr everything else."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from ..messages.notes import print_note
+
+if TYPE_CHECKING:
+    from ..rendering.renderer import Renderer
+
+SOFTWARE = "{} is a software renderer: pictures are right, but slow"
+
+
+def warn_skipped(text: str) -> None:
+    print(f"warning: skipped {text}", file=sys.stderr)
+
+
+def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
+    """The line about a written file: what is in it, what drew it, in how many seconds."""
+    print(f"{output}: {what}, {renderer.context.renderer}, {spent * 1e3:.0f} ms")
+
+
+def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], None]:
+    """A function for after each picture: if wanted, it prints what drew it and why, but no line of the last one again.
+
+    names  of the frames that are drawn as one object
+    """
+    before: list[str] = []
+
+    def tell(renderer: Renderer) -> None:
+        lines = renderer.explain(names) if wanted else []
+        for line in lines:
+            if line not in before:
+                print(line)
+        before[:] = lines
+
+    return tell
+
+
+def fail(error: str, code: int) -> NoReturn:
+    """Ends the process with the error, if it says anything, in one line."""
+    if error:
+        print(f"pointshade: {' '.join(error.split())}", file=sys.stderr)
+    raise SystemExit(code) from None
+
+
+@contextmanager
+def open_renderer(device: int) -> Iterator[Renderer]:
+    """A renderer; a note says when it runs on the CPU."""
+    from ..rendering.renderer import Renderer
+
+    with Renderer(device=device) as renderer:
+        announce(renderer)
+        yield renderer
+
+
+def announce(renderer: Renderer) -> None:
+    """A note if it runs on the CPU."""
+    if renderer.context.is_software:
+        print_note(SOFTWARE.format(renderer.context.renderer))
+
+
+@contextmanager
+def spinner(text: str) -> Iterator[None]:
+    """Shows on a terminal that work goes on."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+@contextmanager
+def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]]:
+    """A function to call after each step. It moves a bar on a terminal, and does nothing elsewhere.
+
+    with_rate  also show how many are done, how many a second, and the time left
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = Progress.get_default_columns()
+    if with_rate:
+        rate = TextColumn("{task.fields[rate]}")
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn()
+    console, is_terminal = Console(stderr=True), sys.stderr.isatty()
+    with Progress(*columns, console=console, transient=True, disable=not is_terminal, speed_estimate_period=60) as bar:
+        task = bar.add_task("rendering", total=steps, rate="")
+
+        def advance() -> None:
+            bar.advance(task)
+            speed = bar.tasks[0].speed
+            bar.update(task, rate=f"{speed:.3g}/s" if speed else "")
+
+        yield advance

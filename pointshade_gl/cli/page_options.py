@@ -1,0 +1,85 @@
+"""`pointshade render -o relit.html`: its options, and how it is written."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..messages.formatting import option
+from .completion import one_of
+from .options import FilmOptions, FrameOptions
+from .output import open_renderer, report, spinner
+from .picture_options import PICTURE
+
+if TYPE_CHECKING:
+    from ..rendering.renderer import Renderer
+    from ..scene.view import View
+
+
+NAMES = "exact", "small"  # of page/parts.py, which imports NumPy
+
+
+def is_page(output: Path) -> bool:
+    """Whether a page is to be written there."""
+    return output.suffix.lower() in (".html", ".htm")
+
+
+@dataclass(frozen=True)
+class PageOptions:
+    """How a page is written."""
+
+    quality: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Of an .html: exact, or small (a third smaller, colours as JPEG).",
+            autocompletion=one_of(NAMES),
+            rich_help_panel=PICTURE,
+        ),
+    ] = None
+    title: Annotated[
+        str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PICTURE)
+    ] = None
+
+    def check(self, output: Path, film: FilmOptions) -> None:
+        """Raises ValueError or OSError unless a page can be written there, of a frame that no option moves."""
+        from ..page.page_file import check_page_path
+
+        check_page_path(output)
+        moving = [name for name in ("turntable", "frames") if getattr(film, name) is not None]
+        if moving:
+            raise ValueError(f"{output} is moved by who looks at it: leave out {', '.join(map(option, moving))}")
+
+    def check_none(self, output: Path) -> None:
+        """Raises ValueError if one was given for an output that is no page."""
+        given = [name for name, value in vars(self).items() if value is not None]
+        if given:
+            raise ValueError(f"{output} is no page: leave out {', '.join(map(option, given))}, or write an .html")
+
+    def write(
+        self,
+        source: Any,
+        view: View,
+        output: Path,
+        frame: FrameOptions,
+        device: int,
+        tell: Callable[[Renderer], None],
+    ) -> None:
+        """Writes the page. A size smaller than that of the source is that of the points in the page, too."""
+        from ..page.page_file import LARGEST, write_page
+
+        options = view.of(source)
+        largest = LARGEST if view.size is None else max(options["camera"].width, options["camera"].height)
+        named = Path(str(frame.input or frame.depth or "vase")).stem
+        title = named if self.title is None else self.title
+        start = time.perf_counter()
+        with open_renderer(device) as renderer, spinner("writing"):
+            chosen = {"quality": self.quality or NAMES[0], "largest": min(largest, LARGEST), "title": title}
+            write_page(renderer, output, source, **chosen, **options)
+            tell(renderer)
+            report(output, f"a page of {output.stat().st_size / 1e6:.2f} MB", renderer, time.perf_counter() - start)

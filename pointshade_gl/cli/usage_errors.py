@@ -1,0 +1,115 @@
+"""What was typed wrong, in one sentence with the way out: Typer's own errors are boxes of five lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from ..files.access.builtin import FRAMES, SCENES
+from ..files.access.content import split_numbers
+from ..messages.formatting import option, shown
+from ..messages.suggestions import did_you_mean, listed_beside, meant_option, near_path
+from ..messages.validation import check_path
+from .light_words import FIELDS
+
+# click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
+UsageError: Any = typer.BadParameter.__base__
+_LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
+_EXTRA = re.compile(r"extra argument\S* \((.*)\)")
+_QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
+
+
+class Commands(TyperGroup):
+    """The commands by name. A wrong name gets the near one; an input without a command, the commands for it."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name = args[0]
+        if name in self.commands or name.startswith("-"):
+            return super().resolve_command(ctx, args)
+        if name in (*FRAMES, *SCENES) or Path(name).exists():
+            raise ValueError(
+                f"{name} is not a command: pass `pointshade render {name} -o out.png` or `pointshade view {name}`"
+            )
+        near = did_you_mean(name, self.commands)
+        known = f"known are {', '.join(self.commands)}; `pointshade --help` explains them"
+        raise ValueError(f"unknown command {name!r}{near}: {known}")
+
+
+def check_input(text: str | None) -> str | None:
+    """INPUT. Raises ValueError for a word of a light that the shell took for it."""
+    if text and _LIGHT_WORD.match(text) and not Path(text).exists():
+        raise ValueError(f"{text} is not an input: {_QUOTES}")
+    return text
+
+
+def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
+    """Raises FileNotFoundError for an option whose value is a path to nothing. Numbers of a camera pass.
+
+    The error says by which option it was given, and a near name or else what there is.
+
+    folder  in which the file may have been meant to lie
+    """
+    for name, value in given.items():
+        if value is None or (name == "intrinsics" and split_numbers(str(value)) is not None):
+            continue
+        path = check_path(value)
+        if not path.exists():
+            inside = Path(folder or "", path)
+            told = f" (did you mean {inside}?)" if inside.exists() else near_path(path) or listed_beside(path)
+            raise FileNotFoundError(f"{option(name)}: {path} does not exist{told}")
+
+
+def check_folders(inputs: Sequence[str]) -> None:
+    """Raises ValueError for an INPUT after the first that is no folder: it was meant for an option."""
+    for path in inputs:
+        if not Path(path).is_dir():
+            raise ValueError(f"more INPUTs must be folders of frames, got {path}: {_way_out(path)}")
+
+
+def sentence_of(error: Any) -> str:
+    """What a UsageError says, and which command explains more; empty if all the help was printed already."""
+    message, parameter = error.format_message().strip().rstrip("."), getattr(error, "param", None)
+    if parameter and error.message:
+        message = f"{parameter.opts[-1]} {_fact(error)} ({parameter.help.rstrip('.')})"
+    elif parameter:
+        message = f"{parameter.opts[0]} is missing: {parameter.help[:1].lower()}{parameter.help[1:].rstrip('.')}"
+    elif hasattr(error, "possibilities"):  # an option that does not exist
+        message = _no_option(error.option_name, error.ctx)
+    elif (extra := _EXTRA.search(message)) and "input" in _options(error.ctx.command):
+        message = f"there is one INPUT, got also {extra[1]}: {_way_out(extra[1])}"
+    more = f"; `{error.ctx.command_path} --help` lists the options" if message and error.ctx else ""
+    return f"{message[:1].lower()}{message[1:]}{more}"
+
+
+def _fact(error: Any) -> str:
+    """What is wrong with the value of an option. Newer versions of Typer say it in words of Pydantic."""
+    message = error.message.rstrip(".").partition(", unable to parse")[0]
+    for theirs, ours in (("a valid integer", "a whole number"), ("a valid", "a"), ("Input should be", "must be")):
+        message = message.replace(theirs, ours)
+    details = getattr(error.__cause__, "errors", list)()
+    return message + (f", got {shown(details[0]['input'])}" if details else "")
+
+
+def _no_option(name: str, context: Any) -> str:
+    known = _options(context.command)
+    near = meant_option(name, known)
+    siblings = context.parent.command.commands.items() if context.parent else ()
+    others = [f"`pointshade {other}`" for other, command in siblings if not near and name in _options(command)]
+    return f"there is no option {name}{near}" + (f", only in {' and '.join(others)}" if others else "")
+
+
+def _options(command: Any) -> list[str]:
+    return [name for parameter in command.params for name in parameter.opts]
+
+
+def _way_out(extra: str) -> str:
+    if _LIGHT_WORD.search(extra):
+        return _QUOTES
+    if split_numbers(extra) is not None:
+        return "write numbers with commas and no spaces, as in --light 1,2,3"
+    return "pass files as --depth FILE, --color FILE and -o FILE"

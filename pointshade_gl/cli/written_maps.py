@@ -1,0 +1,142 @@
+"""What `normals`, `depth` and `render -o points.ply` write: a file of a frame, or numbered files of a sequence."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..files.access.numbered_names import is_numbered
+from ..files.writing.depth_and_normal_maps import save_depth, save_normals
+from ..files.writing.point_clouds import save_points
+from ..messages.notes import once, print_note
+from ..rendering.image_sequence import jobs_of, write_numbered
+from ..rendering.renderer import Renderer
+from ..scene.appearance import SWITCHES
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.noise import describe
+from ..scene.view import View
+from .inputs import check_stream
+from .output import open_renderer, progress, report, spinner, warn_skipped
+
+Source = Frame | Scene | Sequence[Frame]
+Arguments = dict[str, Any]  # of Renderer.render, by name
+
+
+def write_normals(
+    source: Source, view: View, output: Path, axes: str | None, bits: int, explain: bool, device: int
+) -> None:
+    """Writes normals by the method and the options of a view's look, as `save_normals` does."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        options = _chosen(arguments, "max_depth_step", "noise", "flying", "temporal")
+        normals = renderer.estimate_normals(frame, arguments["normals"], **options)
+        if explain and renderer.choice:
+            print(describe(renderer.choice))
+        return normals
+
+    def what(normals: Any) -> str:
+        return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
+
+    _write_files(source, view, output, draw, partial(save_normals, axes=axes, bits=bits), what, device)
+
+
+def write_depth(source: Source, view: View, output: Path, device: int) -> None:
+    """Writes the depth that a view shows, as `save_depth` does."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        names = (
+            "camera",
+            "pose",
+            "normals",
+            "size",
+            "splat",
+            "max_depth_step",
+            "noise",
+            "upsample",
+            "flying",
+            "temporal",
+        )
+        depth = renderer.render_depth(frame, **_chosen(arguments, *names))
+        if not depth.any():
+            note("nothing is in view, the depth is empty")
+        return depth
+
+    def what(depth: Any) -> str:
+        known = depth[depth > 0]
+        return f"{depth.shape[1]}x{depth.shape[0]} pixels, {known.size} with depth"
+
+    note = once(print_note)
+    _write_files(source, view, output, draw, partial(save_depth, notes=note), what, device)
+
+
+def write_points(
+    source: Source,
+    view: View,
+    output: Path,
+    turntable: str | None,
+    frames: int | None,
+    device: int,
+    tell: Callable[[Renderer], None],
+) -> None:
+    """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
+
+    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
+        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying", *SWITCHES
+        cloud = renderer.render_points(frame, **_chosen(arguments, *names))
+        tell(renderer)
+        return cloud
+
+    def what(cloud: Any) -> str:
+        return f"{len(cloud)} points"
+
+    _write_files(source, view, output, draw, save_points, what, device, turntable, frames)
+
+
+def _write_files(
+    source: Any,
+    view: View,
+    output: Path,
+    draw: Callable[[Renderer, Any, Arguments], Any],
+    save: Callable[[Path, Any], None],
+    what: Callable[[Any], str],
+    device: int,
+    turntable: str | None = None,
+    frames: int | None = None,
+) -> None:
+    """Writes what `draw` makes of a source to a file, or of each of its frames to a file with the frame's number.
+
+    what  says what was drawn, for the line that is printed
+
+    Raises ValueError for a name without a number where there are many frames, and with one where there is one.
+    """
+    many = is_numbered(output)
+    check_stream(view.look, many and turntable is None)
+    if turntable is None and many and isinstance(source, Frame | Scene):
+        raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
+    if turntable is not None and not many:
+        raise ValueError(f"many files need a number in the name, such as %04d{output.suffix}, got {output}")
+    with open_renderer(device) as renderer:
+        start = time.perf_counter()
+        if many:
+            jobs, count = jobs_of(source, view, turntable, frames, warn_skipped)
+            with progress(count) as advance:
+                count, first = write_numbered(jobs, partial(draw, renderer), save, output, advance)
+            spent = time.perf_counter() - start
+            text = f"{count} files, the first of {what(first)}"
+        else:
+            with spinner("rendering"):
+                made = draw(renderer, source, view.of(source))
+                spent = time.perf_counter() - start
+                save(output, made)
+            text = what(made)
+        report(output, text, renderer, spent)
+
+
+def _chosen(arguments: Arguments, *names: str) -> Arguments:
+    return {name: arguments[name] for name in names if name in arguments}

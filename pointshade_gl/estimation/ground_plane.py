@@ -1,0 +1,82 @@
+"""Where the ground lies: where the user says, on a floor that is shown, or under all that is visible."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light, unit
+from ..scene.placed import Placed
+from ..scene.point_object import PointObject
+from ..scene.view import upright_of
+from .floor_detection import shown_floor
+from .undersides import lowest_point
+
+GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
+TOLD = 12.0  # and from a scene's up direction, or one that was told
+LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
+
+
+def up_of(source: Frame | Scene) -> NDArray[np.float64]:
+    """(3,) unit, world: which way is up. Of a scene `Scene.upright`; of a frame, which has no known up direction, up
+    from the floor that it shows, or up in its picture."""
+    camera, pose = source.camera, np.asarray(source.pose)
+    assert camera is not None, "only scenes without a frame have none"
+    up = np.array([0, -np.sign(camera.fy), 0])
+    if isinstance(source, Frame):
+        floor = shown_floor(source, up, GUESSED)
+        return unit(pose[:3, :3] @ (up if floor is None else floor[:3]))
+    up, upright = pose[:3, :3] @ up, upright_of(source)
+    return unit(up if upright is None else upright if upright @ up > 0 else -upright)
+
+
+def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:
+    """(4,) the ground: its normal, unit, upwards, and the height of the world's origin above it.
+
+    height  of the ground, world units along up; None finds it. Where what lies lowest shows a floor, that is the
+            ground, and leans as it does.
+    """
+    normal = unit(up)
+    if height is not None:
+        return np.append(normal, -height)
+    found = [_under(member, normal) for placed in scene.things for member in _members(placed)]
+    return min(found, key=lambda one: one[0], default=(0.0, np.append(normal, 0.0)))[1]
+
+
+def _members(placed: Placed) -> tuple[Placed, ...]:
+    return placed.members if isinstance(placed.content, PointObject) else (placed,)
+
+
+def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+    """How far a frame or a mesh lies along an axis at least, world units, and the ground that it asks for, (4,)."""
+    if isinstance(placed.content, PointObject) and (floor := _floor(placed, up)) is not None:
+        middle = placed.corners.mean(0)
+        return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
+    lowest = _lowest(placed, up)
+    return lowest, np.append(up, -lowest)
+
+
+def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """(4,) the floor that a frame shows, in the world."""
+    scale = float(np.cbrt(np.linalg.det(placed.axes[:3, :3])))
+    rotation, origin = placed.axes[:3, :3] / scale, placed.axes[:3, 3]
+    floor = shown_floor(placed.content.frame, rotation.T @ up, TOLD)
+    if floor is None:
+        return None
+    normal = rotation @ floor[:3]
+    return np.append(normal, scale * floor[3] - normal @ origin)
+
+
+def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
+    """How far a frame or a mesh lies along an axis at least, world units; 0 without points."""
+    along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
+    if not isinstance(placed.content, PointObject):
+        return float((placed.content.positions @ along).min(initial=0.0) + shift)
+    return float(lowest_point(placed.content.frame, along) + shift)
+
+
+def seen_ground(ground: NDArray[np.float64], pose: NDArray[np.float64]) -> tuple[float, ...]:
+    """The ground in the axes of somebody at a pose (4, 4): its normal, and the height of the eye above it."""
+    return (*(pose[:3, :3].T @ ground[:3]).tolist(), float(ground[:3] @ pose[:3, 3] + ground[3]))

@@ -1,0 +1,150 @@
+"""How several frames of one thing are weighed: which are compared, the band, exposures, and primary views."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.frame import Frame
+from ..scene.noise import Choice
+
+COMPARED = 16  # others that a frame is compared with, at most: those seen from nearest by
+NARROWEST, WIDEST = 0.004, 0.04  # of the band, a share of 1/z
+SPREADS = 3.0  # of the differences between frames that the band holds
+FARTHEST = 0.1  # a greater difference is another surface
+FEWEST = 20  # samples that are enough for a median
+LEAST_GAIN = 0.01  # log of a difference in exposure that is worth correcting
+PRIMARY = 3  # views that carry the picture
+FADING = 2.5  # times as far as these, others have faded out
+FAINT = 0.02  # their weight then
+DISSOLVED = 0.9  # weight at which none of a view's splats is primary any more
+STEADY = 0.05  # by which share the band may differ from the one that was voted with, before all is voted again
+APART = 0.02  # of the depth: a surface that lies so much farther than a point contradicts it
+JUDGED = 0.2  # of the samples that two frames share, those that neither hides from the other, at least
+NO_OVERLAP = 1e29  # what is greater stands for it, see view_difference.frag
+Matrix = NDArray[np.float64]
+
+
+class SetReport(NamedTuple):
+    """What was found out about n frames that one picture shows as one object."""
+
+    choices: tuple[Choice, ...]  # what estimated each frame's normals
+    band: float  # share of 1/z within which two frames see the same surface
+    gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
+    points: NDArray[np.int64]  # (n,) points of each frame
+    distrusted: NDArray[np.int64]  # (n,) how many of them are not trusted
+    importances: NDArray[np.float64]  # (n,) weights of the frames in the picture, 1 if primary
+
+
+class Comparison(NamedTuple):
+    """What one frame's depth and colours are beside another's."""
+
+    spread: float  # standard deviation of the depths' differences, as a share of the depth; infinite without overlap
+    log_ratios: NDArray[np.float64]  # (3,) of linear colours; NaN where unknown
+    apart: float = np.nan  # share of the points that the other should see, and sees through; NaN where unknown
+
+
+def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
+    """The medians of samples (n, 4) as view_difference.frag makes them: excess of depth, log ratios of the colours.
+
+    colored  False where a frame has no colours: then the ratios mean nothing
+    """
+    apart = _share_apart(samples[:, 0])
+    close = np.abs(samples[:, 0]) < FARTHEST
+    if close.sum() < FEWEST:
+        return Comparison(np.inf, _fixed([np.nan] * 3), apart)
+    near = samples[close].astype(np.float64)
+    spread = 1.4826 * float(np.median(np.abs(near[:, 0])))
+    ratios = [channel[np.abs(channel) < 10] for channel in near[:, 1:].T]
+    known = [float(np.median(ratio)) if len(ratio) >= FEWEST and colored else np.nan for ratio in ratios]
+    return Comparison(spread, _fixed(known), apart)
+
+
+def _share_apart(excess: NDArray[np.float32]) -> float:
+    """Of the points that nothing hides from the other frame, those that float before what it sees."""
+    shared = excess < NO_OVERLAP
+    judged = shared & (excess > -APART)
+    enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
+    return float((excess[judged] > APART).mean()) if enough else np.nan
+
+
+def _fixed(values: list[float]) -> NDArray[np.float64]:
+    """Read-only: then steps know it by its identity, for NaN equals nothing."""
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
+
+
+def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
+    """(n,) how differently each frame's camera saw things from one at this pose: angles, and shifts over the depth."""
+    there = np.linalg.inv(pose) @ np.stack([frame.pose for frame in frames])
+    turns = np.arccos(np.clip((np.trace(there[:, :3, :3], axis1=1, axis2=2) - 1) / 2, -1, 1))
+    return turns + np.linalg.norm(there[:, :3, 3], axis=1) / np.array([frame.scale for frame in frames])
+
+
+def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
+    """The frames that each is compared with."""
+    found = []
+    for k, frame in enumerate(frames):
+        order = np.argsort(distances(frames, frame.pose), kind="stable")
+        found.append([int(other) for other in order if other != k][:COMPARED])
+    return found
+
+
+def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | None = None) -> float:
+    """By which share of 1/z two frames may differ on one surface: noise and errors of poses need not be told.
+
+    before  the band of the last time, which stays if it is nearly right: a new band asks for all votes again
+    """
+    spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
+    widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
+    widest = min(max(widest, NARROWEST), WIDEST)
+    if before is not None and abs(widest / before - 1) < STEADY:
+        return before
+    return float(f"{widest:.2g}")
+
+
+def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
+    """(count, 3) what each frame's linear colours are multiplied by, so that overlaps are equally bright."""
+    logs = np.zeros((count, 3))
+    for channel in range(3):
+        known = [(i, j, one.log_ratios[channel]) for (i, j), one in comparisons.items()]
+        known = [(i, j, ratio) for i, j, ratio in known if np.isfinite(ratio)]
+        if not known:
+            continue
+        system = np.zeros((len(known), count))
+        for row, (i, j, _) in zip(system, known, strict=True):
+            row[[i, j]] = 1, -1
+        logs[:, channel] = np.linalg.lstsq(system, [-ratio for _, _, ratio in known], rcond=None)[0]
+    return np.where(np.abs(logs).max() < LEAST_GAIN, 1.0, np.exp(logs))
+
+
+def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
+    """(n,) the weights of frames in a view from this pose, in the world of the frames: 1 for the primary ones.
+
+    The others fade with their distance, so that nothing pops as the viewer moves. Those that are wrong weigh 0, and
+    those without a point.
+    """
+    right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
+    if right.sum() <= PRIMARY:
+        return right.astype(np.float64)
+    away = distances(frames, eye)
+    reach = max(float(np.sort(away[right])[PRIMARY - 1]), 1e-9)
+    share = np.clip((FADING * reach - away) / ((FADING - 1) * reach), 0, 1)
+    return right * (FAINT + (1 - FAINT) * share * share * (3 - 2 * share))
+
+
+def is_primary(importance: Any) -> Any:
+    """Whether a view of this weight carries the picture, or only fills gaps; of an array, each."""
+    return importance > DISSOLVED
+
+
+def primary_shares(importances: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) the share of each frame's splats that hide those of others: all of primary views, and soon none.
+
+    A view comes and goes splat by splat: where two views contradict each other, nothing pops.
+    """
+    return np.clip((importances - DISSOLVED) / (1 - DISSOLVED), 0, 1)

@@ -1,0 +1,220 @@
+"""Finds the noise of a depth picture from its measured blocks, and the estimator that it needs. Small arrays only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.noise import Noise
+from ..scene.noise_text import NoiseWords
+from .noise_structure import Mask, Structure, find_structure, median3, neighbours3
+
+Array = NDArray[np.float64]
+PATCH_PITCH, BLOCK_PATCHES = 8, 6  # pixels between patches, patches along a block: as in noise_levels.glsl
+FLAT_CELL = 9  # pixels, as in flat_cells.glsl
+
+QUARTILE = 0.31864  # a quarter of |N(0, 1)| lies below
+STAR_GAIN = 0.45  # tilt of the edge-exact estimator in radians per sigma / depth times focal length in pixels
+MARGIN = 1.1  # factor on the level: plane fits fail if the noise is underestimated; overestimating costs little
+WORTH = np.radians(0.1)  # less tilt than this is not worth the second estimator
+LATTICE_VOTES = 0.2  # share of the blocks that must find a lattice of depths, and how well their quartiles must agree
+LATTICE_SPREAD = 0.02
+LATTICE_ALIKE = 0.5  # share of the votes that must agree; or all but some are a multiple, up to LATTICE_REACH, of few
+LATTICE_FITS, LATTICE_REACH = 0.9, 10
+JUMP_SHARE = 0.01  # a frame counts as rounded if this share of its patches has an isolated jump
+# Steps per pixel: up to the first, a neighbourhood shares its rounding error; from the second on, errors are random.
+FULL_WIDTH, NO_WIDTH = 0.1, 0.5
+# Noise of random rounding errors in steps: 1 / sqrt(12), and a third more because they are not normally distributed.
+ROUNDED = 1.3 / np.sqrt(12)
+ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges are worth more than calm
+PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.25  # steps of a lattice between its plateaus, in so many blocks that have some
+ALIKE = 0.25  # median deviation of the logarithm up to which steps count as equal
+MATCHED = 0.5  # least shared noise of depth from disparity: windows are matched, and windows of neighbours overlap
+FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that can tell the noise of the others
+COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours share shows only at such a distance
+# By these factors noise may grow from neighbours to COARSE pixels without proving that neighbours share noise. For the
+# lower quartile of a frame, noise is overestimated by as much anyway. For a single block, structure of the block's size
+# adds as much, because third differences let such structure pass.
+FRAME_GROWTH, BLOCK_GROWTH = MARGIN, 2.0
+STRUCTURE = 2.0  # a block may have this many times the shared noise of the frame
+COPY_BLOCKS = 0.2  # share of the blocks that must show whether lines are repeated; some edges only look so
+COPY_SHARE = 0.1  # share of repeated lines, in most blocks: enlarged or moved pictures repeat lines everywhere
+
+
+def noise_grid(width: int, height: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return ((columns, rows) of the blocks, (u, v) of the first pixel of the first patch), centred on the picture."""
+    block = PATCH_PITCH * BLOCK_PATCHES
+    blocks = tuple(max(1, (n + block // 2) // block) for n in (width, height))
+    return blocks, tuple((n - (b * block - PATCH_PITCH + 4)) // 2 for n, b in zip((width, height), blocks, strict=True))
+
+
+def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return ((columns, rows) of the cells of flat_cells.glsl, (u, v) of the first one's middle), centred on the
+    picture: the middles of the first and the last cell lie outside."""
+    sizes = [(n, (n - 1) // FLAT_CELL + 2) for n in (width, height)]
+    columns, rows = (cells + (n - cells) % 2 for n, cells in sizes)
+    u, v = ((n - 1 - FLAT_CELL * (cells - 1)) // 2 for n, cells in ((width, columns), (height, rows)))
+    return (columns, rows), (u, v)
+
+
+def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
+    """Return the step between the depths of a 16-bit picture, 0.0 for any other picture."""
+    votes = np.sort(lattice[lattice > 0])
+    if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
+        return 0.0
+    middle = votes[votes.size // 2]
+    if np.count_nonzero(np.abs(votes / middle - 1) < LATTICE_SPREAD) > LATTICE_ALIKE * votes.size:
+        return float(middle)
+    times = votes / votes[votes.size // 10]
+    whole = np.maximum(np.round(times), 1)
+    near = whole <= LATTICE_REACH
+    fits = near & (np.abs(times - whole) < LATTICE_SPREAD * whole)
+    if np.count_nonzero(fits) < LATTICE_FITS * np.count_nonzero(near):
+        return 0.0
+    return float(np.median(votes[fits] / whole[fits]))
+
+
+def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
+    """Return (step, domain) of the plateaus: the lattice of z, or steps of equal size in 1 / z or in z."""
+    jump_w = levels[..., 2][jumps]
+    jump_z = jump_w * z[jumps] ** 2
+    if step_z:
+        # Where plateaus of a lattice lie several of its steps apart, 1 / z was rounded before.
+        apart = jump_z > PLATEAU_STEPS * step_z
+        if np.count_nonzero(apart) > PLATEAU_VOTES * apart.size and _spread(jump_w[apart]) < ALIKE:
+            return float(np.median(jump_w[apart])), "1/z"
+        return step_z, "z"
+    spread_w, spread_z = _spread(jump_w), _spread(jump_z)
+    if min(spread_w, spread_z) > ALIKE:
+        return 0.0, ""
+    return (float(np.median(jump_w)), "1/z") if spread_w <= spread_z else (float(np.median(jump_z)), "z")
+
+
+def _spread(values: Array) -> float:
+    return float(np.median(np.abs(np.log(values / np.median(values)))))
+
+
+def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
+    """Return per block the noise that neighbours share, divided by `near`, the level that the averaging starts from.
+
+    far, seen: noise of w measured between COARSE pixels and between neighbours. Neighbours show only the noise that
+    they do not share: a rounding or matching error that is the same over several pixels does not show between them.
+    """
+    far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
+    block = median3(far - BLOCK_GROWTH**2 * seen, known)
+    frame = np.quantile((far - FRAME_GROWTH**2 * seen)[known], 0.25) if known.any() else 0.0
+    # A block far above the calmest quarter of the frame holds structure, not noise: curved surfaces differ over COARSE.
+    return np.sqrt(np.maximum(np.maximum(np.minimum(block, STRUCTURE**2 * frame), frame), 0))
+
+
+def misplaced_pixels(copied: Array) -> float:
+    """Return by how many pixels (standard deviation) depths are displaced, from each block's share of copied lines."""
+    votes = copied[copied >= 0]
+    if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
+        return 0.0
+    if np.quantile(votes, 0.25) < COPY_SHARE / 2:  # whole lines are repeated: so nearly all blocks must show it
+        return 0.0
+    # A line of the original picture covers 1 / (1 - share) lines of this one. The nearest of them is off by up to half
+    # of that, all distances being equally likely.
+    return float(1 / (1 - min(np.median(votes), 0.75)) / np.sqrt(12))
+
+
+def noise_power(z: Array, sigma_z: Array) -> float:
+    """Return the power of z with which the noise of depth grows, 0 to 2; 1 if the picture does not show it."""
+    if z.size < 6:
+        return 1.0
+    log_z, log_sigma = np.log(z), np.log(sigma_z)
+    log_z = log_z - log_z.mean()
+    prior = 0.0025 * z.size  # spread of 5 % in depth
+    return float(np.clip((log_z @ (log_sigma - log_sigma.mean()) + prior) / (log_z @ log_z + prior), 0, 2))
+
+
+def find_noise(
+    levels: Array,
+    counts: Array,
+    focal: float,
+    measure_coarse: Callable[[], tuple[Array, Array]],
+    measure_structure: Callable[[], Array],
+) -> Noise:
+    """Return the Noise of a frame.
+
+    levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;
+    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames;
+    measure_structure: function that returns levels of STRUCTURE, called only for noisy frames.
+    """
+    z = counts[..., 3].astype(np.float64)
+    seen = z > 0
+    blocks = max(np.count_nonzero(seen), 1)
+    z = np.where(seen, z, 1.0)
+    measured = levels[..., 0] >= 0
+    raw = np.where(measured, levels[..., 0], 0.0) / QUARTILE
+    worth = WORTH / (STAR_GAIN * focal)
+    step_z = lattice_step(levels[..., 3], seen)
+    jumps = (counts[..., 1] > 0) & (counts[..., 2] < 0.9) & seen
+    plateaus = (counts[..., 1] * jumps).sum() > JUMP_SHARE * blocks
+    if not step_z and not plateaus and np.count_nonzero(raw * z > worth) < 0.01 * blocks:
+        middle = np.sort(np.stack([raw * z, raw * z * z]).reshape(2, -1))[:, z.size // 2]
+        return Noise(float(middle[1]), float(middle[0]), 0.0, "", 0.0, 0.0, 0.0, None, (0.0, 0.0))
+
+    coarse_levels, coarse_counts = measure_coarse()
+    misplaced = misplaced_pixels(coarse_counts[..., 0])
+    # Where lines are repeated, isolated jumps are the slope of the surface, not rounding.
+    plateaus = plateaus and not misplaced
+    step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
+    density = median3(counts[..., 2], seen)
+    # Steps of 1 / z come from matched windows: noise that neighbours share, which looks like structure.
+    hidden = np.full(z.shape, misplaced > 0 or domain == "1/z") | (plateaus & (density < NO_WIDTH))
+    structure = find_structure(levels[..., 0], measure_structure(), coarse_levels[..., 0], step > 0, hidden)
+    level, power = noise_level(levels, z, measured, structure, worth)
+    powers = (power - 1, -1.0 if domain == "z" else 1.0)
+
+    local = np.full_like(z, step)
+    if plateaus:
+        own = jumps & (counts[..., 1] > 0.15) & (density < NO_WIDTH)
+        local = median3(np.where(own, np.maximum(step, levels[..., 2] * z ** (1 - powers[1])), step), seen)
+    local = np.maximum(local, step_z * z ** (-1 - powers[1]))
+    t = np.clip((NO_WIDTH - density) / (NO_WIDTH - FULL_WIDTH), 0, 1)
+    random = np.where(structure.uneven, ROUNDED_STRUCTURE, ROUNDED)
+    plateau = (random + (1 - random) * t * t * (3 - 2 * t)) * local
+    relative = np.maximum(level * z ** powers[0], plateau * z ** powers[1])
+    far = coarse_levels[..., 0] / QUARTILE
+    both = measured & (far >= 0) & (relative > worth) & ~structure.uneven
+    shared = shared_noise(far, raw, relative / z, both)
+    if step_z and domain == "1/z":
+        shared = np.maximum(shared, MATCHED)
+    shared = np.where(structure.uneven, 0.0, shared)
+    correlation = float(np.median(shared[both])) if both.any() else 0.0
+    share = float((relative[seen] > worth).mean())
+    grid = np.stack([MARGIN * level, plateau, shared], -1).astype(np.float32)
+    sigma, middle = float(np.median((relative * z)[seen])), float(np.median(relative[seen]))
+    return Noise(sigma, middle, step, domain, correlation, misplaced, share, grid, powers)
+
+
+def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, worth: float) -> tuple[Array, float]:
+    """Return (level of each block, power p): noise / z = level * z**(p - 1)."""
+    in_w = np.log(np.maximum(np.where(measured, levels[..., 0], 0) / QUARTILE, 1e-30))
+    in_z = np.log(np.maximum(levels[..., 1] / QUARTILE, 1e-30))
+    credible = measured & ~structure.found
+    noisy = credible & (np.exp(in_w) * z > 1e-6)
+    power = noise_power(z[noisy], np.exp(in_z[noisy]))
+    if np.count_nonzero(credible) < FEWEST_CREDIBLE * np.count_nonzero(measured) or not credible.any():
+        return np.zeros_like(z), power
+    own = (1 - power / 2) * in_z + power / 2 * in_w
+    level = np.exp(median3(own + np.log(np.maximum(structure.noise, 1e-30)), credible))
+    # Structure adds to a block's own level: such a block has the noise of the others, or less.
+    level = np.where(structure.found, np.minimum(level, np.exp(own)), level)
+    # If noise begins inside a block, its quartile still looks clean: so calm blocks beside noisy ones count as noisy.
+    calm = (level * z ** (power - 1) < worth) & ~structure.found
+    return np.where(calm, neighbours3(level).max(0), level), power
+
+
+def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
+    """Return the Noise that words describe, the same in all blocks of a grid of that shape."""
+    powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
+    grid = np.empty((*shape, 3), np.float32)
+    grid[:] = MARGIN * words.level, ROUNDED * words.step, words.shared
+    share = 1.0 if words.level else 0.0
+    sigma, relative = (0.0, words.level) if words.is_share else (words.level, 0.0)
+    return Noise(sigma, relative, words.step, words.domain, words.shared, words.repeated, share, grid, powers)

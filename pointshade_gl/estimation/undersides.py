@@ -1,0 +1,149 @@
+"""How far down a frame's things go: their lowest ends, with undersides that the camera did not see. No GL here.
+
+Where a surface ends downwards, at an outline, it goes on behind it. Near a smooth outline a surface is a circle seen
+from the side, as in shaders/common/rims.glsl: its lowest point is known though hidden. Elsewhere it ends between two
+pixels.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.frame import Frame
+
+Array = NDArray[np.floating[Any]]
+Index = NDArray[np.intp]
+
+SUNK = 0.001  # share of the points that may lie lower than what is found: noise must not decide about it
+LOWEST = 2000  # ends that are looked at
+THIRD = 2  # lower ends that do not count: stray pixels
+STEP = 0.05  # share of the depth by which neighbours on one surface differ at most
+BESIDE = 2  # pixels of the same surface round an end, at least: a stray one has none
+DEEP, LEAST = 12, 6  # pixels inward that a circle is laid through
+ROUND = 0.2  # pixels by which they may lie off it
+SIDE = 2  # ends on each side whose circles must agree: the median counts
+NEAREST, FARTHEST = -0.3, 1.3  # pixels from the last one to the outline of its circle
+STEEPEST = 2  # pixels that the last pixel of a surface is high, at most
+INNER = 4  # pixels over which that is measured
+ALONG = 3  # columns on each side that tell where between two pixels an edge runs
+
+
+def lowest_point(frame: Frame, along: Array) -> float:
+    """How far the frame's things reach along an axis (3,) of its camera at least, hidden undersides included."""
+    depth, camera = frame.depth, frame.camera
+    if not (depth > 0).any():
+        return 0.0
+    rays = (np.arange(camera.width) - camera.cx) / camera.fx, (np.arange(camera.height) - camera.cy) / camera.fy
+    heights = depth * (rays[0] * along[0] + rays[1][:, None] * along[1] + along[2])
+    lowest = float(np.quantile(heights[depth > 0], SUNK))
+    up, length = along / np.linalg.norm(along), float(np.linalg.norm(along))
+    bottoms = _bottoms(*_turned(depth, *rays, up), abs(camera.fx) + abs(camera.fy)) * length
+    return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
+
+
+def _turned(
+    depth: NDArray[np.float32], x: Array, y: Array, up: Array
+) -> tuple[NDArray[np.float32], Array, Array, Array]:
+    """The picture turned so that things stand upright in it: depth, rays of its columns and of its rows, up."""
+    if abs(up[0]) > abs(up[1]):
+        depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
+    if up[1] * (y[-1] - y[0]) > 0:
+        depth, y = depth[::-1], y[::-1]
+    return depth, x, y, up
+
+
+def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_focal: float) -> Array:
+    """(n,) heights of the lower ends of the things that a picture shows upright, where they go on out of sight."""
+    depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
+    x, y = np.pad(x, ALONG), np.pad(y, (DEEP, ALONG))
+    ends = _ends(depth)
+    row, column = np.nonzero(ends)
+    heights = _heights(depth, x, y, up, row, column)
+    first = np.argsort(heights)[: 4 * LOWEST]
+    row, column = row[first], column[first]
+    beside = [_alike(depth[row + i, column + j], depth[row, column]) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
+    kept = np.sum(beside, axis=0) >= BESIDE
+    row, column = row[kept][:LOWEST], column[kept][:LOWEST]
+    if not len(row):
+        return np.zeros(0)
+    cut = row == depth.shape[0] - ALONG - 1  # by the picture's border
+    here, rise = _heights(depth, x, y, up, row, column), np.zeros(len(row))
+    for k in range(1, INNER + 1):  # of as many as there are: noise counts least over the longest way
+        is_there = _alike(depth[row - k, column], depth[row, column])
+        rise = np.where(is_there, (_heights(depth, x, y, up, row - k, column) - here) / k, rise)
+    pixel = 2 * depth[row, column] / twice_focal
+    straight = here - _edge(ends, row, column) * np.clip(rise, 0, STEEPEST * pixel)
+    bent = _round_bottom(depth, x, y, up, row, column, pixel)
+    return np.where(cut, here, np.fmin(straight, bent))
+
+
+def _heights(depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:
+    return depth[row, column] * (x[column] * up[0] + y[row] * up[1] + up[2])
+
+
+def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
+    """Whether two depths are of one surface."""
+    return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
+
+
+def _ends(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """(h, w) where a surface ends downwards: what comes next is missing, or farther away."""
+    here, below = depth[:-1], depth[1:]
+    ends = np.zeros(depth.shape, bool)
+    ends[:-1] = (here > 0) & ((below == 0) | (below > (1 + STEP) * here))
+    return ends
+
+
+def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
+    """(n,) how many pixels below the ends the edge runs: on the line through the middles between its steps."""
+    off = np.arange(-ALONG, ALONG + 1)
+    around = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
+    known, end = around.any(1), (around * off[:, None]).sum(1) / np.maximum(around.sum(1), 1)
+    count, x, xx = known.sum(1), (known * off).sum(1), (known * off * off).sum(1)
+    level = (xx * end.sum(1) - x * (end * off).sum(1)) / np.maximum(count * xx - x * x, 1)
+    return np.clip(0.5 + level, 0, 0.5)
+
+
+def _round_bottom(
+    depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index, pixel: Array
+) -> Array:
+    """(n,) heights of the lowest points of the circles through the pixels above the ends; NaN where they lie on none
+    or those beside say otherwise."""
+    rows = row[:, None] - np.arange(DEEP)
+    z = depth[rows, column[:, None]].astype(np.float64)
+    points = np.stack([x[column][:, None] * z, y[rows] * z, z], -1)
+    height = points @ up
+    away = np.linalg.norm(points - height[..., None] * up, axis=-1)
+    joined = np.concatenate([np.ones((len(row), 1), bool), _alike(z[:, 1:], z[:, :-1])], 1).cumprod(1) > 0
+    middle, radius, error = _circle(away - away[:, :1], height - height[:, :1], joined)
+    ray = np.stack([away[:, 0], height[:, 0]], -1)
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    outline = (radius - np.abs(middle[:, 0] * ray[:, 1] - middle[:, 1] * ray[:, 0])) / pixel
+    is_round = (joined.sum(1) >= LEAST) & (middle[:, 0] > 0) & (error < ROUND * pixel)
+    is_round &= (outline > NEAREST) & (outline < FARTHEST)
+    return _median_beside(np.where(is_round, height[:, 0] + middle[:, 1] - radius, np.nan), column)
+
+
+def _median_beside(values: Array, column: Index) -> Array:
+    """(n,) the median of each and those beside it, NaN unless most are known."""
+    order = np.argsort(column, kind="stable")
+    padded = np.pad(values[order], SIDE, constant_values=np.nan)
+    found = np.empty_like(values)
+    found[order] = np.sort(np.lib.stride_tricks.sliding_window_view(padded, 2 * SIDE + 1), -1)[:, SIDE]
+    return found
+
+
+def _circle(x: Array, y: Array, known: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Circles through rows of points, by least squares (Kasa 1976): (n, 2) middles, (n,) radii, (n,) rms distances."""
+    scale = np.maximum(np.abs(np.where(known, y, 0)).max(1), 1e-12)
+    x, y = np.where(known, x, 0) / scale[:, None], np.where(known, y, 0) / scale[:, None]
+    terms = np.stack([2 * x, 2 * y, known.astype(float)], -1)
+    square = terms.transpose(0, 2, 1) @ terms + 1e-12 * np.eye(3)
+    a, b, c = np.linalg.solve(square, (terms.transpose(0, 2, 1) @ (x * x + y * y)[..., None]))[..., 0].T
+    radius = np.sqrt(np.maximum(c + a * a + b * b, 0))
+    off = np.where(known, np.hypot(x - a[:, None], y - b[:, None]) - radius[:, None], 0)
+    error = np.sqrt((off * off).sum(1) / np.maximum(known.sum(1), 1))
+    return np.stack([a, b], -1) * scale[:, None], radius * scale, error * scale

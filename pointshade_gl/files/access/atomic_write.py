@@ -1,0 +1,117 @@
+"""Writing files whole: beside their target under a hidden name, then renamed.
+
+So nobody meets a half-written file. After an error or an interruption nothing is left; only a process that is killed
+leaves its hidden `.part` file. The names of a process's hidden files begin alike, so that who killed it removes them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from uuid import uuid4
+
+from .content import FilePath
+from .safe_paths import followed
+
+OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin
+_BLOCK = 1 << 20  # bytes that are read at once
+
+
+def check_place(path: Path) -> Path:
+    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot."""
+    target = followed(path) if path.is_symlink() else path
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"cannot write {path}: there is no folder {target.parent}, create it first")
+    if target.is_dir():
+        raise IsADirectoryError(f"cannot write {path}: it is a folder")
+    if target.exists() and not target.is_file():
+        raise OSError(f"cannot write {path}: it is a pipe or a device")
+    return path
+
+
+@contextmanager
+def written_whole(path: FilePath) -> Iterator[Path]:
+    """A path beside the target to write to. At the end it becomes the target; after an error it is removed.
+
+    A link stays a link: the file that it names is replaced.
+    """
+    target = followed(Path(path))
+    temporary = hidden_beside(target)
+    try:
+        yield temporary
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def hidden_beside(target: Path) -> Path:
+    """A new hidden name in the target's folder."""
+    return target.with_name(f"{OURS}{uuid4().hex[:12]}.part")
+
+
+def remove_hidden(folder: Path, ours: str) -> None:
+    """Removes what a process that was killed has left in a folder. ours: that process's OURS."""
+    for path in folder.glob(f"{ours}*.part"):
+        path.unlink(missing_ok=True)
+
+
+def sha256_of(path: Path) -> tuple[int, str]:
+    """How many bytes a file has, and their SHA-256, hexadecimal."""
+    import hashlib  # only here: most programs check no file
+
+    digest, size = hashlib.sha256(), 0
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+            size += len(block)
+    return size, digest.hexdigest()
+
+
+class FileSet:
+    """Files of a folder, which appear there on `commit`, or not at all."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._hidden = hidden_beside(folder / "any")
+        self._names: list[str] = []
+
+    def __enter__(self) -> FileSet:
+        self._hidden.mkdir()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        import shutil  # which imports compression: not needed for single files
+
+        shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def stage(self, name: str) -> Path:
+        """Where to write a file for now; its name is relative to the folder."""
+        self._names.append(name)
+        path = self._hidden / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def commit(self) -> None:
+        """Moves the files into place, in the order of staging. Raises OSError, before the first, if one cannot move."""
+        for name in self._names:
+            target = self.folder / name
+            if target.is_dir():
+                raise IsADirectoryError(f"cannot write {target}: it is a folder")
+            if target.parent.exists() and not target.parent.is_dir():
+                raise NotADirectoryError(f"cannot write {target}: {target.parent} is a file")
+            self._check_own(target.parent)
+        for name in self._names:
+            target = self.folder / name
+            target.parent.mkdir(exist_ok=True)
+            (self._hidden / name).replace(target)
+
+    def _check_own(self, parent: Path) -> None:
+        """A frame's folder must hold nothing else: a reader might take another depth picture that is there."""
+        if parent == self.folder or not parent.is_dir():
+            return
+        ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}
+        others = sorted({path.name for path in parent.iterdir()} - ours)
+        if others:
+            raise FileExistsError(f"{parent} holds {', '.join(others[:3])}, not of this scene: move it away")

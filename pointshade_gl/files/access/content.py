@@ -1,0 +1,106 @@
+"""What is inside a file: its bytes, its text, its JSON. Only regular files are opened, up to a limit."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import stat
+from io import BufferedReader
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from ...messages.formatting import shown
+from ...messages.suggestions import near_path
+from ...messages.validation import check_path
+from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
+
+FilePath = str | PathLike[str]
+MATLAB = b"MATLAB "  # the first bytes of a .mat file
+
+
+def open_regular(path: FilePath) -> BufferedReader:
+    """The file, opened for reading. Raises OSError for folders, pipes and devices, which may never end."""
+    path = Path(path)
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise FileNotFoundError(f"{path} does not exist{near_path(path)}") from None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(f"{path} is a folder, expected a file")
+    if not stat.S_ISREG(mode):
+        raise OSError(f"{path} is a pipe or a device, expected a file")
+    return path.open("rb")
+
+
+def read_head(path: FilePath, size: int = 64) -> bytes:
+    """The first bytes of a file, by which its format is known.
+
+    Raises OSError if the path is not a file, ValueError for an empty file and for a git-LFS pointer.
+    """
+    check_path(path)
+    with open_regular(path) as file:
+        head = file.read(size)
+    if not head:
+        raise ValueError(f"{path} is empty, expected a file of more than 0 bytes")
+    if head.startswith(b"version https://git-lfs"):
+        raise ValueError(f"{path} is a git-LFS pointer, not the file itself: run `git lfs pull` in its repository")
+    return head
+
+
+def read_bytes(path: FilePath, max_pixels: float = MAX_PIXELS, share: float = FILE_BYTES) -> bytes:
+    """All bytes of a file. Raises OSError or ValueError as `read_head` does, ValueError for more than the limit."""
+    read_head(path)
+    with open_regular(path) as file:
+        size = check_size(file, path, max_pixels, share)
+        data = file.read(size + 1)
+    if len(data) > size:  # files of the system say 0 and go on for ever
+        raise ValueError(f"{path} has more bytes than its size says: is it still being written?")
+    return data
+
+
+def check_size(file: BufferedReader, path: FilePath, max_pixels: float, share: float = FILE_BYTES) -> int:
+    """The bytes of an open file. Raises ValueError for more than the limit."""
+    size = os.fstat(file.fileno()).st_size
+    check_limit(size, f"{path} has {size} bytes", max_pixels, share)
+    return size
+
+
+def read_text(path: FilePath, max_pixels: float = MAX_PIXELS) -> str:
+    """The text of a file. Raises OSError if the path is not a file, ValueError if it is not text or too long."""
+    try:
+        return read_bytes(path, max_pixels, TEXT_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is not a text file") from None
+
+
+def parse_json(text: str, max_pixels: float = MAX_PIXELS) -> Any:
+    """The value in a text of JSON. Raises ValueError, "is not valid JSON: ...", or for too many values."""
+    values = sum(map(text.count, ",[{"))
+    check_limit(values, f"is JSON of {values} values", max_pixels, JSON_VALUES)
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("is not valid JSON: it is nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"is not valid JSON: {error}") from None
+
+
+def parse_object(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Any]:
+    """The object in the text of a JSON file. Raises ValueError, naming the file, for anything else."""
+    try:
+        data = parse_json(text, max_pixels)
+    except ValueError as error:
+        raise ValueError(f"{path} {error}") from None
+    if not isinstance(data, dict):
+        raise ValueError(f"{path} must hold a JSON object, got {shown(data)}")
+    return data
+
+
+def split_numbers(text: str) -> list[float] | None:
+    """The numbers of a text that holds nothing but numbers, else None."""
+    try:
+        return [float(part) for part in re.split(r"[\s,;]+", text.strip(" \t\r\n,;[]()"))]
+    except ValueError:
+        return None

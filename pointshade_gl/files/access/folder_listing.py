@@ -1,0 +1,206 @@
+"""What lies in a folder: its files by level, and what their names say they are for."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+
+LEVELS = 3  # folders in folders in folders
+_MOST = 200_000  # files that are looked at
+_WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_BITS = re.compile(r"\d+bits?")  # of leftImg8bit
+_PARTS = sorted(
+    DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
+)
+_ROLE_WORD = re.compile(rf"(?:^|(?<=[\W_])|(?<=\d))(?:{'|'.join([*_PARTS, 'im'])})(?=[\W_]|\d|$)")
+
+
+@dataclass(frozen=True)
+class Item:
+    """A file of a folder. Its name, and the folders that it lies in, say what it is for."""
+
+    path: Path
+    name: str  # relative to the folder, in lower case, with slashes
+
+    @cached_property
+    def suffix(self) -> str:
+        return suffix_of(self.name.rpartition("/")[2])
+
+    @cached_property
+    def stem(self) -> str:
+        """Of its own name, in lower case."""
+        name = self.name.rpartition("/")[2]
+        return name.removesuffix(self.suffix)
+
+    @cached_property
+    def level(self) -> int:
+        return self.name.count("/")
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """Of its own name."""
+        return words_of(self.path.stem)
+
+    @cached_property
+    def folder_words(self) -> frozenset[str]:
+        """Of the folders in which it lies, below the one that was listed."""
+        return words_of(" ".join(self.path.parts[-1 - self.level : -1]))
+
+    @cached_property
+    def role(self) -> str:
+        """What it is: depth, shown depth (a picture of it, for the eye), color, other; "" if the name does not say."""
+        own = self.words - ANY_PICTURE if self.folder_words & DEPTH else self.words
+        for words in (own, self.folder_words):
+            is_depth, is_color = bool(words & DEPTH), bool(words & COLOR)
+            if words & SHOWN_DEPTH and is_depth:
+                return "shown depth"
+            if words & NEITHER:
+                return "other"
+            if is_depth and words & {"color", "colour", "rgb"} and words is own:
+                return self._first_of_both()
+            if is_depth or (is_color and self.suffix not in ONLY_DEPTH):
+                return "depth" if is_depth else "color"
+        return ""
+
+    def _first_of_both(self) -> str:
+        """Of depth_to_color.png and color_to_depth.png; without the "to" it is a picture of depth in colours."""
+        if "to" not in self.words:
+            return "shown depth"
+        first = re.search(r"depth|colou?r|rgb", self.stem)
+        return "depth" if first and first[0] == "depth" else "color"
+
+    @cached_property
+    def is_registered(self) -> bool:
+        """Whether its name says that it is depth which was brought to the colour's camera."""
+        return REGISTERED.search(self.name) is not None
+
+    @cached_property
+    def key(self) -> str:
+        """What the files of one frame have in common: 0001 of depth_0001.png, frame-0001 of frame-0001.color.png."""
+        return key_of(self.stem)
+
+    @cached_property
+    def numbers(self) -> tuple[int, ...]:
+        """The whole numbers in its name, by which files of one frame are matched where their names differ."""
+        return numbers_in(self.key)
+
+    @cached_property
+    def time(self) -> float | None:
+        """The time stamp, if the name is one."""
+        return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
+
+
+def key_of(stem: str) -> str:
+    """A name without its suffix, in lower case, without the words that say what the file is for."""
+    return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
+
+
+def numbers_in(key: str) -> tuple[int, ...]:
+    """The whole numbers of a name without its suffix."""
+    return tuple(int(number[:18]) for number in re.findall(r"\d+", key))
+
+
+def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
+    """For each frame, by its key, its own file: that with the same key, else the same numbers, last or first number.
+
+    Empty if fewer than half of the frames have one.
+    """
+    items = [item for item in items if item.key]
+    for same in (_itself, numbers_in, _last, _first):
+        if same in (_last, _first) and len({same(key) for key in keys}) < len(keys):
+            continue  # it does not tell one frame from another
+        named = {same(item.key): item.path for item in items}
+        named.pop(None, None)
+        found = [named.get(same(key)) for key in keys] if named else []
+        if 2 * (len(found) - found.count(None)) > len(found):
+            return found
+    return []
+
+
+def may_be_own(items: Iterable[Item], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
+    """Files that could belong to one frame each, whatever the frames are called: no frame is asked for its name."""
+    return [item for item in items if item.suffix in suffixes or _is_called(item, words)]
+
+
+def _is_called(item: Item, words: frozenset[str]) -> bool:
+    return bool((item.words | item.folder_words | {item.suffix[1:]}) & words)
+
+
+def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
+    """Files that may belong to one frame each: called or laid so, or named like a frame and nothing else."""
+    frames = set(keys)
+    return [
+        item
+        for item in items
+        if not (item.suffix in ONLY_DEPTH and item.role == "depth")
+        and (_is_called(item, words) or (item.suffix in suffixes and item.stem in frames))
+    ]
+
+
+def _itself(key: str) -> str | None:
+    return key or None
+
+
+def _last(key: str) -> int | None:
+    return next(reversed(numbers_in(key)), None)
+
+
+def _first(key: str) -> int | None:
+    return next(iter(numbers_in(key)), None)
+
+
+def words_of(name: str) -> frozenset[str]:
+    """The words in a name, in lower case: depth and map of rawDepth-map_01."""
+    return frozenset(word.lower() for word in _WORD.findall(name))
+
+
+def list_files(folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+
+    suffixes  in lower case, "" for none: only files with these
+    """
+    found = [Item(path, name) for path, name in _walk(folder, "", levels, suffixes)]
+    return sorted(found, key=lambda item: natural(item.path.name))
+
+
+def _walk(folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[tuple[Path, str]]:
+    """Files first, then what is in the folders. macOS leaves hidden twins such as ._color.png on foreign disks."""
+    try:
+        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."]
+    except PermissionError:
+        return
+    folders = []
+    for entry in entries[:_MOST]:
+        kind = kind_of(entry)
+        if kind == "folder":
+            folders.append(entry)
+        elif kind == "file":
+            name = entry.name.lower()
+            if suffixes is None or suffix_of(name) in suffixes:
+                yield Path(entry.path), prefix + name
+    for entry in sorted(folders, key=lambda one: natural(one.name)) if levels else ():
+        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1, suffixes)
+
+
+def kind_of(entry: os.DirEntry[str]) -> str:
+    """ "folder", "file", or "" for all else, such as a link that leads to itself."""
+    try:
+        return "folder" if entry.is_dir() else "file" if entry.is_file() else ""
+    except OSError:
+        return ""
+
+
+def suffix_of(name: str) -> str:
+    """Of a file's own name, with the dot; "" without one."""
+    return name[name.rfind(".") :] if "." in name else ""
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Sorts 2.png before 10.png."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]

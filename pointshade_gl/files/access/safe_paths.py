@@ -1,0 +1,85 @@
+"""What a file may name: files of its own folder. A list, a frame or a scene from elsewhere opens nothing else."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...messages.formatting import option, shown
+
+_LONGEST = 1024  # characters of a name
+_ABSOLUTE = re.compile(r"[A-Za-z]:|[/\\]")
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:[/\\]")
+
+
+@dataclass(frozen=True)
+class Folder:
+    """A folder, and what the files in it may name.
+
+    allow_outside  names in its files may leave it
+    root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
+                   Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
+    """
+
+    path: Path
+    allow_outside: bool = False
+    root: Path | None = None
+
+    def named(self, text: Any) -> Path:
+        """The path for a name that a file in this folder holds, links not followed.
+
+        Raises ValueError for an absolute path, an address, and a name that leaves the folder by `..`.
+        """
+        if not isinstance(text, str) or not 0 < len(text) < _LONGEST or "\0" in text:
+            raise ValueError(f"a file must be named by a text, got {shown(text)}")
+        is_address = _ADDRESS.match(text)
+        if is_address or (_ABSOLUTE.match(text) and not self.allow_outside):
+            way_out = ", and nothing is fetched" if is_address else self._way_out()
+            raise ValueError(
+                f"{shown(text)} is an address or an absolute path, expected a path relative to {self._title}{way_out}"
+            )
+        if self.allow_outside or ".." not in text:
+            return self.path / text
+        if _climbs(text):
+            raise ValueError(f"{shown(text)} leaves {self._title}{self._way_out()}")
+        return self.path / os.path.normpath(text)  # a/.. is nothing here, also where a is a link
+
+    def check(self, path: Path) -> Path:
+        """The path of a file in this folder. Raises ValueError if links lead out of the root."""
+        if self.root is None or self.allow_outside:
+            return path
+        if not followed(path).is_relative_to(followed(self.root)):
+            name = path.relative_to(self.path) if path.is_relative_to(self.path) else path
+            raise ValueError(f"{shown(str(name))} leaves the scene's folder{self._way_out()}")
+        return path
+
+    @property
+    def _title(self) -> str:
+        return "the scene's folder" if self.path == self.root else f"the folder {self.path}"
+
+    def _way_out(self) -> str:
+        return f": pass {option('allow_outside', True, beside_file=True)} to allow it"
+
+
+def followed(path: Path) -> Path:
+    """The path with all links followed. Raises OSError for links that lead to each other."""
+    try:
+        real = path.resolve()
+    except RuntimeError:  # up to Python 3.12
+        real = path
+    if real.is_symlink():
+        raise OSError(f"{path} is a link that leads back to itself")
+    return real
+
+
+def _climbs(text: str) -> bool:
+    """Whether a relative path goes above its start on the way, on any system."""
+    depth = 0
+    for part in re.split(r"[/\\]", text):
+        depth += {"..": -1, ".": 0, "": 0}.get(part, 1)
+        if depth < 0:
+            return True
+    return False

@@ -1,0 +1,1 @@
+"""Numbers in files: NumPy, MATLAB, HDF5, zip archives, texts."""

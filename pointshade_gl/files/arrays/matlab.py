@@ -1,0 +1,161 @@
+"""Arrays of numbers in MATLAB's .mat files of version 5 and, as small matrices, of 7.3, which is HDF5.
+
+Version 5 is read here (MathWorks, "MAT-File Format", 2018): SciPy's reader crashes the program on damaged files. A file
+is a row of elements, each with a tag of type and size; an array is an element of four others: flags, sides, name,
+values. An element may be packed by zlib: of each only the first bytes are unpacked until its values are asked for.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from io import BufferedReader
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...messages.formatting import cut
+from ..access.content import FilePath, open_regular, read_head
+from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
+from .hdf5 import MATLAB_73, hdf5_arrays
+from .stored_arrays import Stored
+
+MATLAB_5 = b"MATLAB 5.0"
+_HEADER = 128  # bytes before the first element; the last two of them say the order of bytes
+_START = 4096  # bytes of an element that hold its flags, its sides and its name
+_ARRAY, _PACKED = 14, 15
+_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_CLASSES = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}
+_COMPLEX = 0x800
+_SMALL = 65536  # numbers of an array that may be a camera, a pose, or some thousand poses
+
+
+def matlab_5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Stored]:
+    """The arrays of numbers in a .mat file of version 5, frames first. Raises ValueError for a broken file."""
+    return {name: _Frames(array) for name, array in _list_arrays(path, max_pixels).items()}
+
+
+def read_matrix_mat(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, NDArray[Any]]:
+    """The small arrays of numbers in a .mat file, by their names, in MATLAB's order of axes.
+
+    Raises OSError if the path is not a file, ValueError for another or a broken file, and for version 7.3 without the
+    extra `hdf5`.
+    """
+    head = read_head(path)
+    if head.startswith(MATLAB_73):
+        arrays = hdf5_arrays(path, max_pixels).items()
+        return {name: array.part(()).T for name, array in arrays if math.prod(array.shape) <= _SMALL}
+    if head.startswith(MATLAB_5):
+        found = _list_arrays(path, max_pixels).items()
+        return {name: array.read() for name, array in found if math.prod(array.shape) <= _SMALL}
+    raise ValueError(f"{path} is not a MATLAB file of version 5 or 7.3")
+
+
+class _Array(NamedTuple):
+    """An array in a file: where its element lies, and how large it is."""
+
+    path: FilePath
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype
+    order: str
+    place: int
+    size: int
+    is_packed: bool
+    max_pixels: float
+
+    def read(self) -> NDArray[Any]:
+        """Raises ValueError for more bytes than a picture may have, and if the file is broken."""
+        count = math.prod(self.shape)
+        title = f"{self.path}/{self.name}"
+        size = count * self.dtype.itemsize
+        check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self.max_pixels, FILE_BYTES)
+        try:
+            with open_regular(self.path) as file:
+                data = _content(file, self.place, self.size, self.is_packed, size + _START)
+            kind, start, length, _ = _element(data, _header_of(data, self.order).end, self.order)
+            values = np.frombuffer(data[start : start + length], np.dtype(self.order + _TYPES[kind]))
+            return values[:count].astype(self.dtype).reshape(self.shape, order="F")
+        except (ValueError, KeyError, struct.error, zlib.error) as error:
+            raise ValueError(f"{title} is broken or truncated: {cut(error)}") from None
+
+
+class _Frames:
+    """An array that can only be read whole. MATLAB counts frames by the last axis: it comes first here."""
+
+    def __init__(self, array: _Array):
+        shape, channels = array.shape, (1, 3, 4)
+        is_stack = len(shape) == 3 and shape[2] not in channels and shape[2] <= shape[0]
+        self._array, self._is_last = array, is_stack or (len(shape) == 4 and shape[2] in channels)
+        self.shape, self.dtype = (shape[-1], *shape[:-1]) if self._is_last else shape, array.dtype
+
+    def part(self, index: tuple[int, ...]) -> NDArray[Any]:
+        array = self._array.read()
+        return (np.moveaxis(array, -1, 0) if self._is_last else array)[index]
+
+
+class _Header(NamedTuple):
+    kind: int
+    shape: tuple[int, ...]
+    name: str
+    end: int
+
+
+def _list_arrays(path: FilePath, max_pixels: float) -> dict[str, _Array]:
+    found: dict[str, _Array] = {}
+    with open_regular(path) as file:
+        try:
+            order = {b"IM": "<", b"MI": ">"}[file.read(_HEADER)[126:]]
+            end = file.seek(0, 2)
+            place, count = _HEADER, 0
+            while place + 8 <= end:
+                file.seek(place)
+                kind, size = struct.unpack(f"{order}2I", file.read(8))
+                if size > end - place - 8:
+                    raise ValueError(f"an element has {end - place - 8} of {size} bytes")
+                if kind in (_ARRAY, _PACKED):
+                    data = _content(file, place + 8, size, kind == _PACKED, _START)
+                    header = _header_of(data, order)
+                    if header.kind in _CLASSES and header.name:
+                        dtype = np.dtype(_CLASSES[header.kind])
+                        where = order, place + 8, size, kind == _PACKED
+                        found[header.name] = _Array(path, header.name, header.shape, dtype, *where, max_pixels)
+                place, count = place + 8 + size, count + 1
+                check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
+        except (ValueError, KeyError, struct.error, zlib.error) as error:
+            if str(error).startswith(f"{path} "):
+                raise
+            raise ValueError(f"{path} is a broken or truncated MATLAB file: {cut(error)}") from None
+    return found
+
+
+def _content(file: BufferedReader, place: int, size: int, is_packed: bool, most: int) -> bytes:
+    """The first bytes inside an array's element, up to so many."""
+    file.seek(place)
+    if not is_packed:
+        return file.read(min(size, most))
+    data = zlib.decompressobj().decompress(file.read(size), most + 8)
+    return data[8:]  # the tag of what was packed
+
+
+def _header_of(data: bytes, order: str) -> _Header:
+    """Of an array: its class (0 if its numbers are complex), its sides, its name, and where its values begin."""
+    _, start, _, at = _element(data, 0, order)
+    (flags,) = struct.unpack_from(f"{order}I", data, start)
+    _, start, size, at = _element(data, at, order)
+    shape = struct.unpack_from(f"{order}{min(size, 128) // 4}i", data, start)
+    _, start, size, at = _element(data, at, order)
+    if min(shape, default=-1) < 0:
+        raise ValueError(f"an array has the sides {shape}")
+    name = data[start : start + size].decode("latin-1")
+    return _Header(0 if flags & _COMPLEX else flags & 255, shape, name, at)
+
+
+def _element(data: bytes, at: int, order: str) -> tuple[int, int, int, int]:
+    """Type, start and size of an element's content, and where the next element begins."""
+    kind, size = struct.unpack_from(f"{order}2I", data, at)
+    if kind >> 16:  # small: type, size and up to four bytes in eight
+        return kind & 0xFFFF, at + 4, kind >> 16, at + 8
+    return kind, at + 8, size, at + 8 + -(-size // 8) * 8

@@ -1,0 +1,109 @@
+"""Numbers with names, out of any text that has them: JSON, YAML, `name: 1 2`, `name,1`, `name = [1 2; 3 4]`.
+
+Camera files of ROS, OpenCV, ORB-SLAM, KITTI, Middlebury, ScanNet and many others are read alike: their names differ.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from ..access.content import FilePath, parse_object
+from ..access.limits import MAX_PIXELS
+
+Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
+_MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too
+
+_LINE = re.compile(r"^(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*?)\"?\s*[:=,]\s*(.*)$")
+_KEY = re.compile(r"^(\s*)(\d+):\s*$")  # BOP's and T-LESS' YAML: a block for each frame
+_HEADED = re.compile(r"^([A-Za-z_]\w*)\s+(-?[\d.][-+\d.eE\s]*)$")  # Matterport3D: intrinsics_matrix 1 0 0 ...
+_ITEM = re.compile(r"^\s*-\s+([^:]+)$")
+_OPEN_BRACKET = re.compile(r"\[[^\]]*\]")
+_TAG = re.compile(r"!!?[\w-]+")
+
+
+def read_named(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> Named:
+    """All numbers of a text that have a name; none if it has no names. Raises ValueError for broken JSON."""
+    if text.lstrip().startswith("{"):
+        return named_of(parse_object(text, path, max_pixels))
+    return _named_of_lines(text)
+
+
+def named_of(data: Any) -> Named:
+    """All numbers in nested dictionaries. The lists of a matrix become one list; lists of anything else are counted."""
+    found: Named = {}
+    for name, numbers in _walk(data, ""):
+        found[name] = numbers
+        if len(found) >= _MOST:
+            break
+    return found
+
+
+def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
+    numbers = _flat(value)
+    if numbers is not None:
+        yield name, numbers
+    elif isinstance(value, dict | list):
+        for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _walk(part, f"{name}.{key}".lstrip("."))
+
+
+def _flat(value: Any) -> list[float] | None:
+    """The numbers of a number, or of nested lists that hold nothing else."""
+    if isinstance(value, bool) or value is None or isinstance(value, dict):
+        return None
+    if isinstance(value, int | float):
+        return [float(value) if abs(value) < 1e300 else float("inf")]
+    if not isinstance(value, list) or not value:
+        return None
+    found: list[float] = []
+    for part in value:
+        numbers = _flat(part)
+        if numbers is None:
+            return None
+        found += numbers
+    return found
+
+
+def _named_of_lines(text: str) -> Named:
+    """Names are joined to those of the lines above that are indented less, as in YAML."""
+    text = _OPEN_BRACKET.sub(lambda found: found[0].replace("\n", " "), text)
+    found: Named = {}
+    above: list[tuple[int, str]] = []
+    heading = ""  # MVSNet: a word, and a matrix in the lines below
+    for line in text.splitlines()[:_MOST]:
+        line = line.split("#")[0]
+        if heading and line.strip() and (numbers := _numbers(line)):
+            found.setdefault(heading, []).extend(numbers)
+            continue
+        heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
+        item = _ITEM.match(line)
+        if item and above and (numbers := _numbers(item[1])):
+            found.setdefault(".".join(name for _, name in above), []).extend(numbers)
+            continue
+        if headed := _HEADED.match(line):
+            found.setdefault(headed[1], _numbers(headed[2]) or [])
+            continue
+        if key := _KEY.match(line):
+            above = [(len(key[1]), key[2])]
+            continue
+        named = _LINE.match(line)
+        if not named:
+            continue
+        indent, name, value = len(named[1]), named[2].strip(), _TAG.sub("", named[3]).strip()
+        while above and above[-1][0] >= indent:
+            above.pop()
+        if not value:
+            above.append((indent, name))
+        elif numbers := _numbers(value):
+            found[".".join([*(outer for _, outer in above), name])] = numbers
+    return found
+
+
+def _numbers(text: str) -> list[float] | None:
+    """The numbers of a text that has nothing else; units and quotes are not looked at."""
+    try:
+        return [float(part) for part in re.split(r"[\s,;]+", text.strip(" \t,;[](){}\"'")) if part]
+    except ValueError:
+        return None

@@ -1,0 +1,1 @@
+"""Cameras in files, in the words of many programs."""

@@ -1,0 +1,1 @@
+"""Frames and sequences, put together from their files."""

@@ -1,0 +1,77 @@
+"""What is in a file or a folder, and how it would be read: what `pointshade info` tells."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...scene.frame import Frame
+from ..access.content import FilePath
+from .frame_files import read_frame
+from .frame_parts import Assembled, ReadOptions
+
+
+class Examined(NamedTuple):
+    """A frame, how its files were understood, and the notes that reading it gave."""
+
+    read: Assembled
+    notes: list[str]
+
+    @property
+    def frame(self) -> Frame:
+        return self.read.frame
+
+
+def examine(source: FilePath | None, allow_outside: bool = False, **load_options: Any) -> Examined:
+    """Reads a frame as `load_frame` does. Of a sequence that is its first readable frame.
+
+    load_options  those of `load_frame`, except notes
+
+    Raises ValueError, TypeError or OSError as it does.
+    """
+    notes: list[str] = []
+    color, depth = load_options.pop("color", None), load_options.pop("depth", None)
+    options = ReadOptions(**load_options)
+    return Examined(read_frame(source, depth, color, options, allow_outside, notes.append), notes)
+
+
+def facts(examined: Examined) -> dict[str, dict[str, Any]]:
+    """What was found, by subject; numbers are plain, lengths in metres, so that programs can read it as JSON."""
+    read, frame = examined.read, examined.frame
+    camera, found = frame.camera, read.found
+    known = frame.depth[frame.depth > 0]
+    low, middle, high = (float(f"{value:.6g}") for value in np.quantile(known, (0, 0.5, 1)))
+    color = None if frame.color is None else list(frame.color.shape[1::-1])
+    return {
+        "frames": {"count": found.frames, "shown": found.shown},
+        "depth": {
+            "file": found.depth,
+            "size": [camera.width, camera.height],
+            "stored": read.stored,
+            "kind": read.coding.kind,
+            "units_per_metre": read.coding.scale,
+            "why": read.coding.why,
+            "range": [low, high],
+            "median": middle,
+            "missing": round(1 - frame.points_known / frame.depth.size, 4),
+        },
+        "color": {"file": found.color, "size": color},
+        "camera": {
+            "fx": camera.fx,
+            "fy": camera.fy,
+            "cx": camera.cx,
+            "cy": camera.cy,
+            "fov": [round(float(angle), 2) for angle in _angles(frame)],
+            "from": read.camera_from,
+        },
+        "poses": {"count": found.poses, "from": found.poses_from or None},
+    }
+
+
+def _angles(frame: Frame) -> tuple[float, float]:
+    """Horizontal and vertical field of view in degrees."""
+    c = frame.camera
+    sizes = ((c.width, c.fx), (c.height, c.fy))
+    wide, high = (np.degrees(2 * np.arctan(side / 2 / abs(focal))) for side, focal in sizes)
+    return wide, high

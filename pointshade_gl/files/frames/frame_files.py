@@ -1,0 +1,114 @@
+"""Files become frames: finds the pictures, the camera and the pose, reads them, and prints every guess."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from ...messages.formatting import all_of_them, option
+from ...messages.notes import Note, print_note
+from ...messages.validation import check_path
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ..access.builtin import builtin_folder
+from ..access.content import FilePath
+from ..access.limits import MAX_PIXELS
+from ..access.safe_paths import Folder
+from ..index.folders import FrameFiles, check_folder, find_color
+from .assembly import assemble
+from .frame_parts import Assembled, Parts, ReadOptions, is_path
+from .registration import check_registration
+from .sequences import find_filed, first_readable, open_folder, open_frames
+
+
+def load_frame(
+    folder: FilePath | Folder | None = None,
+    *,
+    color: FilePath | ArrayLike | None = None,
+    depth: FilePath | ArrayLike | None = None,
+    intrinsics: FilePath | ArrayLike | Camera | None = None,
+    fov: float | None = None,
+    depth_scale: float | None = None,
+    depth_kind: str | None = None,
+    baseline: float | None = None,
+    pose: FilePath | ArrayLike | None = None,
+    allow_outside: bool = False,
+    max_pixels: float = MAX_PIXELS,
+    notes: Note | None = None,
+) -> Frame:
+    """A frame from a folder, from a depth file, or from single files and arrays.
+
+    folder       of a frame, or of a sequence, of which the first frame is taken, in any layout that
+                 files/access/file_name_patterns.py lists; a depth file, whose colour and camera may lie beside it; or a
+                 built-in frame: "vase"
+    color        a picture or (h, w, 3|4) uint8, instead of the folder's; there may be none
+    depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
+    intrinsics   a file (see files/cameras/camera_files.py), 'fx,fy,cx,cy', four numbers or a Camera
+    fov          vertical field of view in degrees, instead of intrinsics
+    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the camera's file, else
+                 what the values show, else 1000 for integers and 1 for floating point
+    depth_kind   z, ray, plane, inverse, disparity or kinect; the default is that of the camera's file, else what the
+                 values show, else z
+    baseline     metres between the cameras of a disparity
+    pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
+    allow_outside  let depth.txt and rgb.txt name files outside the folder
+    max_pixels   of a picture; the default passes 12 288 x 8 192. Other limits follow from it (see `files.limits`).
+    notes        called with one sentence for every guess; the default prints it to stderr
+
+    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.
+    """
+    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels)
+    return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
+
+
+def read_frame(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> Assembled:
+    """As `load_frame`, with how the files were understood."""
+    if source is None:
+        if depth is None:
+            raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
+        read = assemble(_parts(depth, color), options, note)
+        if is_path(depth) and is_path(color):  # what the caller holds in arrays is known to be right
+            check_registration(read.frame, note)
+        return read
+    path = source.path if isinstance(source, Folder) else builtin_folder(source)
+    if depth is not None or color is not None:
+        place = source if isinstance(source, Folder) else Folder(path, allow_outside)
+        return _from_parts(place, depth, color, options, note)
+    opened = open_folder(source, options, note) if isinstance(source, Folder) else None
+    sequence = opened or open_frames(path, allow_outside, options, note)
+    index, read = first_readable(sequence)
+    if len(sequence) > 1:
+        taken = Path(sequence.parts[index].name).name
+        note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
+    return read
+
+
+def _parts(depth: Any, color: Any) -> Parts:
+    """Of files or arrays that the caller gives."""
+    depth, color = (check_path(value) if is_path(value) else value for value in (depth, color))
+    return Parts(depth, color, path=Path(depth) if is_path(depth) else None)
+
+
+def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:
+    """A frame of a folder, or of a depth file, with its depth, its colour or both given by the caller."""
+    if place.path.is_file():
+        if depth is not None:
+            raise ValueError(f"{place.path} is a file and would be the depth: leave out {option('depth')}, or the file")
+        depth, place = place.path, Folder(place.path.parent, place.allow_outside)
+    check_folder(place.path)
+    if depth is None:
+        depth = open_folder(place, options, note).parts[0].path
+    if color is None and is_path(depth):
+        color = find_color(place.path, Path(depth), note)
+    for path in (depth, color):
+        if is_path(path):
+            place.check(Path(path))
+    cameras = find_filed(place, [FrameFiles(Path(depth))] if is_path(depth) else [], options, note)
+    parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
+    read = assemble(parts, options, note)
+    check_registration(read.frame, note)
+    return read

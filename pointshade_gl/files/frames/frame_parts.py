@@ -1,0 +1,99 @@
+"""What belongs to one frame before it is read, and what is known of it afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple, TypeGuard
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...messages.formatting import option
+from ...messages.validation import check_choice, check_positive
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ..access.content import FilePath
+from ..access.limits import MAX_PIXELS
+from ..cameras.intrinsics import Intrinsics
+from ..containers.contents import Contents
+from ..depth.depth_kinds import KINDS, Coding
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What the caller says about frames; see `load_frame`."""
+
+    intrinsics: FilePath | ArrayLike | Camera | None = None
+    fov: float | None = None
+    depth_scale: float | None = None
+    depth_kind: str | None = None
+    baseline: float | None = None
+    pose: FilePath | ArrayLike | None = None
+    max_pixels: float = MAX_PIXELS
+
+    def __post_init__(self) -> None:
+        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
+        if self.intrinsics is not None and self.fov is not None:
+            raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
+        if self.depth_kind is not None:
+            check_choice(option("depth_kind"), self.depth_kind, KINDS)
+
+
+class Parts(NamedTuple):
+    """What belongs to one frame; files are read when it is assembled.
+
+    filed    the camera that lies beside the pictures
+    missing  what to add to the error if no camera is known
+    number   counted from 0: which picture of a video is the colour
+    contents reads what a container gives instead of a depth picture
+    path     the file that holds the depth; None for the caller's own array
+    """
+
+    depth: FilePath | NDArray[Any] | None
+    color: FilePath | NDArray[Any] | None = None
+    filed: Intrinsics | None = None
+    pose: NDArray[np.float64] | None = None
+    valid: FilePath | NDArray[np.bool_] | None = None
+    missing: str = ""
+    number: int = 0
+    contents: Callable[[], Contents] | None = None
+    path: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """The file that the depth is from; "" for the caller's own array."""
+        return str(self.path) if self.path else ""
+
+
+class Found(NamedTuple):
+    """Where a frame was found: its files (None for arrays), and the sequence that it belongs to.
+
+    frames  of the sequence; shown  which of them this is; poses  how many have one
+    """
+
+    depth: str | None
+    color: str | None
+    frames: int = 1
+    shown: int = 0
+    poses: int = 0
+    poses_from: str = ""
+
+
+class Assembled(NamedTuple):
+    """A frame, and how its files were understood.
+
+    stored  type and size of the depth as it is stored
+    """
+
+    frame: Frame
+    found: Found
+    camera_from: str
+    coding: Coding
+    stored: str
+
+
+def is_path(value: Any) -> TypeGuard[FilePath]:
+    return isinstance(value, str | PathLike)

@@ -1,0 +1,68 @@
+"""Scenes from glTF 2.0 and GLB files and back. What a file says in `extras` of the name "pointshade":
+
+node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object: a built-in frame, a folder, or a depth
+        picture, relative to the glTF file. Further keys: color, depth, intrinsics, fov, depth_scale, depth_kind,
+        baseline and pose of `load_frame`; normals, shading, size, splat, max_depth_step, noise, upsample, normals_at,
+        flying, temporal, unlight and remove_highlights of `PointObject` (arrays as .npy files), and material, an object
+        with values of `Material`.
+        "frames": [...] makes it an object of several frames: each a text or an object like the above, up to pose.
+        The node stands where the camera stood that took the frame, and looks as glTF cameras do, along -z with y up;
+        pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.
+        {"visible": false}, {"shadow": false} are the switches of any `Node`.
+light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
+        a directional one, as in `Light`; {"at": "viewer"} is the light at the viewer's upper left.
+        Without extras a light casts shadows; point and spot lights fall with the square of the distance.
+material  values of `Material`, and shading of `Mesh`.
+camera  fx, fy, cx, cy, width, height of `Camera`, all of them.
+scene   {"ambient": [r, g, b]}, {"exposure": x}, a factor on all lights of the file; {"pose": 4x4} without a camera.
+
+An object may also be JSON in a text, as in Blender's custom properties of type string.
+
+Intensities, candela and lux, become `Light.intensity` by a factor of 1/pi: a Lambertian white surface under pi lux is
+white. Blender (its exporter's default, "Standard") writes 683 lumens for each of its watts: files that name it as their
+generator are divided by that as well, and look as they do in Blender. So do its spots: Blender blends their edge by
+cosines, but writes an inner cone as if by angles; the one that it draws is computed back.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..access.limits import MAX_PIXELS
+
+if TYPE_CHECKING:
+    from ...messages.notes import Note
+    from ...scene.graph import Scene
+    from ..access.content import FilePath
+
+
+def load_scene(
+    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
+) -> Scene:
+    """A scene from a .gltf or .glb file; "demo" is the built-in one.
+
+    Reads triangles with base colours, nodes, the first perspective camera, KHR_lights_punctual, and point objects by
+    `extras` (see above). Files that it names must lie in its folder, also through links; nothing is fetched or run.
+
+    allow_outside  let the scene name files outside its folder
+    max_pixels     of one picture; all other limits follow from it (see `files.limits`)
+    notes          called with one sentence for everything that is left out; the default prints it to stderr
+
+    Raises ValueError or OSError, in one sentence that names the node or the part, for what cannot be read right.
+    """
+    from .read import load_scene
+
+    return load_scene(path, allow_outside=allow_outside, max_pixels=max_pixels, notes=notes)
+
+
+def save_scene(path: FilePath, scene: Scene) -> None:
+    """Writes a scene as .gltf (with .bin and .png files beside it) or .glb, completely or not at all.
+
+    Frames become folders beside the file, unless they were read by `load_scene` from where the new file can name them.
+    Meshes without a triangle are left out; a node that two parents share is written twice.
+
+    Raises ValueError for another suffix and for what glTF cannot hold, FileNotFoundError when there is no such folder.
+    """
+    from .write import save_scene
+
+    save_scene(path, scene)

@@ -1,0 +1,145 @@
+"""Point objects in the extras of a node."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...messages.formatting import shown
+from ...scene.appearance import SWITCHES, Look, Material
+from ...scene.frame import Frame
+from ...scene.point_object import MOST_FRAMES, PointObject
+from ..access.limits import SCENE_FRAMES, check_limit
+from ..arrays.array_files import read_npy
+from ..pictures.picture_files import save_image
+from .checks import numbers, telling
+from .extras import options, switch
+from .frames import FRAME_KEYS, read_frame, write_frame
+from .parts import Parts, inside
+
+OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
+KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
+
+
+def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> PointObject | None:
+    """The point object that a node's extras describe; None without one. Raises ValueError or OSError.
+
+    frames  those that the file has named before, so that none is loaded twice
+    """
+    described = _describe(said)
+    if not described:
+        alone = [key for key in said if key in KEYS]
+        if alone:
+            raise ValueError(f"its extras have {', '.join(alone)}, but no frame")
+        return None
+    found = []
+    for k, frame_said in enumerate(described):
+        with _telling_frame(k, len(described)):
+            found.append(_read_once(frame_said, parts, frames))
+    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
+    object_said |= {key: switch(said, key) for key in SWITCHES if key in said}
+    return PointObject(found, read_material(said.get("material", {})), **object_said)
+
+
+def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
+    """What a node's extras say of each frame; nothing of none. Raises ValueError."""
+    alone = {key: said[key] for key in FRAME_KEYS if key in said}
+    if "frames" not in said:
+        return [alone] if "frame" in said or "depth" in said else []
+    if alone:
+        raise ValueError(f"its extras have frames, so {', '.join(alone)} belong into each of them")
+    several = said["frames"]
+    if not isinstance(several, list) or not 1 <= len(several) <= MOST_FRAMES:
+        got = f"{len(several)} of them" if isinstance(several, list) else shown(several)
+        raise ValueError(f"its frames must be a list of 1 to {MOST_FRAMES}, got {got}")
+    found = []
+    for k, one in enumerate(several):
+        with _telling_frame(k, len(several)):
+            found.append(options({"pointshade": one}, FRAME_KEYS))
+            if "frame" not in found[-1] and "depth" not in found[-1]:
+                raise ValueError(f"it must name a frame, got {shown(one)}")
+    return found
+
+
+@contextmanager
+def _telling_frame(k: int, count: int) -> Iterator[None]:
+    """Errors inside name the frame, if it is one of several."""
+    if count == 1:
+        yield
+        return
+    with telling(f"frame {k} of {count}"):
+        yield
+
+
+def _read_once(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> Frame:
+    """The frame; the same one for the same words."""
+    key = json.dumps(said, sort_keys=True)
+    if key not in frames:
+        check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
+        frames[key] = read_frame(said, parts.folder, parts.note, parts.max_pixels)
+        parts.count_pixels(frames[key].depth.size)
+    return frames[key]
+
+
+def read_material(said: Any) -> Material:
+    """A Material of an object's values. Raises ValueError."""
+    known = ("ambient", "diffuse", "specular", "shininess")
+    if not isinstance(said, dict) or not set(said) <= set(known):
+        raise ValueError(f"its material must be an object of {', '.join(known)}, got {shown(said)}")
+    return Material(**{key: numbers(value, (), f"material {key}").item() for key, value in said.items()})
+
+
+def _value(key: str, value: Any, parts: Parts) -> Any:
+    """An option of an object: a name, numbers, or the array of the .npy file that it names."""
+    if isinstance(value, str):
+        return read_npy(inside(parts.folder, value), parts.max_pixels) if value.endswith(".npy") else value
+    if isinstance(value, list):
+        try:
+            return np.asarray(value, np.float64)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueError(f"{key} must be numbers, got {shown(value)}") from None
+    if value is not None:
+        numbers(value, (), key)
+    return value
+
+
+def write_points(
+    points: PointObject,
+    folder: Path,
+    names: list[str],
+    stage: Callable[[str], Path],
+    written: dict[Frame, dict[str, Any]],
+) -> dict[str, Any]:
+    """The extras of a point object; its frames and arrays are staged as files of folders beside the scene.
+
+    names    of the folders, one for each frame
+    written  what was said of the frames before, so that none is written twice
+    Raises ValueError for a frame without a point, which no reader would take.
+    """
+    for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
+        if frame not in written:
+            with _telling_frame(k, len(points.frames)):
+                written[frame] = write_frame(frame, folder, name, stage)
+    several = [written[frame] for frame in points.frames]
+    said: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
+    name = names[0]
+    for key in OBJECT_KEYS:
+        value = getattr(points.look, key)
+        if np.ndim(value):
+            save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
+            said[key] = f"{name}/{key}.npy"
+        elif value != getattr(Look(), key):
+            said[key] = value
+    said |= {key: True for key in SWITCHES if getattr(points.look, key)}
+    material = write_material(points.look.material)
+    return said | ({"material": material} if material else {})
+
+
+def write_material(material: Material) -> dict[str, float]:
+    """Those values that differ from the default."""
+    return {key: value for key, value in vars(material).items() if value != getattr(Material(), key)}

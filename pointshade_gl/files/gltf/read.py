@@ -1,0 +1,183 @@
+"""glTF becomes a scene: walks the nodes once, parents first, then builds them, children first."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...messages.formatting import as_python, cut, option
+from ...messages.notes import Note, print_note
+from ...messages.validation import check_positive
+from ...scene.frame import Frame
+from ...scene.graph import Scene
+from ...scene.light import Light
+from ...scene.node import Node
+from ..access.builtin import builtin_scene
+from ..access.content import FilePath
+from ..access.limits import MAX_PIXELS, PARTS, check_limit
+from ..access.safe_paths import Folder
+from .checks import label, numbers, pick, telling
+from .container import KNOWN, LIGHTS, read_container
+from .extras import options, switch
+from .meshes import Meshes
+from .parts import Parts
+from .points import KEYS, read_points
+from .transforms import local_matrix
+from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
+
+if TYPE_CHECKING:
+    from pygltflib import Node as GltfNode
+
+_NODE_KEYS = (*KEYS, "visible", "shadow")
+
+
+def load_scene(
+    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
+) -> Scene:
+    """See the package, which imports this module when it is first needed."""
+    file = builtin_scene(path)
+    check_positive(max_pixels, option("max_pixels", beside_file=True))
+    folder = Folder(file.parent, allow_outside, file.parent)
+    with as_python(), telling(str(file)):  # extras have the names of Python's options
+        gltf, blob = read_container(file, max_pixels)
+        return _Reader(Parts(folder, gltf, blob, notes or print_note, max_pixels)).scene()
+
+
+class _Reader:
+    def __init__(self, parts: Parts) -> None:
+        self.gltf, self.note, self.parts = parts.gltf, parts.note, parts
+        self.meshes = Meshes(parts)
+        self.frames: dict[str, Frame] = {}
+        self.parents: dict[int, int | None] = {}  # in the order of the walk
+        self.places: dict[int, Matrix] = {}  # node-to-parent
+        self.cameras: list[tuple[int, Matrix]] = []  # nodes with one, node-to-world
+        self.light_factor = INTENSITY
+
+    def scene(self) -> Scene:
+        self._tell_what_is_left_out()
+        gltf = self.gltf
+        count = len(gltf.nodes or ())
+        check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
+        chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
+        said = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
+        self.light_factor = self._light_factor(numbers(said.get("exposure", 1), (), "exposure").item())
+        roots = chosen.nodes if chosen else self._roots()
+        self._walk(roots or [])
+        camera, pose, taken = None, numbers(said.get("pose", FLIP), (4, 4), "pose"), None
+        for index, world in self.cameras:
+            with telling(self._label(index)):
+                number = self._node(index).camera
+                if camera is None and (seen := self._camera(number)):
+                    camera, pose, taken = seen, camera_pose(world), index
+                else:
+                    self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
+        nodes = self._build(roots or [], taken)
+        ambient = numbers(said.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
+        return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]))
+
+    def _tell_what_is_left_out(self) -> None:
+        unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in KNOWN]
+        if unread:
+            self.note(f"the extension{'s' * (len(unread) > 1)} {cut(', '.join(unread))} cannot be read")
+        if self.gltf.animations:
+            self.note("animations are not played")
+        if self.gltf.skins:
+            self.note("skins are not applied: their meshes stand in the pose they were modelled in")
+
+    def _roots(self) -> list[int]:
+        """All nodes without a parent, for a file without scenes."""
+        nodes = self.gltf.nodes or []
+        children = {child for node in nodes if node for child in node.children or ()}
+        return [k for k in range(len(nodes)) if k not in children]
+
+    @property
+    def _is_blenders(self) -> bool:
+        return "Blender" in (self.gltf.asset.generator or "")
+
+    def _light_factor(self, exposure: float) -> float:
+        if LIGHTS not in (self.gltf.extensions or {}) or not self._is_blenders:
+            return INTENSITY * exposure
+        self.note(
+            f"lights are taken as {LUMENS:g} lumens a watt, as Blender writes them; the scene's exposure is a factor"
+        )
+        return INTENSITY / LUMENS * exposure
+
+    def _node(self, index: Any) -> GltfNode:
+        return pick(self.gltf.nodes, index, "node")
+
+    def _label(self, index: int) -> str:
+        return label("node", index, self._node(index).name)
+
+    def _walk(self, roots: list[int]) -> None:
+        """Visits all nodes below the roots. Raises ValueError for one that it meets twice: nodes form trees."""
+        stack: list[tuple[Any, int | None, Matrix]] = [(root, None, np.eye(4)) for root in roots[::-1]]
+        while stack:
+            index, parent, above = stack.pop()
+            with telling("the scene" if parent is None else self._label(parent)):
+                node = self._node(index)
+                if index in self.parents:
+                    raise ValueError(self._met_twice(index, parent))
+            self.parents[index] = parent
+            with telling(self._label(index)):
+                self.places[index] = local_matrix(node)
+                world = above @ self.places[index]
+            if node.camera is not None:
+                self.cameras.append((index, world))
+            stack += [(child, index, world) for child in (node.children or [])[::-1]]
+
+    def _met_twice(self, index: int, parent: int | None) -> str:
+        above = parent
+        while above is not None and above != index:
+            above = self.parents[above]
+        if above is not None:
+            return f"its child {self._label(index)} is also above it: a scene has no cycles"
+        return f"its child {self._label(index)} has another parent already: a glTF node has one"
+
+    def _camera(self, index: Any) -> Any:
+        """A perspective camera; None for an orthographic one."""
+        camera = pick(self.gltf.cameras, index, "camera")
+        with telling(label("camera", index, camera.name)):
+            return None if camera.type == "orthographic" else read_camera(camera, self.parts.max_pixels)
+
+    def _build(self, roots: list[int], camera: int | None) -> tuple[Node, ...]:
+        """The nodes. A node that holds only the scene's camera becomes the scene's pose and is left out."""
+        built: dict[int, tuple[Node, ...]] = {}
+        for index in reversed(self.parents):
+            node = self._node(index)
+            with telling(self._label(index)):
+                said = options(node.extras, _NODE_KEYS)
+                content = self._content(node, said)
+                children = tuple(child for k in node.children or () for child in built.pop(k))
+                if index == camera and not content and not children:
+                    built[index] = ()
+                    continue
+                made = Node(
+                    content[0] if len(content) == 1 else content or None,
+                    node.name or "",
+                    self.places[index],
+                    children,
+                    visible=switch(said, "visible"),
+                    shadow=switch(said, "shadow"),
+                )
+                built[index] = (made,)
+        return tuple(node for root in roots for node in built[root])
+
+    def _content(self, node: GltfNode, said: dict[str, Any]) -> tuple[Any, ...]:
+        points = read_points(said, self.parts, self.frames)
+        meshes = () if node.mesh is None else self.meshes[node.mesh]
+        light = self._light(node, said)
+        return (*([points] if points else []), *meshes, *([light] if light else []))
+
+    def _light(self, node: GltfNode, said: dict[str, Any]) -> Light | None:
+        held = (node.extensions or {}).get(LIGHTS)
+        if held is None:
+            return None
+        lights = (self.gltf.extensions or {}).get(LIGHTS)
+        lights = lights.get("lights") if isinstance(lights, dict) else None
+        index = held.get("light") if isinstance(held, dict) else None
+        light = pick(lights if isinstance(lights, list) else [], index, "light")
+        with telling(f"light {index}"):
+            if isinstance(light, dict) and "range" in light:
+                self.note(f"light {index}: its range is not used, it falls with the square of the distance")
+            return read_light(light, self.light_factor, switch(said, "shadow"), self._is_blenders)

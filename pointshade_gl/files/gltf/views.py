@@ -1,0 +1,161 @@
+"""Cameras and lights, from glTF and back. There both look along -z with y up; our cameras look along z with y down."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...messages.formatting import shown
+from ...scene.camera import Camera
+from ...scene.light import Light, unit
+from ..access.limits import check_pixels
+from .checks import numbers
+from .extras import options, switch
+
+if TYPE_CHECKING:
+    from pygltflib import Camera as GltfCamera
+
+Matrix = NDArray[np.float64]
+FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
+LUMENS = 683.0  # that Blender writes for a watt
+INTENSITY = 1 / math.pi  # of ours for a lux or a candela: a white Lambertian surface under pi lux is white
+AHEAD = np.array([0.0, 0.0, -1.0])
+_HEIGHT, _ASPECT = 480, 4 / 3
+_CAMERA_KEYS = ("fx", "fy", "cx", "cy", "width", "height")  # in the order of Camera
+_LIGHT_KEYS = ("shadow", "attenuation", "at", "radius", "angle")
+_DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+def read_camera(camera: GltfCamera, max_pixels: float) -> Camera:
+    """A perspective camera, 480 pixels high unless its extras say otherwise. Raises ValueError."""
+    view = camera.perspective
+    if view is None:
+        raise ValueError("has no perspective")
+    said = options(camera.extras, _CAMERA_KEYS)
+    if said:
+        missing = [key for key in _CAMERA_KEYS if key not in said]
+        if missing:
+            raise ValueError(f"its extras 'pointshade' have no {', '.join(missing)}")
+        fx, fy, cx, cy, width, height = numbers([said[key] for key in _CAMERA_KEYS], (6,), "the camera").tolist()
+        check_pixels(math.ceil(width), math.ceil(height), "its picture", max_pixels)
+        return Camera(fx, fy, cx, cy, width, height)  # type: ignore[arg-type]
+    fov = numbers(view.yfov, (), "yfov").item()
+    aspect = numbers(_ASPECT if view.aspectRatio is None else view.aspectRatio, (), "aspectRatio").item()
+    if not 0 < fov < math.pi or aspect <= 0:
+        raise ValueError(f"yfov must lie between 0 and pi and aspectRatio be above 0, got {fov:g} and {aspect:g}")
+    width = max(1, round(_HEIGHT * aspect))
+    check_pixels(width, _HEIGHT, "its picture", max_pixels)
+    return Camera.from_fov(math.degrees(fov), width, _HEIGHT)
+
+
+def camera_pose(world: Matrix) -> Matrix:
+    """Camera-to-world of a node: its place and where it looks; a scale or a mirror above it changes nothing."""
+    z = -world[:3, 2] / np.linalg.norm(world[:3, 2])
+    x = np.cross(world[:3, 1], -z)
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3] = np.column_stack([x, np.cross(z, x), z, world[:3, 3]])
+    return pose
+
+
+def write_camera(camera: Camera) -> dict[str, Any]:
+    """A glTF camera. Our numbers stand in its extras: the principal point and the size in pixels are not in glTF."""
+    field = 2 * math.atan(camera.height / 2 / abs(camera.fy))
+    aspect = camera.width / camera.fx * abs(camera.fy) / camera.height
+    return {
+        "type": "perspective",
+        "perspective": {"yfov": field, "aspectRatio": aspect, "znear": 0.01},
+        "extras": {"pointshade": {key: getattr(camera, key) for key in _CAMERA_KEYS}},
+    }
+
+
+def read_light(light: Any, factor: float, node_casts: bool, is_blenders: bool) -> Light:
+    """A light in node axes. Raises ValueError.
+
+    factor      our intensity for one lux or candela
+    node_casts  whether it casts shadows when its own extras do not say
+    is_blenders  whether Blender wrote it
+    """
+    if not isinstance(light, dict):
+        raise ValueError(f"must be an object, got {shown(light)}")
+    kind = light.get("type")
+    if kind not in ("directional", "point", "spot"):
+        raise ValueError(f"its type must be directional, point or spot, got {shown(kind)}")
+    said = options(light.get("extras"), _LIGHT_KEYS)
+    if said.get("at", "viewer") != "viewer":
+        raise ValueError(f"its extras: at must be 'viewer', got {shown(said['at'])}")
+    placed, falls = "at" not in said, kind != "directional"
+    attenuation = numbers(said.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation")
+    return Light(
+        position=(0.0, 0.0, 0.0) if falls and placed else None,
+        direction=(0.0, 0.0, -1.0) if kind != "point" and placed else None,
+        color=_three(numbers(light.get("color", (1, 1, 1)), (3,), "color")),
+        intensity=numbers(light.get("intensity", 1), (), "intensity").item() * factor,
+        attenuation=_three(attenuation),
+        cone=_read_cone(light.get("spot"), is_blenders) if kind == "spot" else (0.0, 45.0),
+        shadow=switch(said, "shadow", node_casts),
+        radius=numbers(said.get("radius", 0), (), "radius").item(),
+        angle=numbers(said.get("angle", 0), (), "angle").item(),
+    )
+
+
+def _read_cone(spot: Any, is_blenders: bool) -> tuple[float, float]:
+    spot = spot if isinstance(spot, dict) else {}
+    outer = numbers(spot.get("outerConeAngle", math.pi / 4), (), "outerConeAngle").item()
+    inner = numbers(spot.get("innerConeAngle", 0), (), "innerConeAngle").item()
+    if is_blenders and 0 <= inner <= outer <= math.pi:
+        inner = _blenders_inner(inner, outer)
+    return min(math.degrees(inner), 90.0), min(math.degrees(outer), 90.0)  # pi/2 in float32 is more than that
+
+
+def _blenders_inner(inner: float, outer: float) -> float:
+    """The inner angle that Blender draws, radians: it blends cosines, but its exporter blends the angles."""
+    blend = 1 - inner / outer if outer else 0.0
+    return math.acos(min(math.cos(outer) + (1 - math.cos(outer)) * blend, 1.0))
+
+
+def _three(values: Matrix) -> tuple[float, float, float]:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def light_place(light: Light) -> Matrix:
+    """(4, 4) the place below our node of a glTF node that shines as the light does."""
+    place = np.eye(4)
+    if light.position is not None:
+        place[:3, 3] = light.position
+    if light.direction is not None:
+        z = -unit(light.direction)
+        if np.abs(z + AHEAD).max() > 1e-12:
+            side = np.cross((0, 1, 0) if abs(z[1]) < 0.9 else (1, 0, 0), z)
+            side /= np.linalg.norm(side)
+            place[:3, :3] = np.column_stack([side, np.cross(z, side), z])
+    return place
+
+
+def write_light(light: Light, node_casts: bool) -> dict[str, Any]:
+    """A light of KHR_lights_punctual, for a node at `light_place`."""
+    kind = "spot" if light.is_spot else "directional" if light.position is None else "point"
+    strongest = max(1.0, *light.color)  # glTF's colours end at 1
+    values: dict[str, Any] = {
+        "type": kind,
+        "color": [part / strongest for part in light.color],
+        "intensity": light.intensity * strongest / INTENSITY,
+    }
+    if kind == "spot":
+        inner, outer = map(math.radians, light.cone)
+        values["spot"] = {"innerConeAngle": min(inner, outer * (1 - 1e-9)), "outerConeAngle": outer}
+    said: dict[str, Any] = {}
+    if light.shadow != node_casts:
+        said["shadow"] = light.shadow
+    if light.attenuation != (_DIRECTIONAL if kind == "directional" else _FALLING):
+        said["attenuation"] = list(light.attenuation)
+    said |= {name: size for name in ("radius", "angle") if (size := getattr(light, name))}
+    if light.position is None and light.direction is None:
+        said["at"] = "viewer"
+    if said:
+        values["extras"] = {"pointshade": said}
+    return values

@@ -1,0 +1,197 @@
+"""The camera of a folder's frames: found by name, read by content, or that of a data set that is known by its form."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from os.path import commonpath
+from pathlib import Path
+
+from ...messages.formatting import cut
+from ...messages.notes import Note
+from ..access.content import parse_object, read_text
+from ..access.file_name_patterns import (
+    CAMERA_SUFFIXES,
+    CAMERAS,
+    DATA_SETS,
+    FRAME_CAMERAS,
+    FRAME_SUFFIXES,
+    NOT_A_CAMERA,
+    PICTURE_SUFFIXES,
+    REGISTERED,
+    TRANSFORMS,
+)
+from ..access.folder_listing import Item, key_of, list_files, matches, may_be_own, own_files
+from ..access.limits import MAX_PIXELS
+from ..access.safe_paths import Folder
+from ..arrays.named_numbers import named_of
+from ..cameras.camera_files import read_intrinsics
+from ..cameras.camera_key_names import from_named
+from ..cameras.intrinsics import Intrinsics, Size
+from ..cameras.transforms_json import read_transforms
+from ..pictures.picture_heads import png_size
+from .folders import FrameFiles
+
+_PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
+
+
+class Cameras:
+    """What a folder says about the camera of each of its frames.
+
+    shared   the camera of all frames; None if it is unknown, or if each frame has one of its own
+    missing  why there is none: the files that were looked at, in a sentence that ends an error; else ""
+    """
+
+    def __init__(self, shared: Intrinsics | None, own: Sequence[Intrinsics | None] = (), missing: str = ""):
+        self.shared, self._own, self.missing = shared, own, missing
+
+    def of(self, number: int) -> Intrinsics | None:
+        """The camera of a frame, counted from 0."""
+        own = self._own[number] if number < len(self._own) else None
+        return own or self.shared
+
+
+def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
+    """The cameras of a folder's frames. A file with another name than intrinsics.json is told.
+
+    Raises ValueError for an intrinsics.json that holds none.
+    """
+    items = _not_of_others(list_files(place.path, 2, CAMERA_SUFFIXES), frames, place.path)
+    own = _one_each(items, frames, note, max_pixels)
+    if own:
+        return Cameras(None, own)
+    failed: list[str] = []
+    of_color = bool(frames) and _is_registered(place.path, frames[0])
+    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place.path)]:
+        try:
+            found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
+        except (ValueError, OSError) as error:
+            if item.name == "intrinsics.json":
+                raise
+            failed.append(f"{item.path.name} ({cut(str(error).removeprefix(str(item.path)).strip(': '), 120)})")
+            continue
+        if item.name != "intrinsics.json":
+            note(f"the camera is read from {item.path}")
+        own = _in_transforms(item, frames, max_pixels) or _by_frame(item, frames, max_pixels)
+        return Cameras(found, own)
+    known = _of_data_set(place.path, items, frames, note, max_pixels)
+    return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
+
+
+def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
+    """Those that share more folders with the first frame before the others: a folder may hold several data sets."""
+    if not frames:
+        return list(items)
+    here = frames[0].depth.parent
+    return sorted(items, key=lambda item: -len(commonpath([here, item.path.parent])))
+
+
+def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:
+    """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
+    if not frames or frames[0].depth.parent != folder:
+        return list(items)
+    others = {item.path.parent for item in list_files(folder, 2, PICTURE_SUFFIXES) if item.level}
+    return [item for item in items if item.path.parent not in others]
+
+
+def _is_registered(folder: Path, frame: FrameFiles) -> bool:
+    """Whether the depth's name says that it was brought to the colour's camera."""
+    name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
+    return REGISTERED.search(str(name).lower()) is not None
+
+
+def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
+    """Files that may hold a camera: the best known names first, those nearest to the folder first among them."""
+    found = []
+    for item in items:
+        if not NOT_A_CAMERA.search(item.name):
+            rank = next((k for k, name in enumerate(CAMERAS) if name.fullmatch(item.name)), None)
+            if rank is not None:
+                other = r"depth" if of_color else r"colou?r|rgb"
+                found.append((rank, item.level, bool(re.search(other, item.name)), item))
+    found.sort(key=lambda one: (one[2] and one[0] > 0, one[0], one[1]))
+    return [one[-1] for one in found]
+
+
+def _in_parents(folder: Path) -> list[Item]:
+    """The same in the folders above, nearest first."""
+    found: list[Item] = []
+    here = folder.resolve()
+    for above in list(here.parents)[:_PARENTS]:
+        if above != above.parent:
+            items = list_files(above, 0, CAMERA_SUFFIXES)
+            found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
+    return found
+
+
+def _one_each(
+    items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+) -> list[Intrinsics | None]:
+    """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
+    items = may_be_own(items, FRAME_CAMERAS, FRAME_SUFFIXES)
+    if len(items) < 2:
+        return []
+    keys = [one.key for one in frames]
+    named = own_files(items, keys, FRAME_CAMERAS, FRAME_SUFFIXES)
+    named = [item for item in named if not NOT_A_CAMERA.search(item.name)]
+    files = matches(keys, named) if len(named) > 1 else []
+    if len(set(files)) < 2:
+        return []
+    found: list[Intrinsics | None] = []
+    for path in files:
+        try:
+            found.append(read_intrinsics(path, lambda _: None, max_pixels) if path else None)
+        except (ValueError, OSError):
+            return []  # of another kind, such as poses
+    note(f"each frame has its camera in a file such as {next(path for path in files if path)}")
+    return found
+
+
+def _in_transforms(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+    """The frames' own cameras in a transforms.json, where it has them."""
+    if not TRANSFORMS.fullmatch(item.path.name.lower()):
+        return []
+    entries = read_transforms(item.path, max_pixels)
+    named = {Path(name).stem: one.camera for one in entries for name in (one.color, one.depth) if name and one.camera}
+    return [named.get((one.color or one.depth).stem, named.get(one.depth.stem)) for one in frames] if named else []
+
+
+def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> list[Intrinsics | None]:
+    """The frames' own cameras in a JSON that has an object for each, by name or number: ScanNet++, BOP."""
+    if item.suffix != ".json" or len(frames) < 2:
+        return []
+    data = parse_object(read_text(item.path, max_pixels), item.path, max_pixels)
+    values = {key_of(name.lower()): one for name, one in data.items() if isinstance(one, dict)}
+    if not values:
+        return []
+    files = [Item(item.path.with_name(key), key) for key in values]
+    named = [path.name if path else "" for path in matches([one.key for one in frames], files)]
+    found = [from_named(named_of(values.get(name, {})), str(item.path)) for name in named]
+    return [one[0] if one else None for one in found] if len(set(named)) > 1 else []
+
+
+def _of_data_set(
+    folder: Path, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+) -> Intrinsics | None:
+    """The published camera of a data set that is recognised by the names of its folder and files."""
+    lists = [item for item in items if not item.level and re.fullmatch(r"(rgb|depth|assoc\w*)\.txt", item.name)]
+    heads = [read_text(item.path, max_pixels)[:400] for item in lists]
+    names = [item.path.name for item in list_files(folder, 1) if item.suffix in (".freiburg",)]
+    names += [item.path.name for item in lists]
+    names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
+    seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
+    for known in DATA_SETS:
+        if known.known_by.search(seen) and _has_size(frames, known.size):
+            numbers = ",".join(f"{number:g}" for number in known.numbers)
+            note(
+                f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "
+                f"and {known.depth_scale:g} depth units per metre are taken"
+            )
+            return Intrinsics(known.title, known.numbers, known.size, known.depth_scale)
+    return None
+
+
+def _has_size(frames: Sequence[FrameFiles], size: Size) -> bool:
+    """Whether the first depth picture has this size, as far as its first bytes say it. One may be missing."""
+    first = next((one.depth for one in frames[:9] if one.depth.is_file()), None)
+    return first is None or png_size(first) in (None, size)

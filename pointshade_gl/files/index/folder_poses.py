@@ -1,0 +1,139 @@
+"""The poses of a folder's frames: found by name, read by content, matched by name, time, number or order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...messages.notes import Note
+from ..access.file_name_patterns import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
+from ..access.folder_listing import Item, list_files, matches, may_be_own, numbers_in, own_files
+from ..access.limits import MAX_PIXELS
+from ..poses.pose_files import read_frame_pose, read_poses
+from ..poses.pose_key_names import PoseList
+from .folders import FrameFiles
+from .pairing import nearest
+
+CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools
+Poses = list[NDArray[np.float64] | None]
+
+
+class FoundPoses(NamedTuple):
+    """For each frame (4, 4) camera-to-world in OpenCV axes, unchecked, None without one.
+
+    source  the file that has them
+    metric  their unit is the metre; COLMAP's and those that follow from them have any unit
+    """
+
+    poses: Poses
+    source: str = ""
+    metric: bool = True
+
+
+def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
+    """The poses of a folder's frames.
+
+    Raises ValueError for a file that is called like one of poses and holds none.
+    """
+    items = [item for item in list_files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
+    single = _one_each(items, frames, max_pixels)
+    if single:
+        first = _named(folder, next(path for path in single if path))
+        note(f"poses are read from files such as {first}")
+        listed = [read_poses(path, max_pixels) if path else None for path in single]
+        metric = all(one.metric for one in listed if one)
+        return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
+    found = _by_rank(items)
+    if found:
+        taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+        found = [item for item in found if item.path not in taken]
+    for item in found:
+        listed = read_poses(item.path, max_pixels)
+        poses = _matched(item.path, listed, frames, note)
+        if poses:
+            also = [_named(folder, other.path) for other in found if other is not item][:3]
+            note(f"poses are read from {_named(folder, item.path)}" + (f", not from {', '.join(also)}" if also else ""))
+            return FoundPoses(poses, _named(folder, item.path), listed.metric)
+    return FoundPoses([None] * len(frames))
+
+
+def _named(folder: Path, path: Path) -> str:
+    return path.relative_to(folder).as_posix()
+
+
+def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
+    """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
+    items = may_be_own(items, FRAME_POSES, FRAME_SUFFIXES)
+    if len(items) < 2:
+        return []
+    keys = [one.key for one in frames]
+    own = [item for item in own_files(items, keys, FRAME_POSES, FRAME_SUFFIXES) if item.suffix != ".log"]
+    if len(own) < 2:
+        return []
+    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+    found = matches(keys, [item for item in own if item.path not in taken])
+    first = next((path for path in found if path), None)
+    if first is None or len(set(found)) < 2:
+        return []
+    try:
+        read_frame_pose(first, max_pixels)
+    except ValueError:
+        return []  # of another kind, such as a camera
+    return found
+
+
+def _by_rank(items: Sequence[Item]) -> list[Item]:
+    """Files that may hold the poses of all frames, the best known names first."""
+    ranked = [(next((k for k, name in enumerate(POSES) if name.fullmatch(item.name)), None), item) for item in items]
+    return [item for _, item in sorted(((k, item) for k, item in ranked if k is not None), key=lambda pair: pair[0])]
+
+
+def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
+    """A pose for each frame; None if it cannot be told which belongs to which."""
+    if found.names is not None and (poses := _by_name(path, found, frames, note)):
+        return poses
+    times = np.array([one.time for one in frames if one.time is not None])
+    given = found.times
+    if given is not None and len(times) == len(frames) and given.min() <= times.max() and times.min() <= given.max():
+        near = nearest(times, given)
+        far = int(np.count_nonzero(np.abs(given[near] - times) > CLOSE))
+        if far:
+            note(f"{path}: {far} of {len(frames)} pictures have no pose within {CLOSE:g} s and get the nearest")
+        return list(found.poses[near])
+    if len(found.poses) == len(frames):
+        return list(found.poses)
+    numbers = [numbers_in(one.key)[-1:] for one in frames]
+    if all(number and 0 <= number[0] < len(found.poses) for number in numbers):
+        return [found.poses[number[0]] for number in numbers]
+    note(f"{path} has {len(found.poses)} poses for {len(frames)} frames: it is not used")
+    return None
+
+
+def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
+    for same in (_stem, _numbers, _last):
+        named: dict[object, NDArray[np.float64]] = {}
+        for name, pose in zip(found.names or [], found.poses, strict=True):
+            named[same(name)] = pose
+        result = [named.get(same(one.depth.name), named.get(same((one.color or one.depth).name))) for one in frames]
+        unnamed = sum(pose is None for pose in result)
+        if unnamed < len(frames):
+            if unnamed:
+                note(f"{path} has no pose for {unnamed} of {len(frames)} pictures: they stay at the origin")
+            return result
+    return None
+
+
+def _stem(name: str) -> str:
+    return Path(name.replace("\\", "/")).stem.lower()
+
+
+def _numbers(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))
+
+
+def _last(name: str) -> tuple[int, ...]:
+    return numbers_in(_stem(name))[-1:]

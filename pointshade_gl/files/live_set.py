@@ -1,0 +1,123 @@
+"""Live sets: several streams of frames at once, each at its own rate, to be drawn as one object."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Generator, Iterable, Sequence
+from contextlib import closing
+from typing import Any
+
+from ..messages.formatting import shown
+from ..messages.notes import print_note
+from ..messages.validation import check_type
+from ..scene.frame import Frame
+from ..scene.point_object import MOST_FRAMES
+from .sources import prefetched
+
+Item = tuple[int, Any]  # number of the source; a frame, a sentence about one that is missing, None at the end, an error
+
+
+def live_set(
+    sources: Sequence[Frame | Iterable[Frame]], skipped: Callable[[str], None] = print_note
+) -> Generator[tuple[Frame, ...], None, None]:
+    """The newest frame of each source, in their order, whenever one or more of them have a new one.
+
+        for frames in ps.live_set([camera, other, ps.open_source("recording")]):
+            picture = renderer.render(frames)
+
+    A Renderer then uploads, compares and votes again only what is new. Each source is read by a thread of its own and
+    waits until its last frame was taken: no frame is lost here, and a slow source holds up no other. One that has given
+    no frame yet is left out, one that has ended keeps its last frame. The iteration ends when all have, and so do
+    its threads, also if the consumer leaves it early (see contextlib.closing).
+
+    sources  1 to 200; each a sequence or any other iterable of frames, or a Frame, which stays
+    skipped  called in the consumer's thread with one sentence for each frame of a sequence that cannot be read, and for
+             each source that a ValueError or an OSError ends; any other exception is raised
+
+    Raises TypeError for sources of another kind and ValueError for none or too many, with the first frames.
+    """
+    checked = _check_sources(sources)
+    items: queue.Queue[Item] = queue.Queue()
+    taken = [threading.Semaphore() for _ in checked]  # of each source: its last frame was
+    stop = threading.Event()
+    threads = [
+        threading.Thread(target=_feed, args=(k, source, items, taken[k], stop), daemon=True, name="pointshade-live")
+        for k, source in enumerate(checked)
+    ]
+    for thread in threads:
+        thread.start()
+    newest: dict[int, Frame] = {}
+    living = len(checked)
+    try:
+        while living:
+            new = _waiting(items)
+            living -= sum(item is None for _, item in new)
+            frames = {k: item for k, item in new if isinstance(item, Frame)}
+            for k, item in new:
+                _tell(k, item, skipped)
+            newest |= frames
+            if frames:
+                yield tuple(newest[k] for k in sorted(newest))
+            for k in frames:
+                taken[k].release()
+    finally:
+        stop.set()
+        for semaphore in taken:
+            semaphore.release()
+        for thread in threads:
+            thread.join(timeout=2)  # a camera may never give another frame; daemon threads end with the process
+
+
+def _check_sources(sources: Any) -> list[Iterable[Frame]]:
+    expected = "sources must be a sequence, such as a list, of Frames and iterables of frames"
+    if not isinstance(sources, Sequence) or isinstance(sources, str | bytes):
+        raise TypeError(f"{expected}, got {shown(sources)}")
+    if not 1 <= len(sources) <= MOST_FRAMES:
+        raise ValueError(f"a live set has 1 to {MOST_FRAMES} sources, got {len(sources)}")
+    for k, source in enumerate(sources):
+        if isinstance(source, str | bytes) or not isinstance(source, Frame | Iterable):
+            raise TypeError(f"{expected}, source {k} is {shown(source)}")
+    return [[source] if isinstance(source, Frame) else source for source in sources]
+
+
+def _waiting(items: queue.Queue[Item]) -> list[Item]:
+    """What the sources have given; at least one item, and at most one frame of each."""
+    found = [items.get()]
+    while not items.empty():
+        found.append(items.get())
+    return found
+
+
+def _tell(k: int, item: Any, skipped: Callable[[str], None]) -> None:
+    """Passes on a sentence, raises an error."""
+    if isinstance(item, str):
+        skipped(f"source {k}: {item}")
+    elif isinstance(item, BaseException):
+        raise item
+
+
+def _feed(
+    k: int, source: Iterable[Frame], items: queue.Queue[Item], taken: threading.Semaphore, stop: threading.Event
+) -> None:
+    """In a thread: puts the frames of a source into the queue, each when the one before was taken."""
+    try:
+        for frame in _decoded(k, source, items):
+            taken.acquire()
+            if stop.is_set():
+                return
+            items.put((k, check_type(frame, Frame, f"what source {k} gives")))
+    except (ValueError, OSError) as error:
+        items.put((k, f"it ends: {error}"))
+    except BaseException as error:
+        items.put((k, error))
+    items.put((k, None))
+
+
+def _decoded(k: int, source: Iterable[Frame], items: queue.Queue[Item]) -> Generator[Frame, None, None]:
+    """A sequence's frames are decoded ahead."""
+    if not isinstance(source, Sequence):
+        yield from source
+        return
+    with closing(prefetched(source, lambda text: items.put((k, text)))) as frames:
+        yield from frames

@@ -1,0 +1,1 @@
+"""Pictures in files: PNG, JPEG, TIFF, EXR, video."""

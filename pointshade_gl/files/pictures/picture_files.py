@@ -1,0 +1,268 @@
+"""Pictures to files and back, and normals as colours. Whatever is wrong with a file becomes one sentence."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...messages.formatting import cut
+from ...messages.validation import as_given, check_path
+from ..access.atomic_write import check_place, written_whole
+from ..access.content import FilePath, check_size, open_regular, read_head
+from ..access.limits import MAX_PIXELS, check_pixels
+
+if TYPE_CHECKING:
+    from PIL import Image  # imported where it is used: a PNG is written without it
+
+_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP", ".tif": "TIFF", ".tiff": "TIFF"}
+_OPTIONS: dict[str, dict[str, Any]] = {
+    "PNG": {"optimize": True},
+    "JPEG": {"quality": 95},
+    "WEBP": {"lossless": True, "exact": True},  # exact keeps the colours under alpha 0
+}
+_OURS = b"Software\0pointshade_gl"  # what our PNGs say right behind their header
+_LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can hold
+# Formats whose header says how large the decoded picture is. In others, such as ICO, a second picture may hide.
+_READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
+_READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
+_POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
+_TURNED = 0x0112  # the EXIF tag of how a camera was held
+_TILE = (322, 323)  # the TIFF tags of a tile's width and height
+# Signs of a normal's x, y and z (camera axes: right, down, forward) in other axes, by the names that normal maps have.
+# The surface that faces the viewer is blue in OpenGL's and in DirectX's; their green points up and down.
+AXES = {"opencv": (1, 1, 1), "opengl": (1, -1, -1), "directx": (1, 1, -1)}
+_pillow = Lock()  # its limit and Python's filters for warnings belong to the whole process: one thread at a time
+
+
+class NotAPictureError(ValueError):
+    """The bytes are those of no known format."""
+
+
+def check_writable(path: FilePath) -> Path:
+    """The path, if `save_image` can write there; call it before a long computation.
+
+    Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
+    """
+    path = check_path(path)
+    if path.suffix.lower() not in (*_FORMATS, ".npy"):
+        raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
+    return check_place(path)
+
+
+def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
+    """Writes a picture in the format of the path's suffix, completely or not at all.
+
+    image   (h, w, 3|4) or (h, w) uint8, for .png also uint16; for .npy any array of numbers. JPEG has no alpha: it
+            gets the picture over black.
+    small   spend ten times as long on a PNG of 8 bits that is a little smaller
+
+    Raises ValueError for an unknown suffix or shape, TypeError for values of another type,
+    FileNotFoundError when the folder does not exist.
+    """
+    path = check_writable(path)
+    if path.suffix.lower() == ".npy":
+        array = as_given(image, "image must be an array of numbers")
+        if array.dtype.kind not in "biufc":
+            raise TypeError(f"image must be an array of numbers, got {array.dtype}")
+    else:
+        array = check_picture(image, _FORMATS[path.suffix.lower()])
+    with written_whole(path) as temporary, temporary.open("xb") as file:
+        _encode(file, array, path.suffix.lower(), small)
+
+
+def check_picture(image: ArrayLike, kind: str) -> NDArray[Any]:
+    """The picture as an array. Raises ValueError or TypeError unless the format can hold it: 8 bits, a PNG also 16."""
+    expected = "image must have shape (h, w), (h, w, 3) or (h, w, 4)"
+    array = as_given(image, expected)
+    if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
+        raise ValueError(f"{expected}, got {array.shape}")
+    if array.dtype != np.uint8 and not (array.dtype == np.uint16 and kind == "PNG"):
+        raise TypeError(f"image must be uint8, got {array.dtype}: scale it to 0..255, or save it as .npy")
+    if max(array.shape) > _LONGEST.get(kind, np.inf):
+        raise ValueError(f"image may have up to {_LONGEST[kind]} pixels a side in {kind}, got {array.shape}")
+    return array
+
+
+def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> None:
+    if suffix == ".npy":
+        np.save(file, array, allow_pickle=False)
+        return
+    kind = _FORMATS[suffix]
+    if kind == "PNG" and (array.dtype == np.uint16 or not small):
+        file.write(encode_png(array))
+        return
+    from PIL import Image
+
+    if kind == "JPEG" and array.shape[2:] == (4,):
+        array = (array[..., :3] * (array[..., 3:] / 255) + 0.5).astype(np.uint8)
+    Image.fromarray(np.ascontiguousarray(array)).save(file, kind, **_OPTIONS.get(kind, {}))
+
+
+def encode_png(array: NDArray[Any]) -> bytes:
+    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16.
+
+    Each row is written less the one above, and packed by run lengths and Huffman codes.
+
+    Encoding was the largest stage of a rendering. Pillow tries five filters a row: this takes 0.4 of the time of its
+    quickest level, for files of the same size.
+    """
+    height, width = array.shape[:2]
+    plain = np.ascontiguousarray(array.astype(array.dtype.newbyteorder(">"), copy=False))
+    plain = plain.reshape(height, -1).view(np.uint8)
+    rows = np.full((height, plain.shape[1] + 1), 2, np.uint8)  # each begins with its filter's number: 2 is "up"
+    rows[0, 1:] = plain[0]
+    np.subtract(plain[1:], plain[:-1], out=rows[1:, 1:])
+    packer = zlib.compressobj(1, zlib.DEFLATED, zlib.MAX_WBITS, 9, zlib.Z_RLE)
+    kind = {1: 0, 3: 2, 4: 6}[1 if array.ndim == 2 else array.shape[2]]  # grey, RGB, RGBA
+    header = struct.pack(">2I5B", width, height, 8 * array.itemsize, kind, 0, 0, 0)
+    packed = packer.compress(rows.tobytes()) + packer.flush()
+    parts = [(b"IHDR", header), (b"tEXt", _OURS), (b"IDAT", packed), (b"IEND", b"")]
+    chunks = [
+        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in parts
+    ]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def is_ours(path: FilePath) -> bool:
+    """Whether it is a PNG that `encode_png` made: a rendering, not a photograph."""
+    return _OURS in read_head(path)
+
+
+def read_image(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+    """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
+
+    Palettes and other colour models become RGB or RGBA; the picture is turned as its camera noted in EXIF. It may be
+    read-only.
+
+    Raises OSError if the path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
+    """
+    read_head(path)
+    with open_regular(path) as file:
+        check_size(file, path, max_pixels)
+        return decode_image(file, str(path), max_pixels)
+
+
+def decode_image(file: BinaryIO, name: str, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
+    """What `read_image` gives, from an open file. Raises ValueError, with the name, as it does."""
+    image = _open_image(file, name, max_pixels)
+    if image.mode in ("I", "F") or image.mode.startswith("I;16"):
+        array = np.asarray(image)
+        return array.astype(array.dtype.newbyteorder("="), copy=False)  # I;16B is big-endian
+    if image.mode == "1":
+        image = image.convert("L")
+    elif image.mode not in ("L", "RGB", "RGBA") or image.has_transparency_data:
+        image = image.convert("RGBA" if image.has_transparency_data else "RGB")
+    return np.asarray(image)
+
+
+def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
+    """The decoded picture, turned upright. Its size is checked first."""
+    from PIL import UnidentifiedImageError
+
+    head = file.read(64)
+    file.seek(0)
+    if head.startswith(_POSTSCRIPT):
+        raise ValueError(f"{name} is PostScript, a program that would have to run: convert it to PNG")
+    _check_webp(head, name, max_pixels)
+    try:
+        with opened_picture(file, head) as image:
+            check_pixels(*image.size, name, max_pixels)
+            tile = [getattr(image, "tag_v2", {}).get(tag, 0) for tag in _TILE]
+            check_pixels(tile[0], tile[1], f"{name} is a TIFF whose tile", max_pixels)
+            image.load()
+            with _pillow, warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                is_turned = image.getexif().get(_TURNED, 1) != 1
+        if is_turned:
+            from PIL import ImageOps
+
+            return ImageOps.exif_transpose(image)
+        return image
+    except UnidentifiedImageError:
+        if head[4:8] == b"ftyp":
+            message = (
+                f"{name} is an HEIC or AVIF picture: pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            )
+            raise ValueError(message) from None
+        raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
+    except MemoryError:
+        raise MemoryError(f"{name}: there is not enough memory to decode it") from None
+    except Exception as error:  # broken bytes make decoders raise of everything: SyntaxError, struct.error, OSError
+        if str(error).startswith(f"{name} "):
+            raise
+        raise ValueError(f"{name} is a broken or truncated picture: {cut(error)}") from None
+
+
+@contextmanager
+def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+    """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
+    from PIL import Image
+
+    if head[:2] in (b"II", b"MM"):
+        import_module("PIL.TiffImagePlugin")  # to find it, Pillow would import all of its 40 formats
+    formats: tuple[str, ...] = _READ
+    if head[4:8] == b"ftyp":
+        with suppress(ImportError):
+            import_module("pillow_heif.HeifImagePlugin")  # the extra heic
+        Image.init()
+        formats = tuple(name for name in _READ_IF_KNOWN if name in Image.OPEN)
+    with _pillow, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        usual, Image.MAX_IMAGE_PIXELS = Image.MAX_IMAGE_PIXELS, None
+        try:
+            image = Image.open(file, formats=formats)
+        finally:
+            Image.MAX_IMAGE_PIXELS = usual
+    with image:
+        yield image
+
+
+def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
+    """Checks the size of a WebP, for which Pillow reserves memory when it opens it. Raises ValueError."""
+    if head[:4] != b"RIFF" or head[8:12] != b"WEBP" or len(head) < 30:
+        return
+    kind = head[12:16]
+    if kind == b"VP8X":
+        sides = int.from_bytes(head[24:27], "little") + 1, int.from_bytes(head[27:30], "little") + 1
+    elif kind == b"VP8L":
+        bits = int.from_bytes(head[21:25], "little")
+        sides = (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    else:
+        sides = int.from_bytes(head[26:28], "little") & 0x3FFF, int.from_bytes(head[28:30], "little") & 0x3FFF
+    check_pixels(*sides, name, max_pixels)
+
+
+def normals_to_rgb(normals: ArrayLike, axes: str = "opengl", bits: int = 8) -> NDArray[Any]:
+    """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
+
+    normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
+    axes     which way red, green and blue point, see AXES
+    Returns (h, w, 4) uint8 or uint16 with alpha 0 where missing: n = (0, 0, -1) gives (128, 128, 255, 255).
+    """
+    shown, known = turned_normals(normals, axes)
+    most = 2**bits - 1
+    image = np.zeros((*known.shape, 4), np.uint8 if bits == 8 else np.uint16)
+    image[..., :3] = np.clip(np.rint(shown * (most / 2) + most / 2), 0, most) * known[..., None]
+    image[..., 3] = known * image.dtype.type(most)
+    return image
+
+
+def turned_normals(normals: ArrayLike, axes: str) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Normals of the camera's axes in others, (h, w, 3) float and 0 where missing, and (h, w) where they are known."""
+    array = np.asarray(normals)
+    if array.ndim != 3 or array.shape[2] != 3:
+        raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}")
+    if array.dtype.kind != "f":
+        raise TypeError(f"normals must be floating point, got {array.dtype}")
+    known = np.all(np.isfinite(array), axis=2)
+    return np.where(known[..., None], array, 0) * np.array(AXES[axes], np.float32), known

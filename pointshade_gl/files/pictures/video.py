@@ -1,0 +1,77 @@
+"""Single pictures of a video, which some recorders (StrayScanner) write beside numbered depth pictures."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Generator
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..access.content import FilePath, read_head
+from ..access.limits import MAX_PIXELS, check_pixels
+
+
+class _Open:
+    """A video that is being decoded; sequences ask for one picture after the other."""
+
+    def __init__(self, path: Path, max_pixels: float):
+        try:
+            from imageio_ffmpeg import read_frames  # only here: an optional extra
+        except ImportError:
+            raise ValueError(f"{path} is a video: pip install 'pointshade-gl[video]' to read it") from None
+        read_head(path)
+        self._pictures: Generator[Any, None, None] = read_frames(str(path))
+        self.path, self._next = path, 0
+        self._width, self._height = next(self._pictures)["source_size"]
+        check_pixels(self._width, self._height, str(path), max_pixels)
+
+    def read(self, number: int) -> NDArray[np.uint8]:
+        try:
+            while self._next < number:
+                next(self._pictures)
+                self._next += 1
+            data = next(self._pictures)
+        except StopIteration:
+            raise ValueError(f"{self.path} has {self._next} pictures, picture {number} is wanted") from None
+        self._next += 1
+        return np.frombuffer(data, np.uint8).reshape(self._height, self._width, 3)
+
+    def is_before(self, path: Path, number: int) -> bool:
+        return self.path == path and self._next <= number
+
+    def close(self) -> None:
+        with warnings.catch_warnings():  # imageio-ffmpeg leaves the pipes of an ffmpeg that has ended
+            warnings.simplefilter("ignore", ResourceWarning)
+            self._pictures.close()
+
+
+_lock = RLock()  # of one thread, too: a sequence may be thrown away while another is read
+_last: list[_Open] = []  # at most one
+
+
+def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
+    """(h, w, 3) the picture of this number, counted from 0. Quick for one after the other.
+
+    Raises ValueError without the extra `video`, for a file that is no video, and for a number beyond its end.
+    """
+    path = Path(path)
+    with _lock:
+        if not (_last and _last[0].is_before(path, number)):
+            close_video()
+            try:
+                _last.append(_Open(path, max_pixels))
+            except (OSError, RuntimeError, StopIteration) as error:
+                reason = str(error).partition("\n")[0]  # what follows is all that ffmpeg has printed
+                raise ValueError(f"{path} is not a video that ffmpeg can read: {reason}") from None
+        return _last[0].read(number)
+
+
+def close_video() -> None:
+    """Ends the decoding of the last video."""
+    with _lock:
+        while _last:
+            _last.pop().close()

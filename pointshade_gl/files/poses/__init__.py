@@ -1,0 +1,1 @@
+"""Camera poses in files, in the words of many programs."""

@@ -1,0 +1,163 @@
+"""Streams of frames. A stream is whatever `for frame in source:` accepts: a sequence on disk, a generator, a camera."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
+from functools import partial
+from itertools import islice, repeat
+from os import PathLike
+from typing import Any, TypeGuard
+
+import numpy as np
+
+from ..messages.formatting import option, shown
+from ..messages.notes import Note, once, print_note
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.point_object import MOST_FRAMES
+from .access.builtin import SCENES, builtin_folder
+from .access.content import FilePath
+from .frames.frame_files import load_frame
+from .frames.frame_parts import ReadOptions
+from .frames.sequences import FrameSequence, first_readable, open_frames
+from .gltf import load_scene
+
+SCENE_FILES = (".gltf", ".glb")
+_LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
+
+
+def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequence:
+    """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
+
+    Pictures, cameras and poses are found as files/access/file_name_patterns.py lists them; where several views
+    overlap, their depths tell how poses are to be understood (see files/poses/pose_convention.py).
+
+    load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
+                  printed.
+
+    Raises ValueError, TypeError or OSError as `load_frame`; for a sequence if none of its first, middle and last frame
+    can be read.
+    """
+    options = {name: value for name, value in load_options.items() if value is not None}
+    if path is None or options.keys() & {"depth", "color"}:
+        return load_frame(path, **options)
+    note = once(options.pop("notes", print_note))
+    outside = options.pop("allow_outside", False)
+    sequence = open_frames(builtin_folder(path), outside, ReadOptions(**options), note)
+    _, first = first_readable(sequence)
+    return first.frame if len(sequence) == 1 else sequence
+
+
+def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
+    """What a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
+
+    load_options  as for `load_frame`; None is not said
+
+    Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
+    """
+    options = {name: value for name, value in load_options.items() if value is not None}
+    if not is_scene(source):
+        return load_frame(source, **options)
+    if given := [option(name) for name in options if name not in _LIMITS]:
+        raise ValueError(f"{source} is a scene, which names the files of its frames: leave out {', '.join(given)}")
+    return load_scene(source, **options)
+
+
+def views_of(
+    source: Frame | FrameSequence, count: int | Sequence[int] | None, note: Note = print_note
+) -> dict[int, Frame]:
+    """Frames of a sequence that are drawn as one object, by their numbers: those that `choose_views` chooses.
+
+    Those that cannot be read are left out; a note says so. Raises ValueError where fewer than two are left, for then
+    there is nothing to merge.
+    """
+    if isinstance(source, Frame):
+        raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
+    chosen = choose_views(source, count, note)
+    found = {}
+    for k in chosen:
+        try:
+            found[k] = source[k]
+        except (ValueError, OSError) as error:
+            note(f"{error}: left out")
+    if len(found) < 2:
+        raise ValueError(f"{source.folder}: fewer than two of the {len(chosen)} chosen frames can be read")
+    return found
+
+
+def choose_views(
+    source: Sequence[Frame], count: int | Sequence[int] | None, note: Note = print_note, among: int | None = None
+) -> list[int]:
+    """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
+
+    count  or the numbers of the frames themselves; the others are not asked for
+
+    among  a frame that is chosen in any case, if it has a pose
+
+    Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two, and for a number
+    that no frame with a pose has.
+    """
+    posed, name = list(range(len(source))), "the source"
+    if isinstance(source, FrameSequence):
+        posed, name = [k for k, one in enumerate(source.parts) if one.pose is not None], str(source.folder)
+    if 0 < len(posed) < len(source):
+        note(f"{name}: {len(source) - len(posed)} of {len(source)} frames have no pose: they are left out")
+    if len(posed) < 2:
+        raise ValueError(f"{name} has poses for {len(posed)} frames: {option('views')} needs two at least")
+    if count is not None and not isinstance(count, int):
+        if strange := [k for k in count if k not in posed]:
+            raise ValueError(f"{name} has no frame {strange[0]} with a pose: it has {len(source)}, counted from 0")
+        return list(dict.fromkeys(count))
+    wanted = len(posed) if count is None else min(count, len(posed))
+    if wanted > MOST_FRAMES:
+        note(f"{name}: only {MOST_FRAMES} of {wanted} frames are merged, evenly chosen")
+    most = min(wanted, MOST_FRAMES)
+    chosen = [posed[k * (len(posed) - 1) // (most - 1)] for k in range(most)]
+    if among in posed:
+        chosen[int(np.argmin(np.abs(np.array(chosen) - among)))] = among
+    return chosen
+
+
+def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
+    """Whether it is the name of a built-in scene or a glTF file's."""
+    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES))
+
+
+def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:
+    """The frames of a source in their order, decoded by threads while the consumer works on the ones before.
+
+    source   a Sequence is read by `ahead` threads, any other iterable by one
+    skipped  called in the consumer's thread with one sentence for each frame that raises ValueError or OSError;
+             any other exception is raised
+    ahead    how many frames may wait
+
+    The threads end with the iteration, also if the consumer leaves it early. Raises TypeError for a source that is not
+    iterable, with the first frame.
+    """
+    if not isinstance(source, Iterable):
+        raise TypeError(f"source must be an iterable of frames, got {shown(source)}")
+    if isinstance(source, Sequence):
+        jobs: Iterator[Callable[[], Frame | None]] = (partial(source.__getitem__, k) for k in range(len(source)))
+        workers = max(1, ahead)
+    else:
+        jobs, workers = repeat(partial(next, iter(source), None)), 1
+    waiting: deque[Future[Frame | None]] = deque()
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
+    try:
+        while True:
+            waiting.extend(pool.submit(copy_context().run, job) for job in islice(jobs, ahead + 1 - len(waiting)))
+            if not waiting:
+                return
+            try:
+                frame = waiting.popleft().result()
+            except (ValueError, OSError) as error:
+                skipped(str(error))
+                continue
+            if frame is None:
+                return
+            yield frame
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -1,0 +1,1 @@
+"""Writing films, depth, normals and point clouds."""

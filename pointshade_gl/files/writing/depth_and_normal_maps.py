@@ -1,0 +1,135 @@
+"""Maps to files: depth and normals, whose pixels are numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...messages.formatting import option
+from ...messages.notes import Note, print_note
+from ...messages.validation import as_given, check_choice, check_path
+from ..access.atomic_write import check_place, written_whole
+from ..access.content import FilePath
+from ..pictures.exr import check_exr, write_exr
+from ..pictures.picture_files import AXES, check_writable, normals_to_rgb, save_image, turned_normals
+
+DEPTH_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".npy")
+
+
+def check_depth_path(path: FilePath) -> Path:
+    """The path, if `save_depth` can write there; call it before a long computation.
+
+    Raises ValueError for another suffix and for .exr without the extra `exr`, OSError when the folder does not exist.
+    """
+    path = check_path(path)
+    if path.suffix.lower() not in DEPTH_SUFFIXES:
+        raise ValueError(f"cannot write {path}: the suffix of depth must be one of {', '.join(DEPTH_SUFFIXES)}")
+    return _check_map(path)
+
+
+def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> None:
+    """Writes depth completely or not at all: metres in floats, or millimetres in a .png of 16 bits; missing is 0.
+
+    A .exr has the channel Z, a .tif float pixels. A .png holds 1 mm to 65.535 m: what lies outside is written as
+    missing, with a note that counts it.
+
+    depth  (h, w) float, metres; 0, negative, NaN and infinite mean missing
+
+    Raises what `check_depth_path` raises; ValueError for another shape and if nothing fits into a .png, TypeError for
+    values that are not floating point.
+    """
+    path = check_depth_path(path)
+    metres = _known_depth(depth)
+    if path.suffix.lower() == ".exr":
+        with written_whole(path) as temporary:
+            write_exr(temporary, {"Z": metres})
+    elif path.suffix.lower() == ".png":
+        save_image(path, _millimetres(metres, path, notes))
+    elif path.suffix.lower() == ".npy":
+        save_image(path, metres)
+    else:
+        from PIL import Image
+
+        with written_whole(path) as temporary, temporary.open("xb") as file:
+            Image.fromarray(metres).save(file, "TIFF")
+
+
+def _known_depth(depth: ArrayLike) -> NDArray[np.float32]:
+    array = as_given(depth, "depth must have shape (h, w)")
+    if array.ndim != 2 or 0 in array.shape:
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
+    if array.dtype.kind != "f":
+        raise TypeError(f"depth must be floating point metres, got {array.dtype}")
+    with np.errstate(over="ignore"):
+        metres = array.astype(np.float32)
+    metres[~((metres > 0) & (metres < np.inf))] = 0
+    return metres
+
+
+def _millimetres(metres: NDArray[np.float32], path: Path, notes: Note) -> NDArray[np.uint16]:
+    rounded = np.rint(metres * np.float64(1000))
+    fits = (rounded >= 1) & (rounded <= 65535)
+    known = np.count_nonzero(metres)
+    lost = known - np.count_nonzero(fits)
+    if lost and lost == known:
+        raise ValueError(f"cannot write {path}: no depth lies within 1 mm to 65.535 m, use .exr, .tif or .npy")
+    if lost:
+        range_ = "outside 1 mm to 65.535 m, which 16 bits hold"
+        notes(f"{path}: {lost} of {known} depths are {range_}, and become missing: .exr, .tif and .npy keep them")
+    return np.where(fits, rounded, 0).astype(np.uint16)
+
+
+def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -> Path:
+    """The path, if `save_normals` can write there; call it before a long computation.
+
+    Raises ValueError for unknown axes, for a suffix that names no format or has not so many bits and for .exr without
+    the extra `exr`, OSError when the folder does not exist.
+    """
+    path = check_path(path)
+    if axes is not None:
+        check_choice(option("axes"), axes, tuple(AXES))
+    if bits not in (8, 16):
+        raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
+    if bits == 16 and path.suffix.lower() != ".png":
+        raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
+    if path.suffix.lower() == ".exr":
+        return _check_map(path)
+    try:
+        return check_writable(path)
+    except ValueError as error:
+        raise ValueError(f"{error}, .exr") from None
+
+
+def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:
+    """Writes normals completely or not at all: as floats to .npy and .exr, as colours to .png, .jpg, .webp and .tif.
+
+    normals  (h, w, 3) float, unit, camera axes, NaN where missing. In pictures and in the RGBA channels of .exr alpha
+             is 0 there.
+    axes     "opencv": the camera's own, x right, y down, z forward. "opengl": green up, blue towards the viewer, as
+             Blender and most normal maps have it. "directx": green down, blue towards the viewer. None is opencv in
+             .npy and opengl elsewhere.
+    bits     8 or, for .png, 16
+
+    Raises what `check_normals_path` raises; ValueError for another shape, TypeError for values that are not floating
+    point.
+    """
+    path = check_normals_path(path, axes, bits)
+    suffix = path.suffix.lower()
+    axes = axes or ("opencv" if suffix == ".npy" else "opengl")
+    if suffix not in (".npy", ".exr"):
+        save_image(path, normals_to_rgb(normals, axes, bits))
+        return
+    turned, known = turned_normals(normals, axes)
+    if suffix == ".npy":
+        save_image(path, np.where(known[..., None], turned, np.float32(np.nan)))
+        return
+    with written_whole(path) as temporary:
+        write_exr(temporary, {"RGBA": np.concatenate([turned, known[..., None]], -1)})
+
+
+def _check_map(path: Path) -> Path:
+    if path.suffix.lower() == ".exr":
+        check_exr(path)
+    return check_place(path)

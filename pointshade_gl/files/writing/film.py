@@ -1,0 +1,233 @@
+"""Many pictures become a film: .mp4 for players, .gif for web pages."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...messages.formatting import option
+from ...messages.validation import check_fps, check_path
+from ..access.atomic_write import check_place, hidden_beside
+from ..access.content import FilePath
+from ..access.numbered_names import first_of, is_numbered
+from ..access.safe_paths import followed
+from ..pictures.picture_files import check_picture, check_writable
+
+if TYPE_CHECKING:
+    from PIL import Image  # imported where it is used: most programs write no film
+
+BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they are dark grey
+FILM_SUFFIXES = (".mp4", ".gif")
+
+
+def check_film(path: FilePath) -> Path:
+    """The path, if a `Film` can be written there; call it before a long computation.
+
+    Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
+    folder does not exist.
+    """
+    path = check_path(path)
+    if path.suffix.lower() not in FILM_SUFFIXES:
+        raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")
+    if path.suffix.lower() == ".mp4":
+        _find_ffmpeg(path)
+    return check_place(path)
+
+
+def is_series(path: Path) -> bool:
+    """True for a path of many pictures: a film, or a name with a number in it."""
+    return path.suffix.lower() in FILM_SUFFIXES or is_numbered(path)
+
+
+def check_series(path: Path) -> None:
+    """Raises ValueError or OSError unless many pictures can be written there; call it before a long computation."""
+    if not is_series(path):
+        raise ValueError(
+            f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
+        )
+    if is_numbered(path):
+        check_writable(first_of(path))
+    else:
+        check_film(path)
+
+
+class Film:
+    """A film being written: `with Film("out.mp4", fps=30) as film: film.add(image)`.
+
+    The first picture decides how large the film is (an .mp4 cuts odd sizes by a pixel); others are fitted into it. A
+    .gif keeps its pictures in memory until the end, when it finds the 256 colours that suit all of them. The file
+    appears, complete, when the film is closed; after an error, or without a picture, there is none.
+
+    Raises what `check_film` raises, ValueError for fps outside 0.01 to 1000, and OSError if ffmpeg fails.
+    """
+
+    def __init__(self, path: FilePath, fps: float = 25.0):
+        self.path = followed(check_film(path))  # a link stays a link, its target is replaced
+        self.fps = check_fps(fps, option("fps"), "pictures")
+        self._temporary = hidden_beside(self.path)
+        self._writer: _Mp4 | _Gif | None = None
+
+    def add(self, image: ArrayLike) -> None:
+        """image  (h, w, 3|4) uint8; transparent parts show a dark grey"""
+        picture = _flattened(image)
+        if self._writer is None:
+            kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
+            self._writer = kind(self._temporary, picture.size, self.fps)
+        if picture.size != self._writer.shown:
+            from PIL import ImageOps
+
+            picture = ImageOps.pad(picture, self._writer.shown, color=BACKGROUND)
+        self._writer.add(picture)
+
+    def close(self) -> None:
+        """Finishes the file and puts it in its place. A second call does nothing."""
+        if self._writer is None:
+            return
+        try:
+            self._writer.finish()
+            self._temporary.replace(self.path)
+        finally:
+            self.discard()
+
+    def discard(self) -> None:
+        """Removes what was written so far."""
+        if self._writer is not None:
+            self._writer.abort()
+        self._writer = None
+        self._temporary.unlink(missing_ok=True)
+
+    def __enter__(self) -> Film:
+        return self
+
+    def __exit__(self, error: object, *_: object) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.discard()
+
+
+_DECODED = ["-f", "rawvideo", "-pix_fmt", "rgb24"]
+_ENCODED = ["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"]
+# players expect BT.709, and ffmpeg converts by BT.601 unless told otherwise
+_CONVERTED = [
+    "-vf",
+    "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
+    "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709",
+]
+
+
+class _Mp4:
+    """H.264 by ffmpeg, which reads raw pictures from a pipe; even sizes and yuv420p, which every player shows."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        import subprocess
+        import tempfile
+
+        self.shown = size
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - a pipe would stop ffmpeg when nobody reads it
+        source = [*_DECODED, "-s", f"{size[0]}x{size[1]}", "-r", str(fps), "-i", "-"]
+        self._process = subprocess.Popen(
+            [_find_ffmpeg(path), "-v", "error", *source, *_CONVERTED, *_ENCODED, str(path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=self._log,
+            start_new_session=True,  # Ctrl+C is for us: it would end ffmpeg before the film is whole
+        )
+
+    def add(self, picture: Image.Image) -> None:
+        assert self._process.stdin
+        try:
+            self._process.stdin.write(picture.tobytes())
+        except OSError:  # the pipe is closed at the other end
+            raise self._failure() from None
+
+    def finish(self) -> None:
+        self._close_pipe()
+        if self._process.wait():
+            raise self._failure()
+
+    def abort(self) -> None:
+        self._process.kill()
+        self._close_pipe()
+        self._process.wait()
+        self._log.close()
+
+    def _close_pipe(self) -> None:
+        assert self._process.stdin
+        with suppress(OSError):  # the rest cannot be written; the exit status says so
+            self._process.stdin.close()
+
+    def _failure(self) -> OSError:
+        self._process.wait()
+        self._log.seek(0)
+        lines = self._log.read().decode(errors="replace").split("\n")
+        return OSError(f"ffmpeg could not write the film: {' '.join(lines).strip() or self._process.returncode}")
+
+
+class _Gif:
+    """256 colours for the whole film and no dithering: nothing flickers, and still parts take no space."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float):
+        self.shown = size
+        self._path, self._fps = path, fps
+        self._pictures: list[Image.Image] = []
+
+    def add(self, picture: Image.Image) -> None:
+        self._pictures.append(picture)
+
+    def finish(self) -> None:
+        from PIL import Image
+
+        palette = _palette(self._pictures)
+        first, *others = (item.quantize(palette=palette, dither=Image.Dither.NONE) for item in self._pictures)
+        # a GIF counts hundredths of a second, and browsers slow down pictures shorter than two of them
+        ticks = np.diff(np.rint(np.arange(len(self._pictures) + 1) * 100 / self._fps)).clip(2)
+        durations = [int(tick) * 10 for tick in ticks]
+        first.save(self._path, "GIF", save_all=True, append_images=others, duration=durations, loop=0)
+
+    def abort(self) -> None:
+        self._pictures.clear()
+
+
+def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Image:
+    """The 256 colours nearest to those of the film, as a palette picture; every picture counts."""
+    from PIL import Image
+
+    side = max(8, math.isqrt(looked_at // len(pictures)))
+    samples = [
+        item.resize((min(side, item.width), min(side, item.height)), Image.Resampling.NEAREST) for item in pictures
+    ]
+    strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
+    for k, sample in enumerate(samples):
+        strip.paste(sample, (0, k * sample.height))
+    return strip.quantize(256, method=Image.Quantize.MEDIANCUT, kmeans=3)
+
+
+def _flattened(image: ArrayLike) -> Image.Image:
+    from PIL import Image
+
+    array = check_picture(image, "film")
+    picture = Image.fromarray(np.ascontiguousarray(array))
+    if picture.mode != "RGBA":
+        return picture.convert("RGB")
+    result = Image.new("RGB", picture.size, BACKGROUND)
+    result.paste(picture, mask=picture)
+    return result
+
+
+def _find_ffmpeg(path: Path) -> str:
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe  # only here: an optional extra
+    except ImportError:
+        raise ValueError(
+            f"cannot write {path}: pip install 'pointshade-gl[video]' for .mp4; .gif works without"
+        ) from None
+    try:
+        return get_ffmpeg_exe()
+    except RuntimeError as error:
+        raise OSError(f"cannot write {path}: {error}") from None

@@ -1,0 +1,58 @@
+"""Point clouds to .ply files, written by the library plyfile."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from ...messages.validation import check_path, check_type
+from ...scene.point_cloud import PointCloud
+from ..access.atomic_write import check_place, written_whole
+from ..access.content import FilePath
+
+FAR = 1000.0  # sizes of a cloud from the world's origin: beyond, float32 would move its points visibly
+
+
+def check_points_path(path: FilePath) -> Path:
+    """The path, if `save_points` can write there; call it before a long computation.
+
+    Raises ValueError for another suffix than .ply and without the extra `ply`, OSError when the folder does not exist.
+    """
+    path = check_path(path)
+    if path.suffix.lower() != ".ply":
+        raise ValueError(f"cannot write {path}: the suffix of a point cloud must be .ply")
+    if find_spec("plyfile") is None:
+        raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[ply]' for .ply")
+    return check_place(path)
+
+
+def save_points(path: FilePath, cloud: PointCloud) -> None:
+    """Writes a point cloud as binary little-endian PLY, completely or not at all.
+
+    Its vertices have x y z (float; double where the world's origin is far away), nx ny nz (float) and red green blue
+    (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know.
+
+    Raises what `check_points_path` raises, TypeError for anything but a PointCloud.
+    """
+    path = check_points_path(path)
+    check_type(cloud, PointCloud, "cloud")
+    from plyfile import PlyData, PlyElement  # only here: an optional extra
+
+    vertex = PlyElement.describe(_vertices(cloud), "vertex")
+    with written_whole(path) as temporary, temporary.open("xb") as file:
+        PlyData([vertex], byte_order="<").write(file)
+
+
+def _vertices(cloud: PointCloud) -> np.ndarray:
+    """(n,) structured, a field for each property."""
+    at = cloud.positions
+    is_far = bool(at.size) and np.abs(at).max() > FAR * np.ptp(at, 0).max()
+    kinds = {"positions": "<f8" if is_far else "<f4", "normals": "<f4", "colors": "u1"}
+    names = {"positions": "x y z", "normals": "nx ny nz", "colors": "red green blue"}
+    columns = [(name, kinds[key], key, k) for key in names for k, name in enumerate(names[key].split())]
+    vertices = np.empty(len(cloud), [(name, kind) for name, kind, _, _ in columns])
+    for name, _, key, k in columns:
+        vertices[name] = getattr(cloud, key)[:, k]
+    return vertices

@@ -1,0 +1,1 @@
+"""The OpenGL context: ours or the caller's, with its state and its driver."""

@@ -1,0 +1,212 @@
+"""OpenGL contexts: made off screen, checked, and tied to the thread and process that made them."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
+
+import moderngl
+
+from ...messages.errors import ContextError
+from ...messages.formatting import option
+from .current_context import current_context, kept, loader_of
+from .saved_state import CallersState
+from .software_driver import is_software
+
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
+INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
+SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
+_first_process: int | None = None  # that used OpenGL; its forks have none of the driver's threads
+
+
+class Context:
+    """A moderngl context with its owner noted: who made it releases it, and only there it may be used.
+
+    context  a moderngl.Context of the caller's (a window's, say), or None to make one off screen
+    device   which GPU, counted by EGL; Linux only
+
+    Raises ContextError with what to install when no OpenGL 3.3 can be had, and in a forked process.
+    """
+
+    def __init__(self, context: moderngl.Context | None = None, device: int = 0):
+        _refuse_fork()
+        self.owned = context is None
+        self.gl = _create(device) if context is None else context
+        _note_process()
+        self._thread, self._process = threading.get_ident(), os.getpid()
+        self._is_released = self._is_in_use = False
+        self._identity: tuple[str, int] | None = None
+        self._callers: CallersState | None = None
+        try:
+            with self._made_current():
+                self._identity = current_context()
+                self._start()
+        except BaseException:
+            self.release()
+            raise
+
+    def _start(self) -> None:
+        if self.gl.version_code < 330:
+            name, version = self.gl.info["GL_RENDERER"], self.gl.version_code / 100
+            raise ContextError(f"OpenGL 3.3 is needed, {name} offers {version:.1f}")
+        self._callers = None if self.owned else CallersState(self.gl)
+        with self._set_aside():
+            self.info = self.gl.info  # asked of the driver each time, and only right while current
+        if self.is_software:
+            _keep_freed_memory()
+
+    @property
+    def renderer(self) -> str:
+        """The driver's name for what draws."""
+        return str(self.info["GL_RENDERER"])
+
+    @property
+    def is_software(self) -> bool:
+        return is_software(self.renderer)
+
+    def limits(self) -> dict[str, Any]:
+        """What `pointshade info` tells."""
+        info = self.info
+        return {
+            "vendor": info["GL_VENDOR"],
+            "renderer": self.renderer,
+            "version": info["GL_VERSION"],
+            "largest texture": info["GL_MAX_TEXTURE_SIZE"],
+            "largest point": info["GL_POINT_SIZE_RANGE"][1],
+        }
+
+    @contextmanager
+    def in_use(self) -> Iterator[None]:
+        """The context is current inside, in GL's default state; afterwards all is as the caller left it.
+
+        Raises ContextError where it cannot be used.
+        """
+        self.check()
+        if self._is_in_use:
+            yield
+            return
+        with self._made_current(), self._set_aside():
+            self._is_in_use = True
+            try:
+                yield
+            finally:
+                self._is_in_use = False
+
+    @contextmanager
+    def _made_current(self) -> Iterator[None]:
+        """The context is current inside; afterwards the one that was before."""
+        if self._identity is not None and self._identity == current_context():
+            yield
+            return
+        with kept(self._identity[0] if self._identity else loader_of(self.gl)), self.gl:
+            if self._identity not in (None, current_context()):
+                raise ContextError("the OpenGL context cannot be made current: another thread uses it, or it is gone")
+            yield
+
+    @contextmanager
+    def _set_aside(self) -> Iterator[None]:
+        """GL's default state inside; a caller's is restored."""
+        if self._callers is not None:
+            with self._callers.set_aside():
+                yield
+            return
+        screen = self.gl.detect_framebuffer(0)
+        try:
+            yield
+        finally:
+            screen.use()  # so that nothing of ours is bound when it is freed
+
+    @property
+    def is_released(self) -> bool:
+        return self._is_released
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether its owner has released the moderngl context itself."""
+        return isinstance(self.gl.mglo, moderngl.InvalidObject)
+
+    @property
+    def is_here(self) -> bool:
+        """Whether this is the thread and the process that made it."""
+        return (os.getpid(), threading.get_ident()) == (self._process, self._thread)
+
+    def check(self) -> None:
+        """Raises ContextError where it cannot be used: there GL would draw rubbish, or nothing."""
+        if os.getpid() != self._process:
+            raise ContextError(f"this Renderer was made before a fork: {SPAWN}, and make a new one in each")
+        if not self.is_here:
+            raise ContextError("this Renderer belongs to the thread that made it: make one Renderer in each thread")
+        if self._is_released:
+            raise ContextError("this Renderer was released: make a new one")
+        if self.is_gone:
+            raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
+
+    def release(self) -> None:
+        """Frees the context if it is ours. Afterwards it cannot be used."""
+        if not self._is_released and self.owned:
+            self.gl.release()
+        self._is_released = True
+
+
+def _note_process() -> None:
+    global _first_process
+    _first_process = os.getpid()
+
+
+def _refuse_fork() -> None:
+    """Raises ContextError where a driver would wait for threads that a fork has left behind."""
+    if _first_process not in (None, os.getpid()):
+        raise ContextError(f"OpenGL was used before a fork, and hangs after it: {SPAWN}")
+
+
+def _keep_freed_memory() -> None:
+    """Asks glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
+
+    A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that
+    memory costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each
+    mapped anew beyond 128 kB, another 1000, a tenth of it.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform.startswith("linux") else None
+    if mallopt is not None:  # glibc has it, musl has not
+        mallopt(M_TRIM_THRESHOLD, 256 << 20)
+        mallopt(M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
+
+
+def _is_there(library: str) -> bool:
+    """Whether the loader finds it: quicker than find_library, which asks another process."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def _open_egl(device: int, libgl: str) -> Any:
+    """A context of EGL for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first picture."""
+    egl: Any = import_module("glcontext.egl")
+    return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
+
+
+def _create(device: int) -> moderngl.Context:
+    store = getattr(moderngl, "_store", None)  # with the context that moderngl.get_context() gives: not ours
+    default = getattr(store, "default_context", None)
+    try:
+        if sys.platform.startswith("linux"):
+            # EGL itself hands out all of GL: without libGL (package libgl1) its own library will do.
+            libgl = "libGL.so.1" if _is_there("libGL.so.1") else "libEGL.so.1"
+            with kept("egl"):
+                return moderngl.create_context(standalone=True, require=330, context=_open_egl(device, libgl))
+        return moderngl.create_context(standalone=True, require=330)
+    except Exception as error:  # moderngl raises plain Exception, ValueError or ImportError here, by backend
+        hint = INSTALL_HINT if sys.platform.startswith("linux") else "update the graphics driver"
+        which = f" on device {device}: try {option('device', 0)}" if device else ""
+        raise ContextError(f"no OpenGL 3.3 context{which} ({error}); {hint}") from error
+    finally:
+        if store is not None:
+            store.default_context = default

@@ -1,0 +1,1 @@
+"""What all passes are made of: images, textures, programs, memory, steps."""

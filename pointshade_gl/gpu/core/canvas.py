@@ -1,0 +1,36 @@
+"""What the last pass of a picture draws on: the picture itself, or the sum of its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import moderngl
+
+from .additive_blend import AdditiveBlend
+from .images import Box, confine, empty
+
+
+class Canvas(NamedTuple):
+    """Where light is drawn to, in a window of it."""
+
+    image: moderngl.Framebuffer
+    adding: AdditiveBlend | None = (
+        None  # None: the picture, sRGB, emptied first; else it is added, linear, to what is there
+    )
+
+    @property
+    def linear(self) -> bool:
+        return self.adding is not None
+
+    @contextmanager
+    def opened(self, window: Box) -> Iterator[moderngl.Framebuffer]:
+        """Inside, a pass may draw on the image."""
+        if self.adding is None:
+            empty(self.image, window)
+            yield self.image
+            return
+        confine(self.image, window)
+        with self.adding.on():
+            yield self.image

@@ -1,0 +1,237 @@
+"""The textures of a frame: what was uploaded, and what is made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from functools import cached_property
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+
+from ...estimation.highlight_fit import FoundHighlights
+from ...estimation.light_fit import FoundLight
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ...scene.noise import Choice, Noise
+from .images import Box, Images, check_size, empty, read_texture
+
+CELL = 16  # pixels along a side for which the certainty of normals is found together
+NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
+
+
+class DepthTextures(Images):
+    """Depth (R32F), and `surface`: the normals and the depth of its points.
+
+    noise   of a tile: what was measured on its whole frame; None has it measured here
+    source  the stream that the frame is one of, as `Frame.source`
+    """
+
+    source: Hashable = None
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        self.noise: Noise | None = None
+        with self._all_or_nothing():
+            self.depth = self._texture(1, "f4")
+            self.surface = self._keep(PointSurface(context, size))
+
+
+class FrameTextures(DepthTextures):
+    """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
+
+    lit      the points' light, for flat and gouraud shading
+    """
+
+    def __init__(self, context: moderngl.Context, frame: Frame):
+        super().__init__(context, _size(frame.depth))
+        color = NEUTRAL if frame.color is None else frame.color
+        self._shape = frame.depth.shape, color.shape
+        with self._all_or_nothing():
+            check_size(context, *_size(color))
+            self.color = self._texture(color.shape[2], size=_size(color))
+            self.lit = self._keep(PointLight(context, self.size))
+        self.frame: Frame | None = None  # whose textures these are
+        self.large: LargePoints | None = None  # these two are made for the first view that shows them
+        self.filled: LargePoints | None = None
+        self.bridged: PointSurface | None = None  # made when the frame casts a shadow
+        self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
+        self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
+        self.light: FoundLight | None = None  # in the picture, if it was looked for
+        self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
+        self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
+        self.told: dict[str, tuple[str, Camera]] = {}  # why it did not tell the light or highlights, and whose it was
+        self.choice = Choice("")  # what estimated the normals, and why; nothing yet
+
+    def fits(self, frame: Frame) -> bool:
+        color = NEUTRAL if frame.color is None else frame.color
+        return self._shape == (frame.depth.shape, color.shape)
+
+    def upload(self, frame: Frame) -> None:
+        self.frame, self.source = None, frame.source
+        left, top, right, bottom = frame.box
+        self.surface.confine((left, top, right - left, bottom - top))
+        self.depth.write(np.ascontiguousarray(frame.depth))
+        self.color.write(NEUTRAL if frame.color is None else np.ascontiguousarray(frame.color))
+        self.frame = frame
+        self.raise_version()
+
+    @property
+    def images(self) -> list[Images]:
+        """These textures, and the images made from them."""
+        made = [image for image in (self.trust, self.matte, self.albedo, self.bridged) if image]
+        points = [image for made in (self.large, self.filled) if made for image in made.images]
+        return [self, self.surface, self.lit, *made, *points]
+
+    def release(self) -> None:
+        for made in (self.large, self.filled, self.bridged, self.trust, self.matte, self.albedo):
+            if made:
+                made.release()
+        super().release()
+
+
+class LargePoints(Images):
+    """A frame's points at a larger size than its depth, or without gaps: `surface` and `lit`, as in FrameTextures."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.surface = self._keep(PointSurface(context, size))
+            self.lit = self._keep(PointLight(context, size))
+
+    @property
+    def images(self) -> list[Images]:
+        return [self.surface, self.lit]
+
+
+class AlbedoImage(Images):
+    """What takes the place of a frame's picture: its colours without their light (RGBA16, sRGB)."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(4, "nu2")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) uint16, read-only"""
+        return read_texture(self._context, self.texture, np.uint16)
+
+
+class Colors(NamedTuple):
+    """The picture that colours a frame's points, and the image that it is part of, whose version it has."""
+
+    texture: moderngl.Texture
+    image: Images
+
+
+class TrustImage(Images):
+    """Whether a frame's points are trusted, 0 or 1, and how good they are (RG8), see shaders/common/consensus.glsl."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(2)
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 2) uint8, read-only"""
+        return np.frombuffer(self.texture.read(alignment=1), np.uint8).reshape(*self.size[::-1], 2)
+
+
+class PointSurface(Images):
+    """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
+
+    Depth is negative at rims, see shaders/common/rim_marks.glsl: these pixels are drawn otherwise.
+
+    window     the part with points: the passes write no other
+    certainty  of the normals, see shaders/common/toksvig.glsl: a smaller picture; None where nobody doubts them
+    """
+
+    certainty: moderngl.Texture | None = None
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.texture = self._texture(4, "f4")
+            self.target = self._framebuffer(self.texture)
+        self.confine((0, 0, 0, 0))
+
+    @cached_property
+    def staged_target(self) -> moderngl.Framebuffer:
+        """With a depth buffer, for estimators that answer in several draws."""
+        depth = self._allocate(self._context.depth_renderbuffer, self.size)
+        return self._framebuffer(self.texture, depth=depth)
+
+    @cached_property
+    def certainty_target(self) -> moderngl.Framebuffer:
+        """For `certainty` (R16)."""
+        texture = self._texture(1, "nu2", (-(-self.size[0] // CELL), -(-self.size[1] // CELL)))
+        texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        return self._framebuffer(texture)
+
+    @cached_property
+    def triangles(self) -> TriangleImage:
+        """For points that are drawn as a mesh."""
+        return self._keep(TriangleImage(self._context, self.size))
+
+    def confine(self, window: Box) -> None:
+        """From now on only this part has points."""
+        if self.window != window:
+            self.window = window
+            empty(self.target, window)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) float32, rims not marked"""
+        surface = read_texture(self._context, self.texture, np.float32).copy()
+        np.abs(surface[..., 3], out=surface[..., 3])
+        return surface
+
+
+class TriangleImage(Images):
+    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches.
+
+    R32F, see `grid_code` of common/grid.glsl.
+    """
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(1, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    @cached_property
+    def planes(self) -> moderngl.Texture:
+        """How the squares are drawn (RGBA32F), one more column and row: see grid_planes.frag."""
+        return self._texture(4, "f4", (self.size[0] + 1, self.size[1] + 1))
+
+    @cached_property
+    def planes_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.planes)
+
+
+class PointLight(Images):
+    """The light of the points of a frame: RGBA32F, linear, not cut off at 1."""
+
+    @cached_property
+    def texture(self) -> moderngl.Texture:
+        return self._texture(4, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.texture)
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) float32, read-only"""
+        return read_texture(self._context, self.texture, np.float32)
+
+
+def _size(picture: np.ndarray) -> tuple[int, int]:
+    return picture.shape[1], picture.shape[0]

@@ -1,0 +1,138 @@
+"""Shader files -> programs: splices includes, and translates the driver's line numbers back to files."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ...messages.errors import ShaderError
+from ...scene.camera import Camera
+from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
+
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
+# Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
+_DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
+
+
+@cache
+def shader_folder() -> Path:
+    """The folder of the shaders: inside the installed package, or beside it in a checkout."""
+    package = Path(__file__).resolve().parents[2]
+    for folder in (package / "shaders", package.parent / "shaders"):
+        if folder.is_dir():
+            return folder
+    raise ShaderError(f"no folder 'shaders' in {package} or beside it: the installation is incomplete")
+
+
+def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, int]]]:
+    """The text of a shader with its includes in place, and for each line of it (file, line)."""
+    folder = folder or shader_folder()
+    lines: list[str] = []
+    origin: list[tuple[str, int]] = []
+    done: set[str] = set()
+
+    def take(part: str, wanted_by: str) -> None:
+        if part in done:
+            return
+        done.add(part)
+        path = folder / part
+        if not path.is_file():
+            raise ShaderError(f'{wanted_by}: cannot include "{part}": no such file')
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if "#include" in line and (found := _INCLUDE.match(line)):
+                take(found[1], f"{part}:{number}")
+            else:
+                lines.append(line)
+                origin.append((part, number))
+
+    take(name, name)
+    return "\n".join(lines) + "\n", origin
+
+
+def _begin(
+    name: str, spliced: tuple[str, list[tuple[str, int]]], lines: list[str], version: int = 0
+) -> tuple[str, list[tuple[str, int]]]:
+    """The shader with more lines after its first one, which is its #version, or that of another version."""
+    (first, rest), origin = spliced[0].split("\n", 1), spliced[1]
+    first = f"#version {version} core" if version else first
+    return "\n".join([first, *lines, rest]), [origin[0], *[(name, 1)] * len(lines), *origin[1:]]
+
+
+def build_program(
+    context: moderngl.Context,
+    vertex: str,
+    fragment: str,
+    folder: Path | None = None,
+    version: int = 330,
+    **constants: int,
+) -> moderngl.Program:
+    """A program from two shader files; `constants` are defined in both. For software drivers see software.py.
+
+    version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
+
+    Raises ShaderError with file and line of the driver's complaints.
+    """
+    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
+    (vertex_text, vertex_origin), (fragment_text, fragment_origin) = splice(vertex, folder), splice(fragment, folder)
+    flat: list[str] = []
+    vertex_reads: list[str] = []
+    fragment_reads: list[str] = []
+    if wants_software(context) and vertex == "fullscreen.vert":
+        vertex_text, fragment_text, flat = by_flat_inputs(vertex_text, fragment_text)
+    if reads_images(context):
+        (vertex_text, vertex_reads), (fragment_text, fragment_reads) = by_images(vertex_text), by_images(fragment_text)
+    versions = 430 if vertex_reads else 330, 430 if fragment_reads else version
+    vertex_text, vertex_origin = _begin(vertex, (vertex_text, vertex_origin), defines + vertex_reads, versions[0])
+    before = defines + flat + fragment_reads
+    fragment_text, fragment_origin = _begin(fragment, (fragment_text, fragment_origin), before, versions[1])
+    try:
+        return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
+    except moderngl.Error as error:
+        log = str(error)
+        origin = vertex_origin if "vertex_shader" in log else fragment_origin
+        raise ShaderError(translate_log(log, origin) or f"{vertex}, {fragment}: {log}") from error
+
+
+def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
+    """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
+    text, origin = splice(name)
+    before = [f"#define {constant} {value}" for constant, value in constants.items()]
+    if reads_images(context):
+        text, reads = by_images(text)
+        before += reads
+    text, origin = _begin(name, (text, origin), before)
+    try:
+        return context.compute_shader(text)
+    except moderngl.Error as error:
+        raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
+
+
+def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
+    """The driver's complaints with the lines they mean, `common/phong.glsl:3: error: ...`; '' if none is found."""
+    found = []
+    for match in _DRIVER_LINE.finditer(log):
+        number = int(match[1])
+        if 0 < number <= len(origin):
+            file, line = origin[number - 1]
+            found.append(f"{file}:{line}: error: {match[2]}")
+    return "\n".join(found)
+
+
+def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: Any) -> None:
+    """Sets uniforms by name. A name that the program does not have raises KeyError."""
+    for name, value in values.items():
+        uniform = program[name]
+        if isinstance(value, bytes):
+            uniform.write(value)  # type: ignore[union-attr]
+        else:
+            uniform.value = value  # type: ignore[union-attr]
+
+
+def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
+    """The uniforms of every warp; view (4, 4) takes source axes to target axes."""
+    return {"source": source.intrinsics, "target": target.intrinsics, "view": view.T.astype("f4").tobytes()}

@@ -1,0 +1,184 @@
+"""The images of a view: its picture, and what that is made from."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from .images import Box, Images, confine, empty, read_texture
+from .memory import check_memory
+
+
+class SplatImage(Images):
+    """What the splats leave of a view: how far the nearest is at each pixel, or which source pixel it shows."""
+
+    @cached_property
+    def nearest(self) -> moderngl.Buffer:
+        """By the compute rasteriser: one uint a pixel, rows from the top, the bits of the nearest 1/z; 0 is none."""
+        return self._allocate(self._context.buffer, reserve=4 * self.size[0] * self.size[1])
+
+    @cached_property
+    def source_ids(self) -> moderngl.Texture:
+        """By the points rasteriser, R32I: the source pixel seen, counted from 1; 0 is none.
+
+        Where the depth is that of the pixel itself, at rims, the number is negative. Of several frames, keys.
+        """
+        return self._texture(1, "i4")
+
+    @cached_property
+    def depth(self) -> moderngl.Texture:
+        """By the points rasteriser: 1 - near/z."""
+        texture = self._allocate(self._context.depth_texture, self.size)
+        texture.compare_func = ""  # read as numbers
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    @cached_property
+    def visible(self) -> moderngl.Framebuffer:
+        """Source ids and depth."""
+        return self._framebuffer(self.source_ids, depth=self.depth)
+
+
+class SurfaceImage(Images):
+    """The surfaces that a view shows, for the light pass."""
+
+    has_doubts = False
+
+    @cached_property
+    def surface(self) -> moderngl.Texture:
+        """RGBA32F: normal and depth, target axes; depth 0 is nothing, a normal of 0 is lit already.
+
+        Normals are as long as they are certain if `has_doubts`, else of length 1.
+        """
+        return self._texture(4, "f4")
+
+    @cached_property
+    def albedo(self) -> moderngl.Texture:
+        """RGBA32F: linear albedo, or light, which may be above 1; in alpha the number of the material, from 1."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.surface, self.albedo)
+
+    @cached_property
+    def shared_target(self) -> moderngl.Framebuffer:
+        """The same with a depth buffer, for several objects."""
+        return self._framebuffer(self.surface, self.albedo, depth=self._depth)
+
+    @cached_property
+    def _depth(self) -> moderngl.Renderbuffer:
+        return self._allocate(self._context.depth_renderbuffer, self.size)
+
+    @cached_property
+    def _seen(self) -> moderngl.Framebuffer:
+        """What says whether there is a surface: without one, nobody looks at the albedo."""
+        return self._framebuffer(self.surface, depth=self._depth)
+
+    def clear(self) -> None:
+        """No surfaces yet, of several objects."""
+        empty(self._seen)
+        confine(self.shared_target, None)
+        self.window = 0, 0, *self.size
+
+    def read(self) -> np.ndarray:
+        """(h, w, 4) float32, read-only: `surface`"""
+        return read_texture(self._context, self.surface, np.float32)
+
+    def read_depth(self, box: Box) -> np.ndarray:
+        """(h, w) float32 of a part of `surface`: nothing else leaves the GPU."""
+        pixels = np.frombuffer(self.target.read(box, 4, dtype="f4", alignment=1), np.float32)
+        return pixels.reshape(box[3], box[2], 4)[..., 3]
+
+
+class SumImage(Images):
+    """What several frames add up to in a view (both RGBA32F: 16 bits lose the smallest weights).
+
+    See set_accumulate.frag.
+    """
+
+    @cached_property
+    def geometry(self) -> moderngl.Texture:
+        """Normal, and by how much 1/z differs from the nearest splat's, times the weights."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def albedo(self) -> moderngl.Texture:
+        """Linear albedo times the weights, and their sum."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.geometry, self.albedo)
+
+
+class SampleSums(Images):
+    """What the samples of a picture add up to: surfaces, and the ground that is seen between them.
+
+    content, count  what the samples show, and how many there are
+    has_ground      whether a ground is among it
+    """
+
+    content: Any = None
+    count = 0
+    has_ground = False
+
+    @cached_property
+    def surfaces(self) -> moderngl.Texture:
+        """RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage."""
+        return self._texture(4, "f4")
+
+    @cached_property
+    def ground(self) -> moderngl.Texture:
+        """R32F: alpha of the shadows on the ground."""
+        return self._texture(1, "f4")
+
+    @cached_property
+    def surfaces_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.surfaces)
+
+    @cached_property
+    def ground_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.ground)
+
+    def clear(self, has_ground: bool) -> None:
+        """No samples yet."""
+        self.content, self.has_ground = None, has_ground
+        for target in (self.surfaces_target, *([self.ground_target] if has_ground else [])):
+            empty(target)
+
+
+class Target(Images):
+    """The images of one view: the picture, and what it is made from."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        self.splats = self._keep(SplatImage(context, size))
+        self.surfaces = self._keep(SurfaceImage(context, size))
+        self.sums = self._keep(SumImage(context, size))
+        self.samples = self._keep(SampleSums(context, size))
+
+    @cached_property
+    def color(self) -> moderngl.Texture:
+        """RGBA8, the picture."""
+        return self._allocate(self._context.texture, self.size, 4)
+
+    @cached_property
+    def picture(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.color)
+
+    @cached_property
+    def shared_picture(self) -> moderngl.Framebuffer:
+        """The picture with a depth buffer, for splats that are drawn with their light."""
+        return self._framebuffer(self.color, depth=self._allocate(self._context.depth_renderbuffer, self.size))
+
+    def read(self) -> np.ndarray:
+        """The picture as (h, w, 4) uint8, top row first."""
+        width, height = self.size
+        picture = np.empty((height, width, 4), np.uint8)
+        self.color.read_into(picture)
+        check_memory(self._context)  # some drivers take it only when they draw
+        return picture

@@ -1,0 +1,97 @@
+"""All kinds of things that a scene holds, on the GPU: one way to draw each into views and into shadow maps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import moderngl
+
+from ..scene.camera import Eye
+from ..scene.mesh import Mesh
+from .core.steps import Steps
+from .core.view_images import Target
+from .meshes.grid_depths import Grid
+from .meshes.grid_objects import GridObjects, ShownGrid
+from .meshes.mesh_objects import MeshObjects, PlacedMesh
+from .points.point_objects import PointObjects, Points, PointSet, ShownPoints, ShownSet
+from .points.rasterizers import Rasterizers
+from .points.tiles import TiledPoints
+from .shading.shadow_map import Tile
+
+# A new kind of object is described beside scene/mesh.py, may be placed by scene/node.py, has its passes beside
+# meshes/mesh_objects.py and its type here. It needs a branch wherever this module, pipeline/gpu_scene.py,
+# scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
+# point objects.
+Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
+Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of a thing that its shadow depends on
+
+
+class Objects:
+    """Draws things, each by the passes of its kind. Grids and meshes have theirs from the first that is drawn."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
+        self._context = context
+        self._steps = steps
+        self._can_compute, self._is_software = rasterizers.can_compute, rasterizers.is_software
+        self.points = PointObjects(context, rasterizers)
+        self._grids: GridObjects | None = None
+        self._meshes: MeshObjects | None = None
+
+    def find_triangles(self, grid: Grid) -> None:
+        """Which triangles of a grid there are, unless that is known."""
+        self._steps.run("triangles", self._grid_objects().find_triangles, grid, of=grid.surface)
+
+    def keep_only(self, meshes: Iterable[Mesh]) -> None:
+        """Frees all other meshes."""
+        if self._meshes and (unused := self._meshes.keep_only(meshes)):
+            self._steps.forget(of=unused)
+
+    def add_shadow(self, tile: Tile, shape: Shape, eye: Eye) -> None:
+        """The depth of a thing in a light's view. The eye is the light's."""
+        if isinstance(shape, PlacedMesh):
+            self._mesh_objects().add_shadow(tile, shape, eye)
+        elif isinstance(shape, Grid):
+            self._grid_objects().add_shadow(tile, shape, eye)
+        elif isinstance(shape, TiledPoints):
+            for part in shape.each(lit=False):
+                self.points.add_shadow(tile, part.points, eye)
+        else:
+            self.points.add_shadow(tile, shape, eye)
+        self._count(shape)
+
+    def add_surface(self, target: Target, thing: Drawable, eye: Eye, number: int, lights: dict[str, Any]) -> None:
+        """The visible surfaces of a thing, with the number of its material. lights: for what is lit as it is drawn."""
+        if isinstance(thing, PlacedMesh):
+            self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
+        elif isinstance(thing, ShownGrid):
+            self._grid_objects().add_surface(target.surfaces, target.splats, thing, eye, number, lights)
+        elif isinstance(thing, ShownSet):
+            self.points.add_set(target, thing, eye, number)
+        elif isinstance(thing, TiledPoints):
+            for part in thing.each():
+                self.points.add_surface(target.surfaces, target.splats, part, eye, number)
+        else:
+            self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
+        self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
+
+    def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
+        """What draws such a thing where it is alone."""
+        return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
+
+    def _grid_objects(self) -> GridObjects:
+        self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
+        return self._grids
+
+    def _mesh_objects(self) -> MeshObjects:
+        self._meshes = self._meshes or MeshObjects(self._context)
+        return self._meshes
+
+    def _count(self, shape: Shape) -> None:
+        several = len(shape.parts) if isinstance(shape, PointSet) else 1
+        self._steps.counts["mesh" if isinstance(shape, PlacedMesh | Grid) else "splats"] += several
+
+    def release(self) -> None:
+        for kind in (self._meshes, self._grids, self.points):
+            if kind is not None:
+                kind.release()

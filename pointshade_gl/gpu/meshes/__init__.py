@@ -1,0 +1,1 @@
+"""Triangles: meshes, and frames that are drawn as meshes."""

@@ -1,0 +1,157 @@
+"""Point objects as meshes: the triangles between neighbouring pixels, instead of splats."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import moderngl
+
+from ...scene.appearance import SHADINGS, Look
+from ...scene.camera import Eye
+from ...scene.normal_methods import Step, parse_max_depth_step
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
+from ..core.canvas import Canvas
+from ..core.frame_textures import Colors, FrameTextures, PointLight
+from ..core.images import Fitted, confine, empty
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass, FullscreenPasses
+from ..core.view_images import SplatImage, SurfaceImage
+from ..shading.shadow_map import Tile
+from .grid_depths import ComputedDepths, DrawnDepths, Grid
+
+BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's tangent planes, see common/grid.glsl
+
+
+class ShownGrid(NamedTuple):
+    """Triangles with what colours them."""
+
+    points: Grid
+    textures: FrameTextures
+    colors: Colors
+    shading: str
+    light: PointLight | None  # of the points, for gouraud shading
+    material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
+
+    @property
+    def has_doubts(self) -> bool:
+        """Some of its normals are uncertain, and matter."""
+        return self.shading == "phong" and self.points.surface.certainty is not None
+
+
+class GridObjects(Owner):
+    """Draws the meshes between the pixels of frames into views and into shadow maps, both sides of each triangle.
+
+    First 1/z of all that a mesh covers: by a compute shader where there is one, else as depth; then each pixel of the
+    view looks back into the frame. Which triangles there are is found once for the points, not for each view.
+    """
+
+    def __init__(self, context: moderngl.Context, can_compute: bool, is_software: bool):
+        super().__init__(context)
+        self._passes = FullscreenPasses(context)
+        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+        self._depths = ComputedDepths(context, is_software) if can_compute else DrawnDepths(context)
+        self._look_up = can_compute
+
+    def find_triangles(self, grid: Grid) -> None:
+        """Which triangles there are, and how far pixels reach beside them, by shaders/common/grid.glsl."""
+        target, surface = grid.surface.triangles.target, {"surface_map": grid.surface.texture}
+        empty(target, grid.surface.window)
+        finding = self._passes.get("meshes/grid_triangles.frag")
+        finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
+        if self._look_up:
+            target, (left, top, width, height) = grid.surface.triangles.planes_target, grid.surface.window
+            empty(target, (left, top, width + 1, height + 1))
+            self._passes.get("meshes/grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
+
+    def draw_splats(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
+        """How far the mesh is at each pixel of a view."""
+        self._depths.draw(image, grid, eye)
+
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """What is seen of a mesh -> the picture, where its colours are known already: for none and gouraud."""
+        self.draw_lit(canvas, splats, shown, eye, {})
+
+    def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
+        """The same, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+        inputs, passed = (
+            lights | self._inputs(splats, shown, eye),
+            self._pass("meshes/grid_picture.frag", shown, **constants),
+        )
+        with canvas.opened(splats.window) as image:
+            passed.draw(image, {}, **inputs)
+
+    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
+        """The surfaces of a mesh that is alone, for the light pass."""
+        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        empty(surfaces.target, splats.window)
+        own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
+        self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
+        surfaces.raise_version()
+
+    def add_surface(
+        self,
+        surfaces: SurfaceImage,
+        splats: SplatImage,
+        shown: ShownGrid,
+        eye: Eye,
+        number: int,
+        lights: dict[str, Any],
+    ) -> None:
+        """The mesh among the surfaces of others. number: of the material, counted from 1.
+
+        lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
+        """
+        self.draw_splats(splats, shown.points, eye)
+        scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
+        inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
+        if shown.shading == "flat":
+            inputs |= lights | {"material": shown.material}
+            passed = self._passes.get("meshes/grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
+        else:
+            passed = self._pass("meshes/grid.frag", shown)
+        confine(surfaces.shared_target, splats.window)
+        with enabled(self._context, DEPTH_TEST):
+            passed.draw(surfaces.shared_target, {}, **inputs)
+        confine(surfaces.shared_target, None)
+
+    def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
+        """Where the mesh is, and what colours it."""
+        colors = shown.colors.texture if shown.light is None else shown.light.texture
+        inputs = shown.points.maps() | shown.points.way(eye) | {"color_map": colors}
+        if shown.has_doubts:
+            inputs["certainty_map"] = shown.points.surface.certainty
+        if not self._look_up:
+            return inputs | {"window_depths": splats.depth, "near": eye.near / shown.points.scale}
+        splats.nearest.bind_to_storage_buffer(0)
+        return inputs | {"target_size": splats.size}
+
+    def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
+        constants |= {"SHADING": SHADINGS.index(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
+        return self._passes.get(fragment, self._look_up, **constants)
+
+    def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
+        """The mesh's depth in a light's view. The eye is the light's."""
+        image = self._scratch.fit((tile.side, tile.side))
+        self._depths.draw(image, grid, eye)
+        left, top, width, height = image.window
+        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
+        with enabled(self._context, DEPTH_TEST):
+            if self._look_up:
+                shadow, near = self._passes.get("shading/shadow.frag", True), eye.near / grid.scale
+                shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
+            else:
+                shadow = self._passes.get("meshes/grid_shadow.frag")
+                shadow.draw(tile.target, {"window_depths": image.depth}, first=tile.first)
+        confine(tile.target, None)
+
+    def release(self) -> None:
+        for item in (self._scratch, self._depths, self._passes):
+            item.release()
+        super().release()
+
+
+def depth_step(look: Look) -> Step:
+    """By how much neighbours of one surface may differ: the look's step, else by their tangent planes."""
+    return BY_PLANES if look.max_depth_step is None else parse_max_depth_step(look.max_depth_step)

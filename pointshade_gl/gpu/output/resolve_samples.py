@@ -1,0 +1,40 @@
+"""Develop pass: the sums of a picture's samples -> their mean, over a background, as sRGB."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ..core.additive_blend import AdditiveBlend
+from ..core.canvas import Canvas
+from ..core.images import empty
+from ..core.passes import FullscreenPasses
+from ..core.view_images import SampleSums, Target
+
+
+class ResolveSamplesPass:
+    """Averages in linear light, weighted by coverage."""
+
+    def __init__(self, context: moderngl.Context):
+        self._passes = FullscreenPasses(context)
+        self._adding = AdditiveBlend(context)
+
+    def canvas(self, sums: SampleSums) -> Canvas:
+        """What samples are drawn on, to be added up."""
+        return Canvas(sums.surfaces_target, self._adding)
+
+    def ground_canvas(self, sums: SampleSums) -> Canvas:
+        """The same of the ground."""
+        return Canvas(sums.ground_target, self._adding)
+
+    def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
+        """count samples -> the picture. background: linear RGB, None for a transparent one."""
+        behind = (0.0,) * 4 if background is None else (*background, 1.0)
+        sums = {"sums": target.samples.surfaces}
+        if target.samples.has_ground:
+            sums["grounds"] = target.samples.ground
+        empty(target.picture)
+        develop = self._passes.get("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
+        develop.draw(target.picture, sums, count=float(count), background=behind)
+
+    def release(self) -> None:
+        self._passes.release()

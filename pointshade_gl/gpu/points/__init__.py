@@ -1,0 +1,1 @@
+"""Points drawn as splats: rasterisers, rims, sets of frames, tiles."""

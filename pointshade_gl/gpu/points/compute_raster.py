@@ -1,0 +1,175 @@
+"""Compute rasteriser (OpenGL 4.3): the footprints' 1/z, the nearest of each pixel kept by atomics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ...scene.camera import Camera
+from ..core.frame_textures import PointSurface
+from ..core.images import Box
+from ..core.memory import Owner
+from ..core.passes import bind_textures
+from ..core.programs import build_compute, set_uniforms, source_and_target
+from ..core.view_images import SplatImage
+from .set_splats import SetSplats, union
+
+GROUP, BLOCK = 32, 4  # as in splats.comp
+MOST_GROUPS = 65535  # of threads, which every driver takes
+LIST_LENGTH = 1 << 20  # blocks with large splats: more of them, of over 16 million points, are left out
+PIXELS_A_GROUP = 1 << 20  # of the view
+
+
+class ComputeSplatPass(Owner):
+    """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
+
+    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself. The first
+    step draws most splats; it puts those that are large, and the rims, on lists for steps of their own.
+    """
+
+    look_up = True
+
+    def __init__(self, context: moderngl.Context, tolerance: float, is_software: bool):
+        """tolerance: how far off a plane pixels may lie to be drawn as one larger splat, as a share of 1/z."""
+        super().__init__(context)
+        self._is_software = is_software
+        self._tolerance = tolerance
+        self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
+        with self._all_or_nothing():
+            self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
+        self._rims: RimList | None = None
+
+    def draw(
+        self,
+        points: PointSurface,
+        source: Camera,
+        image: SplatImage,
+        camera: Camera,
+        view: np.ndarray,
+        near: float,
+        *_: object,
+    ) -> None:
+        """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
+        self._clear(image)
+        image.window = self._add(points, source, image, camera, view, near)
+        image.raise_version()
+
+    def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
+        """The keys of several frames' splats. Returns the part of the view that each comes to."""
+        self._clear(image)
+        windows = []
+        for part in parts:
+            inputs = {"trust_map": part.trust, "primary": part.primary}
+            windows.append(self._add(part.surface, part.source, image, camera, part.view, part.near, inputs))
+        image.window = union(windows)
+        image.raise_version()
+        return windows
+
+    def _clear(self, image: SplatImage) -> None:
+        self._wait_for_readers()
+        image.nearest.clear()
+
+    def _add(
+        self,
+        points: PointSurface,
+        source: Camera,
+        image: SplatImage,
+        camera: Camera,
+        view: np.ndarray,
+        near: float,
+        of_set: dict[str, Any] | None = None,
+    ) -> Box:
+        """of_set: inputs of one of several frames."""
+        left, top, width, height = points.window
+        corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
+        inputs = {"surface_map": points.texture, "target_size": image.size}
+        inputs |= source_and_target(source, camera, view) | (of_set or {})
+        listed = {"near": near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
+        is_set = of_set is not None
+        program = self._program("points/splats.comp", is_set)
+        bind_textures(program, inputs)
+        set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)
+        image.nearest.bind_to_storage_buffer(0)
+        across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
+        pixels = points.size[0] * points.size[1]
+        rims = self._draw_most(program, (across, down), image, pixels // 8 if self._is_software else pixels)
+        if self._is_software and (found := int(np.frombuffer(rims.read(4, offset=16), np.uint32)[0])) > pixels // 8:
+            rims = self._draw_most(program, (across, down), image, found)  # again, with room for all rims
+        if not self._is_empty(rims):
+            self._run_list("points/rims.comp", rims, inputs, is_set)
+        if not self._is_empty(self._large):
+            self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
+        return self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+
+    def _draw_most(
+        self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
+    ) -> moderngl.Buffer:
+        """Draws all but large splats and rims, and lists these. Returns the list of rims, which has room for `most`."""
+        indirect = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
+        self._large.write(np.array([*indirect, *[0] * 5], np.int32))
+        self._large.bind_to_storage_buffer(1)
+        rims = self._empty_rims(most)
+        program.run(*groups)
+        barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
+        self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
+        return rims
+
+    def _empty_rims(self, most: int) -> moderngl.Buffer:
+        """The list of rim pixels, with room for so many."""
+        if self._rims is None or self._rims.most < most:
+            if self._rims is not None:
+                self._rims.release()
+            self._rims = None
+            self._rims = RimList(self._context, most)
+        self._rims.buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._rims.buffer.bind_to_storage_buffer(2)
+        return self._rims.buffer
+
+    def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
+        """Draws what the first step has put on a list."""
+        program = self._program(name, is_set)
+        set_uniforms(program, **inputs)
+        program.run_indirect(listed)
+        self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def _program(self, name: str, is_set: bool) -> moderngl.ComputeShader:
+        if (name, is_set) not in self._programs:
+            made = build_compute(self._context, name, WINDOW=int(self._is_software), SET=int(is_set))
+            self._programs[name, is_set] = self._keep(made)
+        return self._programs[name, is_set]
+
+    def _is_empty(self, listed: moderngl.Buffer) -> bool:
+        """Whether a list is known to be empty.
+
+        A software driver runs compute shaders at once, so there is nothing to wait for.
+        """
+        return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
+
+    def _read_window(self, width: int, height: int) -> Box:
+        """The part of the view that has splats, to which later passes are confined."""
+        to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
+        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
+
+    def _wait_for_readers(self) -> None:
+        """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
+        if self._is_software:
+            self._context.finish()
+        else:
+            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+
+    def release(self) -> None:
+        if self._rims is not None:
+            self._rims.release()
+        super().release()
+
+
+class RimList(Owner):
+    """Room for so many rim pixels, see compute_raster.glsl."""
+
+    def __init__(self, context: moderngl.Context, most: int):
+        super().__init__(context)
+        self.most = most
+        self.buffer = self._allocate(context.buffer, reserve=4 * (5 + most))

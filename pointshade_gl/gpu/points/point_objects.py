@@ -1,0 +1,262 @@
+"""Point objects on the GPU: splats carried into a view, then what each of its pixels sees of them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol
+
+import moderngl
+import numpy as np
+
+from ...estimation.multi_view import SetReport, primary_shares
+from ...scene.camera import Camera, Eye
+from ...scene.level_of_detail import bridged_camera
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
+from ..core.canvas import Canvas
+from ..core.frame_textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
+from ..core.images import Box, Fitted, confine
+from ..core.passes import FullscreenPasses
+from ..core.programs import source_and_target
+from ..core.view_images import SplatImage, SurfaceImage, Target
+from ..shading.shadow_map import Tile
+from ..surface.normals import Estimator
+from .compute_raster import ComputeSplatPass
+from .lit_splats import LitSplatPass
+from .point_raster import PointSplatPass
+from .rasterizers import Rasterizers
+from .resolve import Looking, ResolvePass
+from .set_merge import Part, SetMergePass, key_inputs
+from .set_splats import SetSplats
+from .target_normals import TargetNormals
+from .view_consensus import Consensus
+
+SINGLE = np.ones(1, np.float32)
+
+
+class Points(NamedTuple):
+    """Where the points of an object are, and how large: all that its shadow depends on."""
+
+    surface: PointSurface
+    source: Camera  # that took the frame
+    pose: np.ndarray  # (4, 4) from its axes to the world, without the scale
+    scale: float
+    sizes: np.ndarray  # (1,) or (h*w,) float32, source pixels
+    splat: str
+    bridged: PointSurface | None = None  # what they hide, of their `bridged_camera`: it casts shadows, too
+
+    @property
+    def hidden(self) -> Points | None:
+        """What they hide, as points."""
+        if self.bridged is None:
+            return None
+        return Points(self.bridged, bridged_camera(self.source), self.pose, self.scale, SINGLE, "footprint")
+
+
+class ShownPoints(NamedTuple):
+    """Points with what colours them."""
+
+    points: Points
+    textures: FrameTextures
+    colors: Colors
+    light: PointLight | None  # of the points themselves, for flat and gouraud shading
+    shading: str
+
+    @property
+    def has_doubts(self) -> bool:
+        """Some of its normals are uncertain, and matter."""
+        return self.shading == "phong" and self.points.surface.certainty is not None
+
+
+class PointSet(NamedTuple):
+    """The points of several frames of one thing."""
+
+    parts: tuple[Points, ...]
+    trusts: tuple[TrustImage, ...]
+    differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
+
+    @property
+    def scale(self) -> float:
+        return self.parts[0].scale
+
+
+class ShownSet(NamedTuple):
+    """Several frames that are drawn as one thing."""
+
+    points: PointSet
+    views: tuple[ShownPoints, ...]
+    consensus: Consensus
+    importances: np.ndarray  # (n,) of the frames in this view
+    shading: str
+    estimator: Estimator | None  # of normals in the view; None takes those of the frames
+
+    @property
+    def has_doubts(self) -> bool:
+        """Some normals of its frames are uncertain, and matter."""
+        return self.estimator is None and any(view.has_doubts for view in self.views)
+
+    def report(self) -> SetReport:
+        """What was found out about the frames. Reads back how far their points are trusted."""
+        textures = [view.textures for view in self.views]
+        known = [one.frame.depth > 0 for one in textures if one.frame]
+        trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
+        distrusted = [np.count_nonzero(points & ~sure) for points, sure in zip(known, trusted, strict=True)]
+        choices = tuple(one.choice for one in textures)
+        points = np.array([np.count_nonzero(points) for points in known])
+        band, gains = self.consensus.band, self.consensus.gains
+        return SetReport(choices, band, gains, points, np.array(distrusted), self.importances)
+
+
+class PointObjects:
+    """Draws point objects into views and into shadow maps."""
+
+    def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
+        self._context, self._rasterizers = context, rasterizers
+        self._resolve = ResolvePass(context)
+        self._shadow_passes = FullscreenPasses(context)
+        self._lit: LitSplatPass | None = None  # these three are made when they are first needed
+        self._merge: SetMergePass | None = None
+        self._target_normals: TargetNormals | None = None
+        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+
+    def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
+        """How far the nearest splat is at each pixel of a view."""
+        rasterizer, near = self._rasterizer(points), eye.near / points.scale
+        view = carried(points, eye)
+        rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
+
+    def can_light(self, points: Points) -> bool:
+        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices, and
+        no splat heeds uncertain normals."""
+        return not self._rasterizer(points).look_up and points.surface.certainty is None
+
+    def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
+        """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
+        self._lit = self._lit or LitSplatPass(self._context)
+        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat)
+        inputs = lights | {"color_map": colors.texture}
+        self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
+        target.raise_version()
+
+    def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
+        """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
+        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
+
+    def draw_lit(
+        self,
+        canvas: Canvas,
+        splats: SplatImage,
+        shown: ShownPoints,
+        eye: Eye,
+        lights: dict[str, Any],
+    ) -> None:
+        """What the splats left -> the picture, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
+
+    def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
+        """What the splats left -> the surfaces that the light pass reads, for phong."""
+        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), shown.shading, 1)
+        surfaces.raise_version()
+
+    def add_surface(
+        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye, number: int
+    ) -> None:
+        """The splats and surfaces of one object among others. number: of its material, counted from 1."""
+        self.draw_splats(splats, shown.points, eye)
+        depth = eye.near, shown.points.scale
+        looking = self._looking(splats, shown, eye)
+        self._resolve.draw_surfaces(surfaces.shared_target, looking, shown.shading, number, depth)
+
+    def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
+        """The same for several frames of one thing: their splats into one picture, their parts added up."""
+        self._merge = self._merge or SetMergePass(self._context)
+        points, splats, consensus = shown.points, target.splats, shown.consensus
+        windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
+        looking = [self._looking(splats, view, eye) for view in shown.views]
+        trusts = [trust.texture for trust in points.trusts]
+        gains = [tuple(gain.tolist()) for gain in consensus.gains]
+        parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
+        self._merge.add_up(target.sums, parts, shown.shading, consensus.band)
+        look_up, normals = looking[0].look_up, None
+        if shown.estimator:
+            self._target_normals = self._target_normals or TargetNormals(self._context)
+            normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
+        others = len(parts) - 1 if shown.has_doubts else None
+        inputs = look_up, number, (eye.near, points.scale), normals, others
+        self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
+
+    def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
+        near = eye.near / points.scale
+        parts = [
+            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, float(share))
+            for p, trust, share in zip(points.parts, points.trusts, primary, strict=True)
+        ]
+        return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
+
+    def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
+        """The object's depth in a light's view, with what it hides. The eye is the light's."""
+        if isinstance(points, Points) and points.hidden:
+            self._add_shadow(tile, points.hidden, eye)
+        self._add_shadow(tile, points, eye)
+
+    def _add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
+        scratch = self._scratch.fit((tile.side, tile.side))
+        if isinstance(points, PointSet):
+            fragment, (look_up, inputs) = "points/set_shadow.frag", self._set_depths(points, scratch, eye)
+        else:
+            fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye)
+        left, top, width, height = scratch.window
+        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
+        with enabled(self._context, DEPTH_TEST):
+            self._shadow_passes.get(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
+        confine(tile.target, None)
+
+    def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
+        """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
+        self.draw_splats(image, points, eye)
+        near = eye.near / points.scale
+        if not self._rasterizer(points).look_up:
+            way = source_and_target(points.source, eye.camera, carried(points, eye))
+            maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": points.surface.texture}
+            return False, maps | way | {"first_id": 1, "near": near}
+        image.nearest.bind_to_storage_buffer(0)
+        return True, {"side": image.size[0], "near": near}
+
+    def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
+        """The same of several frames, for set_shadow.frag."""
+        self._draw_set(image, points, eye, np.ones(len(points.parts)))
+        look_up = self._rasterizer(points.parts[0]).look_up
+        return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
+
+    def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
+        points = shown.points
+        colors = shown.colors.texture if shown.light is None else shown.light.texture
+        view, look_up = carried(points, eye), self._rasterizer(points).look_up
+        near = eye.near / points.scale
+        where = points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near
+        return Looking(*where, points.surface.certainty)
+
+    def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
+        return self._rasterizers.choose(points.sizes, points.splat)
+
+    def release(self) -> None:
+        rare = self._lit, self._target_normals, self._merge
+        for item in (self._scratch, self._shadow_passes, *rare, self._resolve, self._rasterizers):
+            if item is not None:
+                item.release()
+
+
+class Posed(Protocol):
+    """Points that have a place in the world."""
+
+    @property
+    def pose(self) -> np.ndarray: ...
+    @property
+    def scale(self) -> float: ...
+
+
+def carried(points: Posed, eye: Eye) -> np.ndarray:
+    """(4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
+    view = np.linalg.inv(eye.pose) @ points.pose
+    view[:3, 3] /= points.scale
+    return view

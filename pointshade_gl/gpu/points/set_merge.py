@@ -1,0 +1,94 @@
+"""Merge pass: what several frames show at each pixel of a view is added up, then made one surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import Any, NamedTuple
+
+import moderngl
+
+from ...scene.appearance import SHADINGS
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
+from ..core.additive_blend import AdditiveBlend
+from ..core.images import Box, confine, empty
+from ..core.passes import FullscreenPasses
+from ..core.view_images import SplatImage, SumImage, SurfaceImage
+from .resolve import Looking
+
+
+class Part(NamedTuple):
+    """One of several frames in a view."""
+
+    looking: Looking
+    trust: moderngl.Texture
+    window: Box  # where its splats come to
+    importance: float  # of the frame in this view
+    gain: tuple[float, ...]
+
+
+class SetMergePass:
+    """One program for each shading model and rasteriser."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context, self._adding = context, AdditiveBlend(context)
+        self._passes = FullscreenPasses(context)
+
+    def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
+        """The sums of all parts at each pixel of the view that shows a splat."""
+        empty(sums.target, parts[0].looking.splats.window)
+        for number, part in enumerate(parts):
+            looking = part.looking
+            maps = looking.maps(shading) | {"trust_map": part.trust}
+            inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
+            inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
+            confine(sums.target, part.window)
+            part_pass = self._passes.get("points/set_accumulate.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            with self._adding.on() if number else nullcontext():  # the first finds zeros
+                part_pass.draw(sums.target, maps, **inputs)
+        confine(sums.target, None)
+
+    def draw_surfaces(
+        self,
+        surfaces: SurfaceImage,
+        sums: SumImage,
+        splats: SplatImage,
+        look_up: bool,
+        number: int,
+        depth: tuple[float, float],
+        normals: moderngl.Texture | None,
+        others: int | None,
+    ) -> None:
+        """The sums -> surfaces among others.
+
+        number      of the material
+        depth       (near, scale)
+        normals     that were found in the view; None takes those of the frames
+        others      the number of frames less one if normals are uncertain; None if they are not
+        """
+        maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        maps |= {} if normals is None else {"target_map": normals}
+        inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
+        inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
+        confine(surfaces.shared_target, splats.window)
+        with enabled(self._context, DEPTH_TEST):
+            merged = self._passes.get(
+                "points/set_resolve.frag",
+                look_up,
+                AT_TARGET=int(normals is not None),
+                CERTAINTY=int(others is not None),
+            )
+            merged.draw(surfaces.shared_target, maps, **inputs)
+        confine(surfaces.shared_target, None)
+
+    def release(self) -> None:
+        self._passes.release()
+
+
+def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:
+    """Where shaders/points/set_visibility.glsl finds what the splats of several frames left."""
+    if not look_up:
+        return {"keys": splats.source_ids}
+    splats.nearest.bind_to_storage_buffer(0)
+    return {"target_size": splats.size}

@@ -1,0 +1,61 @@
+"""Normals that are estimated in a view, on the depth that several frames add up to there."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ...scene.appearance import Look
+from ...scene.camera import Camera
+from ...scene.normal_methods import parse_max_depth_step
+from ..core.frame_textures import DepthTextures
+from ..core.images import Fitted, empty
+from ..core.passes import FullscreenPasses
+from ..core.view_images import SplatImage, SumImage
+from ..surface.normals import Estimator, SurfacePass
+from .set_merge import key_inputs
+
+
+def target_estimator(look: Look) -> Estimator | None:
+    """What estimates normals in the view; None where those of the frames are mixed, or none are needed.
+
+    It is the frames' own method. Their noise is not that of the merged depth, so that is measured.
+    """
+    if look.normals_at == "source" or look.shading != "phong":
+        return None
+    assert isinstance(look.normals, str), "arrays belong to one frame"
+    return look.normals, parse_max_depth_step(look.max_depth_step), None, "keep"
+
+
+class TargetNormals:
+    """The passes of a frame's normals, for the depth that a view shows."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context, self._surface = context, SurfacePass(context)
+        self._passes = FullscreenPasses(context)
+        self._view = Fitted(context, ViewDepth)
+
+    def find(
+        self, sums: SumImage, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
+    ) -> moderngl.Texture:
+        """The sums of set_accumulate.frag -> unit normal and depth at each pixel of the view; depth 0 without any."""
+        view = self._view.fit(sums.size)
+        view.surface.confine(splats.window)
+        empty(view.target, splats.window)
+        maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        find_depth = self._passes.get("points/set_resolve_depth.frag", look_up)
+        find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
+        self._surface.run(view, camera, *estimator)
+        return view.surface.texture
+
+    def release(self) -> None:
+        for item in (self._view, self._passes, self._surface):
+            item.release()
+
+
+class ViewDepth(DepthTextures):
+    """A depth picture that is drawn instead of uploaded, and its surface."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.target = self._framebuffer(self.depth)

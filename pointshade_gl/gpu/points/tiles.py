@@ -1,0 +1,173 @@
+"""Large frames on the GPU, tile by tile: one set of textures takes each tile in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import moderngl
+import numpy as np
+
+from ...scene.appearance import LIT_EARLY, Look, check_sizes
+from ...scene.frame import Frame
+from ...scene.noise import Choice, Noise
+from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
+from ..core.images import Box, confine
+from ..core.steps import Steps, Versioned
+from ..surface.frame_store import DrawnPoints, FrameStore
+from .point_objects import PointObjects, Points, ShownPoints
+from .tiling import Tile, cut_frame, cut_look, noise_in, sample_depth, tiles_of
+
+
+class TiledPoints(Versioned):
+    """The points of a large frame. Whoever draws them goes through the tiles, each of which is on the GPU meanwhile.
+
+    choice  what estimated the normals, and why
+    """
+
+    def __init__(self, store: TileStore, frame: Frame, look: Look, pose: np.ndarray, scale: float):
+        self.frame, self.look, self.pose, self.scale = frame, look, pose, scale
+        self.choice = Choice("")  # nothing yet
+        self._store = store
+        self._light: Callable[[ShownPoints], None] | None = None
+        self._noise: Noise | None = None
+
+    @property
+    def points(self) -> TiledPoints:
+        """All that its shadow depends on."""
+        return self
+
+    @property
+    def shading(self) -> str:
+        return self.look.shading
+
+    @property
+    def has_doubts(self) -> bool:
+        """Some of the normals that light falls on are uncertain."""
+        noise = self._measured() if self.shading == "phong" else None
+        return noise is not None and noise.is_shared
+
+    def light_with(self, light: Callable[[ShownPoints], None]) -> None:
+        """How the points of each tile are lit, for shading models that mix their light."""
+        self._light = light
+        self.raise_version()
+
+    def each(self, lit: bool = True) -> Iterator[ShownPoints]:
+        """Each tile while it is on the GPU: only until the next one is asked for."""
+        for tile in self._tiles():
+            shown = self._show(tile)
+            if lit and self._light and shown.light:
+                self._light(shown)
+            self._store.confine(shown.points, tile.drawn)
+            yield shown
+
+    def gather(self, read: Callable[[ShownPoints], np.ndarray]) -> np.ndarray:
+        """What is read of each tile, (h, w, n), put together to one array of the frame's size."""
+        whole: np.ndarray | None = None
+        for tile, shown in zip(self._tiles(), self.each(), strict=True):
+            part, (u, v, wide, high) = read(shown), tile.drawn
+            if whole is None:
+                whole = np.empty((*self.frame.depth.shape, part.shape[2]), part.dtype)
+            left, top = tile.box[0] + u, tile.box[1] + v
+            whole[top : top + high, left : left + wide] = part[v : v + high, u : u + wide]
+        assert whole is not None
+        return whole
+
+    def _tiles(self) -> list[Tile]:
+        height, width = self.frame.depth.shape
+        return tiles_of(width, height, self._store.largest_side)
+
+    def _show(self, tile: Tile) -> ShownPoints:
+        frame, look = cut_frame(self.frame, tile.box), cut_look(self.look, tile.box)
+        noise = self._measured()
+        noise = noise and noise_in(tile.box, noise, self.frame.depth.shape)
+        textures, drawn = self._store.put(frame, look, noise)
+        self.choice = textures.choice
+        sizes = check_sizes(look.size, frame.depth.shape)
+        points = Points(drawn.surface, drawn.camera, self.pose, self.scale, sizes, look.splat)
+        return ShownPoints(
+            points, textures, drawn.colors, drawn.lit if look.shading in LIT_EARLY else None, look.shading
+        )
+
+    def _measured(self) -> Noise | None:
+        """The noise of the whole frame, for estimators that depend on it."""
+        if not isinstance(self.look.normals, str) or self.look.normals not in ("auto", "adaptive"):
+            return None
+        self._noise = self._noise or self._store.measure_noise(self.frame)
+        return self._noise
+
+
+class TileStore:
+    """The textures that all large frames share, and the large frames in use."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps, frames: FrameStore, points: PointObjects):
+        self._context, self._steps, self._frames, self._points = context, steps, frames, points
+        self._textures: FrameTextures | None = None
+        self._estimated: Box = 0, 0, 0, 0  # the part of them that has surfaces
+        self._known: list[TiledPoints] = []
+        self.largest_side: int = context.info["GL_MAX_TEXTURE_SIZE"]
+
+    def points_of(self, frame: Frame, look: Look, pose: np.ndarray, scale: float) -> TiledPoints:
+        """A frame's points: the same object again if nothing has changed, so that steps see it."""
+        for known in self._known:
+            is_same = known.frame is frame and known.look is look and known.scale == scale
+            if is_same and np.array_equal(known.pose, pose):
+                return known
+        self._known.append(TiledPoints(self, frame, look, pose, scale))
+        return self._known[-1]
+
+    def keep_only(self, used: list[TiledPoints]) -> None:
+        """Lets go of all others. Without any, the textures are freed."""
+        self._known = [known for known in self._known if known in used]
+        if not used:
+            self.release()
+
+    def measure_noise(self, frame: Frame) -> Noise:
+        """The noise of a frame, from pieces of it."""
+        sample = sample_depth(frame.depth)
+        depth = DepthTextures(self._context, sample.shape[::-1])
+        try:
+            depth.depth.write(sample)
+            return self._frames.measure_noise(depth, frame.camera)
+        finally:
+            depth.release()
+
+    def put(self, frame: Frame, look: Look, noise: Noise | None) -> tuple[FrameTextures, DrawnPoints]:
+        """A tile on the GPU, in place of the last one."""
+        if self._textures is None or not self._textures.fits(frame):
+            self.release()
+            self._textures = FrameTextures(self._context, frame)
+        textures = self._textures
+        textures.surface.window = self._estimated
+        self._steps.run("upload", textures.upload, frame, of=textures)
+        textures.noise = noise
+        drawn = self._frames.find_points(textures, frame, look, frame.camera)
+        self._estimated = drawn.surface.window
+        return textures, drawn
+
+    def confine(self, points: Points, box: Box) -> None:
+        """Only this part of a tile is drawn."""
+        surface = points.surface
+        surface.window = box
+        if self._points.can_light(points):  # GL points draw all that they find
+            clear_around(surface, box)
+            confine(surface.target, self._estimated)
+            self._context.finish()  # the vertex shaders of llvmpipe do not wait for what is still being drawn
+
+    def release(self) -> None:
+        if self._textures is not None:
+            self._steps.forget(of=self._textures.images)
+            self._textures.release()
+        self._textures, self._estimated = None, (0, 0, 0, 0)
+
+
+def clear_around(surface: PointSurface, box: Box) -> None:
+    """No point is left outside a part of a surface."""
+    (width, height), (left, top, wide, high) = surface.size, box
+    right, bottom = left + wide, top + high
+    confine(surface.target, None)
+    surface.target.use()
+    for strip in (
+        (0, 0, width, top), (0, bottom, width, height - bottom), (0, top, left, high), (right, top, width - right, high)
+    ):  # fmt: skip
+        if strip[2] and strip[3]:
+            surface.target.clear(viewport=strip)

@@ -1,0 +1,177 @@
+"""What several frames of one thing say about each other: agreement of depths, exposures, and votes on points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...estimation.multi_view import Comparison, band_of, compared, gains_of, nearest_others
+from ...estimation.pose_outliers import contradictions
+from ...scene.camera import view_matrix
+from ...scene.frame import Frame
+from ..core.additive_blend import AdditiveBlend
+from ..core.frame_textures import Colors, FrameTextures, PointSurface, TrustImage
+from ..core.images import Fitted, Images, empty
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+from ..core.steps import Steps
+from .pose_notes import Told
+
+STRIDE = 8  # pixels, as in view_difference.frag
+
+
+class Consensus(NamedTuple):
+    """What a set of frames agrees on."""
+
+    band: float  # share of 1/z within which two frames see the same surface
+    gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
+    wrong: frozenset[int]  # the numbers of frames that contradict the others
+
+
+class ConsensusPass(Owner):
+    """Compares frames in pairs, and lets them vote: anew only those of which one is new, whatever view is drawn."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        super().__init__(context)
+        self._steps, self._adding = steps, AdditiveBlend(context)
+        self._images = self._keep(Fitted(context, JudgeImages))
+        self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
+        self._told = Told()
+        with self._all_or_nothing():
+            self._compare = self._keep(FullscreenPass(context, "points/view_difference.frag", STRIDE=STRIDE))
+            self._support = self._keep(FullscreenPass(context, "points/view_votes.frag"))
+            self._stages = [
+                self._keep(FullscreenPass(context, "points/point_confidence.frag", STAGE=stage)) for stage in range(3)
+            ]
+
+    def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors]) -> Consensus:
+        """The consensus of frames whose normals are estimated, and their colours. Their textures get their trust.
+
+        A frame that contradicts the others has no say: its points close holes. A note names it.
+        """
+        for member in members:
+            member.trust = member.trust or TrustImage(self._context, member.size)
+        made = [image for member in members for image in (member.surface, member.trust)]
+        return self._steps.run("consensus", self._find, tuple(members), tuple(colors), made, of=members[0])
+
+    def _find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], _: list[Images]) -> Consensus:
+        inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
+        seen = [(*one, color) for one, color in zip(inputs, colors, strict=True)]
+        others = nearest_others(frames)
+        comparisons = {
+            (i, j): self._steps.run("agreement", self._compare_two, *seen[i], *seen[j], of=(members[i], members[j]))
+            for i, known in enumerate(others)
+            for j in known
+        }
+        found = contradictions(comparisons, len(members))
+        before = self._band_before(members)
+        self._told.tell(members, frames, found, goes_on=before is not None)
+        comparisons = {pair: one for pair, one in comparisons.items() if not found.frames.intersection(pair)}
+        band = band_of(comparisons, before)
+        for k, member in enumerate(members):
+            if k in found.frames:
+                self._steps.run("trust", self._distrust, *inputs[k], of=member)
+            else:
+                voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
+                self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
+            self._bands[member] = member.version, band
+        return Consensus(band, gains_of(comparisons, len(members)), found.frames)
+
+    def _band_before(self, members: Sequence[FrameTextures]) -> float | None:
+        """The band of the last votes, if one of these frames took part in them."""
+        for member in members:
+            version, band = self._bands.get(member, (None, None))
+            if version == member.version:
+                return band
+        return None
+
+    def _compare_two(
+        self,
+        one: FrameTextures,
+        surface: PointSurface,
+        colors: Colors,
+        other: FrameTextures,
+        other_surface: PointSurface,
+        other_colors: Colors,
+    ) -> Comparison:
+        size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
+        maps = {"surface_map": surface.texture, "color_map": colors.texture}
+        maps |= {"other_map": other_surface.texture, "other_color_map": other_colors.texture}
+        image = Samples(self._context, size)
+        try:
+            empty(image.target)
+            self._compare.draw(image.target, maps, **_way(_frame_of(one), _frame_of(other)))
+            samples = np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4)
+            colored = _frame_of(one).color is not None and _frame_of(other).color is not None
+            return compared(samples, colored)
+        finally:
+            image.release()
+
+    def _judge(
+        self,
+        member: FrameTextures,
+        surface: PointSurface,
+        voters: tuple[tuple[FrameTextures, PointSurface], ...],
+        band: float,
+    ) -> None:
+        """The trust in a frame's points, from the votes of others."""
+        images, frame = self._images.fit(member.size), _frame_of(member)
+        maps = {"surface_map": surface.texture}
+        empty(images.votes_target)
+        with self._adding.on():
+            for other, other_surface in voters:
+                others = {"other_map": other_surface.texture}
+                self._support.draw(images.votes_target, maps | others, **_way(frame, _frame_of(other)), band=band)
+        source = {"source": frame.camera.intrinsics}
+        assert member.trust is not None
+        for target in (images.ends_target, images.rows_target, member.trust.target):
+            empty(target)
+        self._stages[0].draw(images.ends_target, maps, **source)
+        self._stages[1].draw(images.rows_target, {"ends_map": images.ends})
+        last = maps | {"rows_map": images.rows, "votes_map": images.votes}
+        self._stages[2].draw(member.trust.target, last, **source)
+        member.trust.raise_version()
+
+    def _distrust(self, member: FrameTextures, _: PointSurface) -> None:
+        assert member.trust is not None
+        empty(member.trust.target)
+        member.trust.raise_version()
+
+
+class Samples(Images):
+    """What view_difference.frag writes (RGBA32F)."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.samples = self._texture(4, "f4")
+            self.target = self._framebuffer(self.samples)
+
+
+class JudgeImages(Images):
+    """Votes, in steps of 1/255, and how far surfaces reach (all RG8), for one size of frame."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.votes, self.ends, self.rows = (self._texture(2) for _ in range(3))
+            self.votes_target, self.ends_target, self.rows_target = (
+                self._framebuffer(image) for image in (self.votes, self.ends, self.rows)
+            )
+
+
+def _frame_of(textures: FrameTextures) -> Frame:
+    """What was uploaded last. Steps get the textures, whose version says when it changed: so no step keeps a frame."""
+    assert textures.frame is not None
+    return textures.frame
+
+
+def _way(frame: Frame, other: Frame) -> dict[str, object]:
+    """The uniforms of the way from one frame into another."""
+    view = view_matrix(frame.pose, other.pose).T.astype("f4").tobytes()
+    return {"source": frame.camera.intrinsics, "other": other.camera.intrinsics, "view": view}

@@ -1,0 +1,1 @@
+"""Light: lamps, shadow maps, the light pass."""

@@ -1,0 +1,95 @@
+"""Light pass: pictures of surfaces -> lit pictures, by the formulas of shaders/common/phong.glsl."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import moderngl
+import numpy as np
+
+from ...scene.camera import Camera
+from ..core.passes import FullscreenPasses, data_texture
+from .light_set import Lighting
+
+KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # constants of light.frag
+SURELY_HELD = 1024  # rows of a texture, by every driver
+
+
+class LightPass:
+    """Lights the pixels of a view, or the points of a frame for shading models that show light between points."""
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._passes = FullscreenPasses(context)
+        self._tables: dict[str, moderngl.Texture] = {}
+
+    def draw(
+        self,
+        image: moderngl.Framebuffer,
+        surface: moderngl.Texture,
+        albedo: moderngl.Texture,
+        camera: Camera,
+        lighting: Lighting,
+        materials: np.ndarray,
+        points: tuple[np.ndarray, float] | None = None,
+        linear: bool = False,
+        has_doubts: bool = False,
+        certainty: moderngl.Texture | None = None,
+    ) -> None:
+        """surface (unit normal, depth) and albedo, both seen by the camera -> the image, within its scissor.
+
+        materials  (m, 4) float32, see `Material.strengths`: of all, or for each number in the albedo's alpha
+        points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
+                   whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
+        linear     pixels stay linear, too
+        has_doubts  the normals of pixels are as long as they are certain
+        certainty   of the normals of points, see shaders/common/toksvig.glsl
+        """
+        eye, scale = (np.zeros(3), 1.0) if points is None else points
+        inputs = self.inputs(lighting, True)
+        inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
+        if len(materials) > 1:
+            inputs["materials"] = self._table("materials", materials[:, None])
+        else:
+            inputs["material"] = tuple(materials[0].tolist())
+        if points is not None:
+            inputs["scale"] = scale
+        if certainty is not None:
+            inputs["certainty_map"] = certainty
+        doubtful = has_doubts or certainty is not None
+        alone = "only_light" in inputs
+        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
+        light = self._passes.get("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
+        colors = "albedo_map" if points is None else "color_map"
+        light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
+
+    def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
+        """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms.
+
+        may_be_alone  a single light without shadows becomes `only_light`
+        """
+        rows, ambient, shadows = lighting
+        if may_be_alone and len(rows) == 1 and shadows is None:
+            return {"only_light": rows[0, :4].tobytes(), "ambient": ambient}
+        inputs: dict[str, Any] = {"lights": self._table("lights", rows), "light_count": len(rows), "ambient": ambient}
+        if shadows is not None:
+            inputs |= {"shadow_map": shadows.shadow_map.texture, "views": self._table("views", shadows.views)}
+            inputs["to_world"] = shadows.to_world.T.astype("f4").tobytes()
+        return inputs
+
+    def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
+        """A texture of rows (n, m, 4), read texel by texel: one row at least, others say how many of them count."""
+        table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
+        if size[1] > SURELY_HELD and size[1] > (limit := self._context.info["GL_MAX_TEXTURE_SIZE"]):
+            raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")
+        if table is None or table.size != size:
+            if table is not None:
+                self._tables.pop(name).release()
+            table = self._tables[name] = data_texture(self._context, *size, 4)
+        if len(rows):
+            table.write(np.ascontiguousarray(rows, np.float32))
+        return table
+
+    def release(self) -> None:
+        for item in (*self._tables.values(), self._passes):
+            item.release()

@@ -1,0 +1,1 @@
+"""From depth to surfaces: positions, normals, smoothing, upsampling, and the colours of a frame."""

@@ -1,0 +1,45 @@
+"""Flat pass: where rounded depth lies on wide planes, see shaders/common/flat_cells.glsl."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ...estimation.noise_model import flat_grid
+from ...scene.camera import Camera
+from ...scene.noise import Noise
+from ..core.frame_textures import DepthTextures
+from ..core.images import Fitted, Images
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+
+
+class FlatCellsPass(Owner):
+    """Writes the surface of flat pixels and leaves all others to later passes."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._images = self._keep(Fitted(context, FlatImages))
+        with self._all_or_nothing():
+            self._windows = self._keep(FullscreenPass(context, "surface/flat_cells.frag"))
+            self._spread = self._keep(FullscreenPass(context, "surface/flat_cells.frag", SPREAD=1))
+            self._answer = self._keep(FullscreenPass(context, "surface/normals_flat.frag"))
+
+    def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
+        """noise: with a rounding step."""
+        cells, first = flat_grid(*frame.size)
+        images = self._images.fit(cells)
+        common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}
+        self._windows.draw(images.window_target, {}, **common)
+        self._spread.draw(images.plane_target, {"planes": images.windows}, **common)
+        textures = {"planes": images.planes}
+        self._answer.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics, **common)
+
+
+class FlatImages(Images):
+    """One plane (RGBA32F) for each cell: of the windows, and with those that neighbours lend."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.windows, self.planes = self._texture(4, "f4"), self._texture(4, "f4")
+            self.window_target, self.plane_target = self._framebuffer(self.windows), self._framebuffer(self.planes)

@@ -1,0 +1,72 @@
+"""Snap pass: depth samples that lie between two surfaces are put onto one of them."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ...scene.camera import Camera
+from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
+from ..core.images import Fitted, Images
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+from .normals import Estimator, SurfacePass
+
+COUNTED = 16  # as in flying_pixel_mixing.glsl
+# Share of mixed samples among those at steps, above which a sensor mixes. Measured: .99 to 1 by lidar, .65 by a Kinect,
+# up to .77 in clean depth, where snapping would cost sharpness.
+MIXES = 0.95
+FEWEST = 50  # samples at steps that are enough to tell
+
+
+class FlyingPixelPass(Owner):
+    """Mixed samples get the planes of one side, which their colour chooses; they do not count for normals."""
+
+    def __init__(self, context: moderngl.Context, surface: SurfacePass):
+        super().__init__(context)
+        self._surface = surface
+        self._images = self._keep(Fitted(context, SnapImages))
+        self._snap: FullscreenPass | None = None  # made for the first sensor that mixes
+        with self._all_or_nothing():
+            self._find = self._keep(FullscreenPass(context, "surface/flying_pixels.frag"))
+            self._count = self._keep(FullscreenPass(context, "surface/flying_pixel_counts.frag"))
+
+    def run(
+        self, frame: FrameTextures, guide: moderngl.Texture, camera: Camera, estimator: Estimator | None
+    ) -> PointSurface:
+        """The frame's surface, snapped if its sensor mixes surfaces; valid until the next frame's.
+
+        guide  mean colour of each sample
+        """
+        images = self._images.fit(frame.size)
+        if estimator is None or not self._mixes(frame, images):
+            return frame.surface
+        images.unmixed.surface.confine(frame.surface.window)
+        self._surface.run(images.unmixed, camera, *estimator)
+        maps = {"surface_map": images.unmixed.surface.texture, "mixed_map": frame.surface.texture}
+        maps |= {"depth_map": frame.depth, "mixing_map": images.mixing, "guide_map": guide}
+        images.snapped.confine(frame.surface.window)
+        self._snap = self._snap or self._keep(FullscreenPass(self._context, "surface/flying_pixel_snap.frag"))
+        self._snap.draw(images.snapped.target, maps, source=camera.intrinsics)
+        return images.snapped
+
+    def _mixes(self, frame: FrameTextures, images: SnapImages) -> bool:
+        """Whether nearly all steps in depth have samples between their two sides. Clean depth has few."""
+        self._find.draw(images.mixing_target, {"depth_map": frame.depth})
+        self._count.draw(images.count_target, {"mixing_map": images.mixing})
+        mixed, sharp = np.frombuffer(images.counts.read(), np.float32).reshape(-1, 2).sum(0)
+        return mixed + sharp >= FEWEST and mixed > MIXES * (mixed + sharp)
+
+
+class SnapImages(Images):
+    """mixing and counts (RG32F), see flying_pixel_mixing.glsl; depth without mixed samples; the snapped surface."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        blocks = -(-size[0] // COUNTED), -(-size[1] // COUNTED)
+        with self._all_or_nothing():
+            self.unmixed = self._keep(DepthTextures(context, size))
+            self.snapped = self._keep(PointSurface(context, size))
+            self.mixing, self.counts = self._texture(2, "f4"), self._texture(2, "f4", blocks)
+            self.mixing_target = self._framebuffer(self.mixing, self.unmixed.depth)
+            self.count_target = self._framebuffer(self.counts)

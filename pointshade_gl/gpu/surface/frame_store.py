@@ -1,0 +1,167 @@
+"""Frames on the GPU: uploaded once, with the normals that were asked for, at the size that a view needs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import moderngl
+
+from ...scene.appearance import Look
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ...scene.level_of_detail import bridged_camera
+from ...scene.noise import Choice, Noise, parse_noise
+from ...scene.normal_methods import parse_max_depth_step
+from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
+from ..core.steps import Steps
+from .gap_filling import GapFillingPass
+from .hidden_planes import HiddenPlanesPass
+from .normals import Estimator, SurfacePass
+from .source_colors import SourceColors
+from .streams import Streams
+from .upsampling import UpsamplePass
+
+
+class DrawnPoints(NamedTuple):
+    """A frame's points as they are drawn, and the camera that saw them at their size."""
+
+    surface: PointSurface
+    lit: PointLight
+    camera: Camera
+    colors: Colors
+
+
+class FrameStore:
+    """Keeps the textures of the frames in use.
+
+    choice   what estimated the last normals, and why
+    streams  those that are filtered over time
+    """
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        self._context, self._steps = context, steps
+        self._surface = SurfacePass(context)
+        self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
+        self._fill: GapFillingPass | None = None  # and for the first whose gaps are filled
+        self._bridge: HiddenPlanesPass | None = None  # and for the first that casts a shadow
+        self._colors = SourceColors(context, steps)
+        self.streams = Streams(context, steps)
+        self._kept: list[FrameTextures] = []
+        self.choice: Choice | None = None
+
+    def upload(self, frames: list[Frame]) -> list[FrameTextures]:
+        """The textures of each frame; one that comes twice has them twice. All others are reused, or freed."""
+        known: dict[Frame | None, list[FrameTextures]] = {}
+        for textures in self._kept:
+            known.setdefault(textures.frame, []).append(textures)
+        found = [known[frame].pop(0) if known.get(frame) else None for frame in frames]
+        free = [textures for rest in known.values() for textures in rest]
+        wanted: list[FrameTextures] = []
+        for frame, textures in zip(frames, found, strict=True):
+            wanted.append(textures or self._take_or_make(free, frame))
+            self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
+        self._free(free)
+        return wanted
+
+    def _take_or_make(self, free: list[FrameTextures], frame: Frame) -> FrameTextures:
+        for textures in free:
+            if textures.fits(frame):
+                free.remove(textures)
+                return textures
+        self._kept.append(FrameTextures(self._context, frame))
+        return self._kept[-1]
+
+    def _free(self, unused: list[FrameTextures]) -> None:
+        for textures in unused:
+            self._kept.remove(textures)
+            self._steps.forget(of=textures.images)
+            textures.release()
+
+    def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
+        """The surface at the frame's points: normals by an estimator, or the caller's own.
+
+        place  which of the streams the frame belongs to, if it is filtered over time
+        """
+        if estimator := _estimator(frame, look):
+            stream = self.streams.stream_of(frame, place) if look.temporal else None
+            textures.choice = self._steps.run(
+                "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
+            )
+            if stream and textures.choice.method != "adaptive":
+                stream.history.forget()  # it was not filtered
+            if look.normals == "auto" and frame.is_sparse:
+                textures.choice = replace(textures.choice, missing=1 - frame.points_known / frame.depth.size)
+        else:
+            self._steps.run("surface", self._surface.write, textures, frame.camera, look.normals, of=textures)
+            textures.choice = Choice("the caller's")
+        self.choice = textures.choice
+
+    def measure_noise(self, depth: DepthTextures, camera: Camera) -> Noise:
+        """The noise of a depth picture. Frames are measured when their normals are found."""
+        return self._surface.measure_noise(depth, camera)
+
+    def find_points(
+        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera, place: int = 0
+    ) -> DrawnPoints:
+        """The points with their normals, at the size of `camera`: the frame's own, resized."""
+        self.find_normals(textures, frame, look, place)
+        points = textures.surface, textures.lit
+        if camera != frame.camera:
+            points = self._enlarge(textures, frame, look, camera)
+        return DrawnPoints(*points, camera, self._colors.find(textures, frame, look, points[0], camera))
+
+    def _enlarge(
+        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera
+    ) -> tuple[PointSurface, PointLight]:
+        large = self._fit(textures, "large", (camera.width, camera.height))
+        self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
+        inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
+        self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
+        return large.surface, large.lit
+
+    def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
+        """The points of `find_points`, and more in their gaps."""
+        filled = self._fit(textures, "filled", points.surface.size)
+        self._fill = self._fill or GapFillingPass(self._context)
+        inputs = points.surface, textures.color, points.camera, frame.is_sparse
+        self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
+        return points._replace(surface=filled.surface, lit=filled.lit)
+
+    def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
+        """What the points hide and what goes on behind them, at the size of their `bridged_camera`."""
+        camera = bridged_camera(points.camera)
+        size = camera.width, camera.height
+        if textures.bridged is None or textures.bridged.size != size:
+            if textures.bridged is not None:
+                self._steps.forget(of=textures.bridged)
+                textures.bridged.release()
+            textures.bridged = None  # stays so when the new one does not fit the GPU
+            textures.bridged = PointSurface(self._context, size)
+        self._bridge = self._bridge or HiddenPlanesPass(self._context)
+        self._steps.run("bridge", self._bridge.run, points.surface, points.camera, textures.bridged, of=textures)
+        return textures.bridged
+
+    def _fit(self, textures: FrameTextures, name: Literal["large", "filled"], size: tuple[int, int]) -> LargePoints:
+        points: LargePoints | None = getattr(textures, name)
+        if points is None or points.size != size:
+            if points is not None:
+                self._steps.forget(of=points.images)
+                points.release()
+            setattr(textures, name, None)  # stays so when the new one does not fit the GPU
+            points = LargePoints(self._context, size)
+            setattr(textures, name, points)
+        return points
+
+    def release(self) -> None:
+        for item in (*self._kept, self.streams, self._colors, self._bridge, self._fill, self._upsample, self._surface):
+            if item is not None:
+                item.release()
+
+
+def _estimator(frame: Frame, look: Look) -> Estimator | None:
+    """What estimates the normals, as `SurfacePass.run` takes it; None for the caller's own."""
+    if not isinstance(look.normals, str):
+        return None
+    method = "sparse" if look.normals == "auto" and frame.is_sparse else look.normals
+    return method, parse_max_depth_step(look.max_depth_step), parse_noise(look.noise, frame.depth), look.flying

@@ -1,0 +1,84 @@
+"""Fill pass: a surface -> the same surface without small gaps, or without those between sparse points."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ...scene.camera import Camera
+from ..core.frame_textures import PointSurface
+from ..core.images import Fitted, Images
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+
+SMALL, WIDE = 8, 32  # pixels to the known ones that enclose a gap: where depth is dense, and where it is sparse
+BENDS = 6  # straight parts of a way through a gap, up to SMALL pixels each
+
+
+class GapFillingPass(Owner):
+    """See shaders/common/gap_filling.glsl."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._images = self._keep(Fitted(context, GapImages))
+        with self._all_or_nothing():
+            self._rows = self._keep(FullscreenPass(context, "surface/gap_rows.frag"))
+            self._fill = self._keep(FullscreenPass(context, "surface/gap_filling.frag"))
+            self._whole = self._keep(FullscreenPass(context, "surface/whole_gaps.frag"))
+            self._mark = self._keep(FullscreenPass(context, "surface/normals_given.frag"))
+
+    def run(
+        self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
+    ) -> None:
+        """camera: who took the frame, at the surface's size."""
+        images = self._images.fit(surface.size)
+        filled.confine(surface.window)
+        result = self._fill_once(surface, colors, camera, images, WIDE if is_sparse else SMALL)
+        if not is_sparse:
+            self._write(result, camera, filled)
+            self._fill_once(filled, colors, camera, images, SMALL)
+            result = self._keep_whole(surface, images)
+        self._write(result, camera, filled)
+        filled.certainty = surface.certainty
+        filled.raise_version()
+
+    def _fill_once(
+        self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, images: GapImages, reach: int
+    ) -> Filled:
+        self._rows.draw(images.row_target, {"surface_map": surface.texture}, reach=reach)
+        maps = {"surface_map": surface.texture, "row_map": images.rows, "color_map": colors}
+        self._fill.draw(images.filled.target, maps, reach=reach, source=camera.intrinsics)
+        return images.filled
+
+    def _keep_whole(self, surface: PointSurface, images: GapImages) -> Filled:
+        """Several times, because the ways through a gap have bends."""
+        result, other = images.filled, images.whole
+        for _ in range(BENDS):
+            maps = {"surface_map": surface.texture, "filled_map": result.normals, "filled_depth": result.depth}
+            self._whole.draw(other.target, maps, reach=SMALL)
+            result, other = other, result
+        return result
+
+    def _write(self, result: Filled, camera: Camera, filled: PointSurface) -> None:
+        maps = {"normal_map": result.normals, "depth_map": result.depth}
+        self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
+
+
+class GapImages(Images):
+    """How far the known pixels of a row are (RG8), and what is filled, for one size of surface."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.rows = self._texture(2)
+            self.row_target = self._framebuffer(self.rows)
+            self.filled, self.whole = (self._keep(Filled(context, size)) for _ in range(2))
+
+
+class Filled(Images):
+    """Normals (RGBA32F) and depths (R32F)."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.normals, self.depth = self._texture(4, "f4"), self._texture(1, "f4")
+            self.target = self._framebuffer(self.normals, self.depth)

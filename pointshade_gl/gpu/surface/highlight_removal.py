@@ -1,0 +1,52 @@
+"""Matte pass: a frame's picture -> the same without its highlights."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ...estimation.highlight_fit import FoundHighlights, fit_highlights
+from ...estimation.light_fit import FoundLight
+from ...scene.camera import Camera
+from ..core.frame_textures import AlbedoImage, FrameTextures, PointSurface
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass, data_texture
+from .unlighting import UnlightingPass
+
+
+class HighlightRemovalPass(Owner):
+    """Finds the highlights in a small copy of the frame, which is read back, and takes them out on the GPU."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._paint = self._keep(FullscreenPass(context, "surface/highlight_removal.frag"))
+
+    def find_highlights(
+        self, albedo: UnlightingPass, frame: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
+    ) -> FoundHighlights:
+        """The highlights in a frame's picture. camera: the frame's own, at the size of the surface."""
+        colors, surfaces, stride = albedo.sample(frame, surface)
+        return fit_highlights(colors, surfaces, _rays(camera, surfaces.shape, stride), light)
+
+    def run(
+        self, frame: FrameTextures, surface: PointSurface, camera: Camera, found: FoundHighlights, matte: AlbedoImage
+    ) -> None:
+        """Paints the picture without its highlights. camera: the frame's own, at the size of the surface."""
+        height, width = found.strengths.shape[:2]
+        strengths = data_texture(self._context, width, height, 2)
+        try:
+            strengths.write(np.ascontiguousarray(found.strengths))
+            maps = {"color_map": frame.color, "surface_map": surface.texture, "strength_map": strengths}
+            values = {"source": camera.intrinsics, "light": found.light, "exponent": found.exponent}
+            self._paint.draw(matte.target, maps, **values)
+        finally:
+            strengths.release()
+        matte.raise_version()
+
+
+def _rays(camera: Camera, shape: tuple[int, ...], stride: float) -> np.ndarray:
+    """(h, w, 3) float32 from the camera through the middles of blocks of pixels, z = 1."""
+    v, u = ((np.arange(count) + 0.5) * stride - 0.5 for count in shape[:2])
+    x, y = np.meshgrid((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy)
+    return np.stack([x, y, np.ones_like(x)], -1).astype(np.float32)

@@ -1,0 +1,175 @@
+"""Surface pass: depth texture -> surface texture (normal and depth), by the estimator that was asked for."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ...estimation.noise_over_time import Decisions
+from ...scene.camera import Camera
+from ...scene.noise import Choice, Noise
+from ...scene.noise_text import NoiseWords
+from ...scene.normal_methods import PLANE_FITS, TRIANGLES, Step
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
+from ..core.frame_textures import DepthTextures
+from ..core.images import Fitted, Images, empty
+from ..core.passes import FullscreenPasses
+from .flat_cells import FlatCellsPass
+from .noise_measurement import NoisePass
+from .sparse_normals import SparsePass
+from .temporal_filter import Stream
+
+Told = np.ndarray | NoiseWords | None
+Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
+
+
+class SurfacePass:
+    """Writes unit normals, source axes, towards the camera; (0, 0, 0) where depth is missing.
+
+    Shaders are compiled when an estimator is first used.
+    """
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self._passes = FullscreenPasses(context)
+        self._noise: NoisePass | None = None
+        self._sparse: SparsePass | None = None
+        self._flat: FlatCellsPass | None = None
+        self._scratch = Fitted(context, Scratch)
+        self._decisions = Decisions()
+
+    def run(
+        self,
+        frame: DepthTextures,
+        camera: Camera,
+        method: str,
+        max_step: Step,
+        noise: Told,
+        flying: str,
+        stream: Stream | None = None,
+    ) -> Choice:
+        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w)
+        metres, or in words; flying as in Look; stream, if noisy depth is filtered over time.
+
+        Returns what ran, and for "auto" and "adaptive" why.
+        """
+        frame.surface.raise_version()
+        frame.surface.certainty = None
+        if method in ("auto", "adaptive"):
+            return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
+        source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
+        if method in TRIANGLES:
+            count = TRIANGLES[method]
+            triangles = self._passes.get("surface/normals_triangles.frag")
+            triangles.draw(frame.surface.target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
+        elif method in PLANE_FITS:
+            fit = self._passes.get("surface/normals_plane_fit.frag", WINDOW=PLANE_FITS[method])
+            fit.draw(frame.surface.target, source, intrinsics=intrinsics)
+        elif method == "sparse":
+            self._sparse = self._sparse or SparsePass(self._context)
+            self._sparse.run(frame, camera)
+        elif method == "star-borrow":
+            scratch = self._scratch.fit(frame.size)
+            self._passes.get("surface/normals_star.frag", RESIDUAL=1).draw(
+                scratch.target, source, intrinsics=intrinsics
+            )
+            textures = source | {"normal_map": scratch.image}
+            self._passes.get("surface/normals_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
+        else:
+            name = f"surface/normals_{method.replace('-', '_')}.frag"
+            self._passes.get(name).draw(frame.surface.target, source, intrinsics=intrinsics)
+        return Choice(method)
+
+    def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
+        """The caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
+        frame.surface.raise_version()
+        frame.surface.certainty = None
+        scratch = self._scratch.fit(frame.size)
+        scratch.image.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
+        maps = {"normal_map": scratch.image, "depth_map": frame.depth}
+        self._passes.get("surface/normals_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
+
+    def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
+        """As "auto" and "adaptive" do; camera: who took the depth."""
+        return self._noise_pass().measure(frame, _mean_focal(camera))
+
+    def _find_noise(
+        self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
+    ) -> Noise:
+        """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
+        if words:
+            return self._noise_pass().read(frame, words)
+        if frame.noise:
+            return frame.noise
+        noise = self.measure_noise(frame, camera)
+        if stream:
+            return stream.history.decisions.settle(frame.size, noise)
+        return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
+
+    def _run_by_noise(
+        self,
+        frame: DepthTextures,
+        camera: Camera,
+        method: str,
+        told: Told,
+        snap: bool,
+        stream: Stream | None,
+    ) -> Choice:
+        is_told = told is not None
+        words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
+        noise = self._find_noise(frame, camera, words, stream)
+        if method == "auto" and levels is None and noise.is_clean:
+            source = {"depth_map": frame.depth}
+            self._passes.get("surface/normals_star.frag").draw(
+                frame.surface.target, source, intrinsics=camera.intrinsics
+            )
+            return Choice("star", noise, is_told)
+        calm = self._noise_pass().calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
+        if stream:
+            calm = stream.temporal.filter_depth(calm, noise, stream, camera)
+        self._fit_planes(frame, calm, noise, camera)
+        if stream:
+            stream.temporal.filter_normals(frame.surface, stream, camera)
+        if levels is None:
+            frame.surface.certainty = self._noise_pass().find_certainty(frame.surface, noise, camera)
+        return Choice("adaptive", noise, is_told)
+
+    def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
+        """Planes as wide as the noise requires. calm: depth and noise, see `NoisePass.calm_depth`."""
+        surface = frame.surface
+        empty(surface.staged_target, surface.window)
+        with enabled(self._context, DEPTH_TEST):
+            if noise.is_rounded:
+                self._flat_pass().run(frame, noise, camera)
+            for stage in range(4):
+                adaptive = self._passes.get("surface/normals_adaptive.frag", STAGE=stage)
+                adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
+
+    def _flat_pass(self) -> FlatCellsPass:
+        self._flat = self._flat or FlatCellsPass(self._context)
+        return self._flat
+
+    def _noise_pass(self) -> NoisePass:
+        self._noise = self._noise or NoisePass(self._context)
+        return self._noise
+
+    def release(self) -> None:
+        for item in (self._scratch, self._noise, self._sparse, self._flat, self._passes):
+            if item is not None:
+                item.release()
+
+
+def _mean_focal(camera: Camera) -> float:
+    """Pixels."""
+    return (abs(camera.fx) + abs(camera.fy)) / 2
+
+
+class Scratch(Images):
+    """What normals_star.frag writes for normals_borrow.frag: normal and residual; or the caller's normals."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.image = self._texture(4, "f4")
+            self.target = self._framebuffer(self.image)

@@ -1,0 +1,82 @@
+"""The colours of a frame's points: its picture, or what is left of it without its highlights and its light."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ...estimation.highlight_fit import describe_highlights
+from ...estimation.light_fit import FoundLight, describe_light
+from ...messages.notes import print_note
+from ...scene.appearance import Look
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ..core.frame_textures import AlbedoImage, Colors, FrameTextures, PointSurface
+from ..core.steps import Steps
+from .highlight_removal import HighlightRemovalPass
+from .unlighting import UnlightingPass
+
+
+class SourceColors:
+    """Takes out of pictures what a look wants taken out, as far as they tell it; a note says where they do not."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        self._context, self._steps = context, steps
+        self._albedo: UnlightingPass | None = None  # made for the first frame that needs it, both
+        self._matte: HighlightRemovalPass | None = None
+
+    def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
+        """surface: the frame's, as large as it is drawn, and its camera at that size."""
+        textures.light = textures.highlights = None
+        colors = Colors(textures.color, textures)
+        if not (look.unlight or look.remove_highlights) or frame.color is None:
+            return colors
+        self._albedo = self._albedo or UnlightingPass(self._context)
+        light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
+        if look.remove_highlights:
+            colors = self._without_highlights(self._albedo, textures, frame, light)
+        if look.unlight:
+            textures.light = light
+            if light.tells:
+                return self._without_light(self._albedo, textures, light, colors, surface, camera)
+            _note_once(textures, "light", light.why, frame.camera, describe_light(light))
+        return colors
+
+    def _without_highlights(
+        self, albedo: UnlightingPass, textures: FrameTextures, frame: Frame, light: FoundLight
+    ) -> Colors:
+        self._matte = self._matte or HighlightRemovalPass(self._context)
+        surface, camera = textures.surface, frame.camera
+        inputs = albedo, textures, surface, camera, light
+        found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
+        textures.highlights = found
+        if not found.tells:
+            _note_once(textures, "highlights", found.why, camera, describe_highlights(found))
+            return Colors(textures.color, textures)
+        matte = textures.matte = textures.matte or AlbedoImage(self._context, textures.color.size)
+        self._steps.run("matte", self._matte.run, textures, surface, camera, found, matte, of=textures)
+        return Colors(matte.texture, matte)
+
+    def _without_light(
+        self,
+        albedo: UnlightingPass,
+        textures: FrameTextures,
+        light: FoundLight,
+        colors: Colors,
+        surface: PointSurface,
+        camera: Camera,
+    ) -> Colors:
+        image = textures.albedo = textures.albedo or AlbedoImage(self._context, textures.color.size)
+        self._steps.run("albedo", albedo.run, colors, surface, camera, light, image, of=textures)
+        return Colors(image.texture, image)
+
+    def release(self) -> None:
+        for item in (self._matte, self._albedo):
+            if item is not None:
+                item.release()
+
+
+def _note_once(textures: FrameTextures, what: str, why: str, camera: Camera, text: str) -> None:
+    """A note on a camera's picture, unless its last one gave the same reason: a stream would say it all the time."""
+    before, textures.told[what] = textures.told.get(what), (why, camera)
+    if before != (why, camera):
+        print_note(text)

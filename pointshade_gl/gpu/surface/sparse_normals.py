@@ -1,0 +1,60 @@
+"""Sparse pass: normals of a frame of which few depths are known, from cells that grow until they know enough."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ...scene.camera import Camera
+from ...scene.normal_methods import SPARSE_LEVELS, SPARSE_TILTS
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
+from ..core.frame_textures import DepthTextures
+from ..core.images import Fitted, Images, empty
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+
+
+class SparsePass(Owner):
+    """Writes the surface of a frame, see shaders/common/normals_sparse.glsl."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._images = self._keep(Fitted(context, CellImages))
+        with self._all_or_nothing():
+            self._first = self._keep(FullscreenPass(context, "surface/sparse_cells.frag", FROM_DEPTH=1))
+            self._join = self._keep(FullscreenPass(context, "surface/sparse_cells.frag"))
+            self._answer = self._keep(FullscreenPass(context, "surface/normals_sparse.frag"))
+            self._rest = self._keep(FullscreenPass(context, "surface/normals_sparse.frag", REST=1))
+
+    def run(self, frame: DepthTextures, camera: Camera) -> None:
+        images = self._images.fit(frame.size)
+        self._first.draw(images.levels[0].target, {"finer": frame.depth})
+        for finer, coarser in zip(images.levels, images.levels[1:], strict=False):
+            self._join.draw(coarser.target, {"finer": finer.texture})
+        target, common = frame.surface.staged_target, {"depth_map": frame.depth, "intrinsics": camera.intrinsics}
+        empty(target, frame.surface.window)
+        with enabled(self._context, DEPTH_TEST):
+            for tilt in SPARSE_TILTS:
+                for level, cells in enumerate(images.levels, 1):
+                    self._answer.draw(target, {"cells": cells.texture}, level=level, tilt=tilt, **common)
+            self._rest.draw(target, {}, **common)
+
+
+class CellImages(Images):
+    """The cells of one size of frame, from 2x2 pixels on: each level half as many a side as the one before."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            sizes = [(-(-size[0] >> k), -(-size[1] >> k)) for k in range(1, SPARSE_LEVELS + 1)]
+            self.levels = [self._keep(CellImage(context, one)) for one in sizes]
+
+
+class CellImage(Images):
+    """Cells of one level (RGBA32F), see shaders/common/sparse_cells.glsl."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.texture = self._texture(4, "f4")
+            self.target = self._framebuffer(self.texture)

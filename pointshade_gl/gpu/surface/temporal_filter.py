@@ -1,0 +1,152 @@
+"""Temporal pass: the depth and the normals of a stream's frames are averaged over time, where neither has changed."""
+
+from __future__ import annotations
+
+import weakref
+from typing import NamedTuple
+
+import moderngl
+import numpy as np
+
+from ...estimation.noise_over_time import Decisions
+from ...scene.camera import Camera
+from ...scene.frame import Frame
+from ...scene.noise import Noise
+from ..core.frame_textures import PointSurface
+from ..core.images import Fitted, Images, empty
+from ..core.memory import Owner
+from ..core.passes import FullscreenPasses
+from ..core.steps import Steps
+
+
+class Stream(NamedTuple):
+    """A frame that is filtered over time, by what, and what the frames before it have left."""
+
+    temporal: TemporalPass
+    history: History
+    frame: Frame
+
+
+class TemporalPass(Owner):
+    """Carries what is remembered into the camera of the new frame, compares, and mixes: see common/temporal.glsl.
+
+    It takes 24 bytes a pixel of the largest frame, and each history 32 bytes a pixel.
+    """
+
+    def __init__(self, context: moderngl.Context, steps: Steps):
+        super().__init__(context)
+        self._steps = steps
+        self._passes = self._keep(FullscreenPasses(context))
+        self._change = self._keep(Fitted(context, ChangeImage))
+
+    def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
+        """Depth and its noise from depth_average.frag -> depth that rests on the frames before, and the same noise.
+
+        Its normals then have less noise than their estimator is told: less flicker, and no other decisions.
+        """
+        return self._steps.always("temporal", self._filter_depth, picture, noise, stream, camera)
+
+    def filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
+        """Mixes the surface's normals with those remembered: at creases they flip even where depth hardly changes."""
+        self._steps.always("temporal normals", self._filter_normals, surface, stream, camera)
+
+    def _filter_depth(
+        self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera
+    ) -> moderngl.Texture:
+        history, change = stream.history.fit(picture.size), self._change.fit(picture.size)
+        view = stream.history.view_from(stream.frame, camera)
+        rounding = noise.step, noise.powers[1]
+        if view is None:
+            empty(change.target)
+        else:
+            maps = {"picture": picture, "history_map": history.depth, "normal_map": history.normals}
+            moved = not np.array_equal(view, np.eye(4))
+            way = {"intrinsics": camera.intrinsics, "view": view.T.astype("f4").tobytes()} if moved else {}
+            self._passes.get("surface/temporal_change.frag", MOVED=int(moved)).draw(
+                change.target, maps, rounding=rounding, **way
+            )
+        maps = {"picture": picture, "change_map": change.change}
+        mix = self._passes.get("surface/temporal_depth.frag")
+        mix.draw(history.depth_target, maps, intrinsics=camera.intrinsics, rounding=rounding)
+        return history.calm
+
+    def _filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
+        history, change = stream.history.fit(surface.size), self._change.fit(surface.size)
+        maps = {"surface_map": surface.texture, "old_normal_map": change.normals, "history_map": history.depth}
+        self._passes.get("surface/temporal_normals.frag").draw(
+            history.normal_target, maps, intrinsics=camera.intrinsics
+        )
+        self._context.copy_framebuffer(surface.target, history.normal_target)
+        stream.history.remember(stream.frame, camera)
+
+
+class History:
+    """What the frames of one stream have left on the GPU, and the camera and pose it was seen with.
+
+    decisions  about its noise
+    """
+
+    def __init__(self, context: moderngl.Context):
+        self._context = context
+        self.decisions = Decisions()
+        self._image: HistoryImage | None = None
+        self._last: tuple[weakref.ref[Frame], Camera, np.ndarray] | None = None
+
+    def fit(self, size: tuple[int, int]) -> HistoryImage:
+        """The images, empty if the size is another one."""
+        if self._image is None or self._image.size != size:
+            self.release()
+            self._image = HistoryImage(self._context, size)
+        return self._image
+
+    def view_from(self, frame: Frame, camera: Camera) -> np.ndarray | None:
+        """(4, 4) from the axes of a frame's camera to those of the last frame's; the identity if neither has moved.
+
+        None if nothing can be used: after another camera, and where the frame has been filtered before.
+        """
+        if self._last is None or self._last[0]() is frame or self._last[1] != camera:
+            return None
+        pose = self._last[2]
+        return np.eye(4) if np.array_equal(pose, frame.pose) else np.linalg.inv(pose) @ frame.pose
+
+    def remember(self, frame: Frame, camera: Camera) -> None:
+        """The images rest on this frame, too."""
+        self._last = weakref.ref(frame), camera, frame.pose
+
+    def forget(self) -> None:
+        """The stream begins anew."""
+        self._last = None
+        self.decisions = Decisions()
+
+    def release(self) -> None:
+        self.forget()
+        if self._image is not None:
+            self._image.release()
+        self._image = None
+
+
+class HistoryImage(Images):
+    """What is remembered (the first two RGBA32F).
+
+    depth    depth, noise of the last frame, noise that is left, share of the last frame; noise over depth
+    normals  unit normal and depth, as in PointSurface
+    calm     depth and noise of the last frame once more (RG32F), as estimators read them
+    """
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.depth, self.normals = self._texture(4, "f4"), self._texture(4, "f4")
+            self.calm = self._texture(2, "f4")
+            self.depth_target = self._framebuffer(self.depth, self.calm)
+            self.normal_target = self._framebuffer(self.normals)
+
+
+class ChangeImage(Images):
+    """How a new frame differs from what is remembered (RG32F), and the old normals in its axes (RGBA32F)."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.change, self.normals = self._texture(2, "f4"), self._texture(4, "f4")
+            self.target = self._framebuffer(self.change, self.normals)

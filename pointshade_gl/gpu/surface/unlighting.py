@@ -1,0 +1,64 @@
+"""Albedo pass: a frame's picture -> its colours without the light that it was taken in."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ...estimation.light_fit import FoundLight, fit_light
+from ...scene.camera import Camera
+from ..core.frame_textures import AlbedoImage, Colors, FrameTextures, PointSurface
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass, data_texture
+
+SAMPLES = 160  # that the light is fitted to, across the longer side of a frame
+
+
+class UnlightingPass(Owner):
+    """Finds the light in a small copy of the frame, which is read back, and divides it out on the GPU."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._sample = self._keep(FullscreenPass(context, "points/lit_samples.frag"))
+            self._paint = self._keep(FullscreenPass(context, "surface/unlighting.frag"))
+
+    def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
+        """The light in a frame's picture, from the normals of its surface."""
+        return fit_light(*self.sample(frame, surface)[:2])
+
+    def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:
+        """Colours and surfaces of a small copy, see `SmallCopy.read`, and the pixels between its samples."""
+        stride = max(max(surface.size) / SAMPLES, 1.0)
+        width, height = (max(int(side / stride), 1) for side in surface.size)
+        copy = SmallCopy(self._context, width, height)
+        try:
+            maps = {"color_map": frame.color, "surface_map": surface.texture}
+            self._sample.draw(copy.target, maps, stride=stride)
+            colors, surfaces = copy.read()
+            return colors, surfaces, stride
+        finally:
+            copy.release()
+
+    def run(
+        self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: AlbedoImage
+    ) -> None:
+        """Paints the albedo. camera: the frame's own, at the size of the surface."""
+        maps = {"color_map": colors.texture, "surface_map": surface.texture}
+        values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
+        self._paint.draw(albedo.target, maps, **values)
+        albedo.raise_version()
+
+
+class SmallCopy(Owner):
+    """Linear colours, and normals and depths, of the same pixels."""
+
+    def __init__(self, context: moderngl.Context, width: int, height: int):
+        super().__init__(context)
+        with self._all_or_nothing():
+            self._maps = [self._keep(data_texture(context, width, height, 4)) for _ in range(2)]
+            self.target = self._allocate(context.framebuffer, self._maps)
+
+    def read(self) -> list[np.ndarray]:
+        """Twice (h, w, 4) float32, read-only: linear RGB and 1, or 0 where unknown; unit normal and depth."""
+        return [np.frombuffer(m.read(), np.float32).reshape(m.height, m.width, 4) for m in self._maps]

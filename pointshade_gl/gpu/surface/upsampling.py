@@ -1,0 +1,78 @@
+"""Upsampling: a small surface -> the same surface at a larger size, its outlines as the colour picture shows them."""
+
+from __future__ import annotations
+
+import math
+
+import moderngl
+
+from ...scene.camera import Camera
+from ..core.frame_textures import FrameTextures, PointSurface
+from ..core.images import Box, Fitted, Images
+from ..core.memory import Owner
+from ..core.passes import FullscreenPass
+from .flying_pixels import FlyingPixelPass
+from .normals import Estimator, SurfacePass
+
+
+class UpsamplePass(Owner):
+    """Colour decides which surface a pixel lies on, its place alone decides how far away and how turned it is.
+
+    It trusts the colours, and nothing checks them. Near edges of ray-traced scenes with samples of 7.5 pixels, 8 % of
+    the depths are wrong without a vote and 1 % with it; 2 % with noise of 20/255 in the colours, 5 % of 40/255; 6 %
+    where the colours are shifted by .4 of a sample, 10 % by a whole one.
+    """
+
+    def __init__(self, context: moderngl.Context, surface: SurfacePass):
+        super().__init__(context)
+        self._images = self._keep(Fitted(context, SampleImages))
+        with self._all_or_nothing():
+            self._find_guide = self._keep(FullscreenPass(context, "surface/upsample_guide.frag"))
+            self._find_calm = self._keep(FullscreenPass(context, "surface/planar_mask.frag"))
+            self._vote = self._keep(FullscreenPass(context, "surface/upsample_vote.frag"))
+            self._snap = self._keep(FlyingPixelPass(context, surface))
+
+    def run(
+        self,
+        frame: FrameTextures,
+        small: PointSurface,
+        camera: Camera,
+        estimator: Estimator | None,
+        large: PointSurface,
+    ) -> None:
+        """Brings the surface that the estimator has found, or that has the caller's own normals, to a larger size.
+
+        camera  who took the frame, at the depth's size
+        """
+        images = self._images.fit(small.size)
+        colors = {"color_map": frame.color}
+        self._find_guide.draw(images.guide_target, colors, small_size=small.size)
+        snapped = self._snap.run(frame, images.guide, camera, estimator)
+        source = {"surface_map": snapped.texture, "source": camera.intrinsics}
+        self._find_calm.draw(images.calm_target, source)
+        large.confine(_enlarged(small.window, small.size, large.size))
+        maps = {"guide_map": images.guide, "calm_map": images.calm}
+        self._vote.draw(large.target, source | colors | maps, large_size=large.size)
+        large.certainty = small.certainty
+        large.raise_version()
+
+
+class SampleImages(Images):
+    """What the vote asks of each sample: `guide`, its mean colour, and `calm`, whether all around lies on its plane."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        with self._all_or_nothing():
+            self.guide, self.calm = self._texture(4, "f4"), self._texture(1, "f4")
+            self.guide_target, self.calm_target = self._framebuffer(self.guide), self._framebuffer(self.calm)
+
+
+def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:
+    """The part of a larger picture where samples in a window of the smaller one may be seen: a sample further."""
+    edges = []
+    for axis in (0, 1):
+        low, high = window[axis] - 1, window[axis] + window[axis + 2] + 1
+        scale = larger[axis] / size[axis]
+        edges.append((max(math.floor(low * scale), 0), min(math.ceil(high * scale), larger[axis])))
+    (left, right), (top, bottom) = edges
+    return left, top, right - left, bottom - top

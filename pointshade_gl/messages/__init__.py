@@ -1,0 +1,1 @@
+"""What users are told: checks of values, wording, suggestions, notes and errors."""

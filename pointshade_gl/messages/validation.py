@@ -1,0 +1,183 @@
+"""Checks that several values share. Each raises an error of one sentence: subject, expectation, value.
+
+TypeError says that the value is not of the right kind (a text, None, a list), ValueError that the number is impossible.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .formatting import shown
+from .suggestions import did_you_mean
+
+LARGEST = 1e18  # shaders square lengths: squares of larger numbers overflow 32-bit floats
+ABOVE_0 = math.nextafter(0, 1)  # the smallest float that is not 0
+LARGEST_SIZE = 2**31 - 1  # pixels: the largest integer of OpenGL
+FPS = 0.01, 1000.0  # a GIF cannot show a picture for longer than 655 seconds
+_T = TypeVar("_T")
+
+
+def items_of(value: Any) -> list[Any] | None:
+    """What a list, a generator or another iterable holds; None for anything else."""
+    try:
+        iterator = iter(value)
+    except TypeError:
+        return None
+    return list(iterator)
+
+
+def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "") -> None:
+    """Raises ValueError, listing the known names, if the value is not one of them.
+
+    place  of the value, such as " in intrinsics.json"
+    """
+    if not (isinstance(value, str) and value in known):
+        near = did_you_mean(value, known)
+        raise ValueError(f"unknown {name} {shown(value)}{place}{near}: known are {', '.join(known)}")
+
+
+def check_type(value: Any, kind: type[_T], name: str) -> _T:
+    """The value. Raises TypeError unless it is of this kind."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} must be a {kind.__name__}, got {shown(value)}")
+    return value
+
+
+def check_flag(value: Any, name: str) -> bool:
+    """The value as a bool. Raises TypeError for anything but True and False: the text "no" is true in Python."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False, got {shown(value)}")
+    return bool(value)
+
+
+def check_path(path: Any) -> Path:
+    """The path as a Path. Raises TypeError for anything else, ValueError for characters that no file name can have."""
+    text = os.fspath(path) if isinstance(path, str | os.PathLike) else None
+    if not isinstance(text, str):
+        raise TypeError(f"path must be a text or a Path, got {shown(path)}")
+    try:
+        is_valid = b"\0" not in os.fsencode(text)
+    except UnicodeEncodeError:  # half of a surrogate pair
+        is_valid = False
+    if not is_valid:
+        raise ValueError(f"path must be a text or a Path of valid characters, got {shown(path)}")
+    return Path(text)
+
+
+def check_float(value: Any, complaint: str, low: float = -LARGEST, high: float = LARGEST) -> float:
+    """The number as a float. Raises ValueError with the complaint unless it lies between low and high."""
+    try:
+        if isinstance(value, str | bytes | bytearray | np.complexfloating) or getattr(value, "ndim", 0):
+            raise TypeError
+        number = float(value)
+    except OverflowError:  # a very long integer
+        number = math.inf
+    except (TypeError, ValueError):
+        raise TypeError(f"{complaint}, got {shown(value)}") from None
+    if not low <= number <= high:  # NaN fails, too
+        raise ValueError(f"{complaint}, got {shown(value)}")
+    return number
+
+
+def check_number(value: Any, name: str, low: float, high: float = LARGEST) -> float:
+    """The number as a float. Raises ValueError unless it lies between low and high."""
+    return check_float(value, f"{name} must be a number from {low:g} to {high:g}", low, high)
+
+
+def check_positive(value: Any, name: str) -> float:
+    """The number as a float. Raises ValueError unless it is finite and above 0."""
+    return check_float(value, f"{name} must be a finite number above 0", ABOVE_0, sys.float_info.max)
+
+
+def check_fps(value: Any, name: str, what: str) -> float:
+    """Pictures or frames ("what") per second as a float. Raises ValueError unless films and windows can show them."""
+    return check_float(value, f"{name} must be {what} per second, from {FPS[0]:g} to {FPS[1]:g}", *FPS)
+
+
+def check_count(value: Any, name: str, low: int = 0, unit: str = "") -> int:
+    """The number as an int. Raises ValueError unless it is whole and lies between low and 2147483647."""
+    complaint = f"{name} must be a whole number {unit}from {low} to {LARGEST_SIZE}"
+    number = check_float(value, complaint, low, LARGEST_SIZE)
+    if number % 1:
+        raise ValueError(f"{complaint}, got {shown(value)}")
+    return int(number)
+
+
+def check_size(value: Any, name: str = "size") -> tuple[int, int]:
+    """Width and height of a picture or a window. Raises ValueError unless both are whole and above 0."""
+    complaint = f"{name} must be a width and a height in whole pixels above 0"
+    sides = items_of(value)
+    if sides is None:
+        raise TypeError(f"{complaint}, got {shown(value)}")
+    numbers = [check_float(side, complaint, 1, LARGEST_SIZE) for side in sides]
+    if len(numbers) != 2 or any(side % 1 for side in numbers):
+        raise ValueError(f"{complaint}, got {shown(value)}")
+    return int(numbers[0]), int(numbers[1])
+
+
+def as_given(value: Any, complaint: str) -> NDArray[Any]:
+    """The value as an array of its own type. Raises ValueError with the complaint for rows of different lengths."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{complaint}, got rows of different lengths") from None
+
+
+def as_array(value: Any, complaint: str, dtype: Any = np.float64) -> NDArray[Any]:
+    """A new array of these numbers, infinite beyond the range of the type.
+
+    Raises TypeError with the complaint for anything but real numbers, ValueError for rows of different lengths and for
+    numbers beyond float64.
+    """
+    array = as_given(value, complaint)
+    try:
+        if array.dtype.kind == "O":
+            array = array.astype(np.float64)
+        if value is None or array.dtype.kind not in "fiub":
+            raise TypeError
+    except OverflowError:
+        raise ValueError(f"{complaint}, got {shown(value)}") from None
+    except (TypeError, ValueError):
+        raise TypeError(f"{complaint}, got {shown(value)}") from None
+    with np.errstate(over="ignore"):
+        return np.array(array, dtype, order="C")
+
+
+def check_numbers(
+    value: Any, count: int, complaint: str, low: float = -LARGEST, high: float = LARGEST
+) -> tuple[float, ...]:
+    """Exactly `count` numbers, as floats. Raises ValueError with the complaint unless all lie between low and high."""
+    if type(value) is tuple and len(value) == count and all(type(x) is float and low <= x <= high for x in value):
+        return value  # checked before: lights are made anew for every picture
+    array = as_array(value, complaint)
+    if array.shape != (count,) or not ((array >= low) & (array <= high)).all():
+        raise ValueError(f"{complaint}, got {shown(value)}")
+    return tuple(array.tolist())
+
+
+def check_point(value: Any, name: str) -> tuple[float, float, float]:
+    """A place. Raises ValueError unless it is three finite numbers."""
+    x, y, z = check_numbers(value, 3, f"{name} must be three finite numbers up to {LARGEST:g}")
+    return x, y, z
+
+
+def check_direction(value: Any, name: str) -> tuple[float, float, float]:
+    """A direction of any length but 0. Raises ValueError unless it is three finite numbers."""
+    most = sys.float_info.max
+    x, y, z = check_numbers(value, 3, f"{name} must be three finite numbers", -most, most)
+    if not any((x, y, z)):
+        raise ValueError(f"{name} must not be (0, 0, 0)")
+    return x, y, z
+
+
+def check_color(value: Any, name: str) -> tuple[float, float, float]:
+    """A linear colour. Raises ValueError unless it is three numbers of 0 or more."""
+    red, green, blue = check_numbers(value, 3, f"{name} must be three numbers from 0 to {LARGEST:g}", low=0)
+    return red, green, blue

@@ -1,0 +1,58 @@
+"""A page in a notebook's cell: in a frame of its own, cut off from the notebook."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+from ..messages.validation import check_count
+from ..rendering.renderer import Renderer
+from .page_file import Source, draw_page
+
+HEIGHT = 480  # CSS pixels
+LOWEST = 120
+MOST = 2_500_000  # bytes: Jupyter drops outputs of 3 million bytes and more in its first setting
+
+
+class Cell:
+    """What a notebook shows as a page. `html` is the page itself."""
+
+    def __init__(self, page: str, title: str, height: int):
+        self.html, self._title, self._height = page, title, height
+
+    def _repr_html_(self) -> str:
+        """A frame whose scripts run, and that can reach neither the notebook nor anything else."""
+        return (
+            f'<iframe srcdoc="{html.escape(self.html)}" title="{html.escape(self._title)}" sandbox="allow-scripts" '
+            f'allowfullscreen style="display: block; width: 100%; height: {self._height}px; border: 0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"Cell({len(self.html) / 1e6:.1f} MB, {self._height} pixels high)"
+
+
+def draw_cell(
+    renderer: Renderer,
+    source: Source,
+    *,
+    height: int = HEIGHT,
+    quality: str | None = None,
+    title: str = "pointshade",
+    **options: Any,
+) -> Cell:
+    """Shows a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
+
+    source   as for `render`
+    height   of the cell, CSS pixels; it is as wide as the notebook
+    quality  as for `save_page`; None: "exact", or "small" where that would be more than 2.5 MB. Notebooks keep each
+             page, and Jupyter drops outputs of 3 MB and more unless ServerApp.iopub_data_rate_limit is raised
+    title    what a page says below its picture
+    options  those of `render`
+
+    As the last line of a cell it shows itself. Raises ValueError or TypeError for anything else.
+    """
+    height = check_count(height, "height", LOWEST, "of pixels ")
+    page = draw_page(renderer, source, quality=quality or "exact", title=title, **options)
+    if quality is None and len(page) > MOST:
+        page = draw_page(renderer, source, quality="small", title=title, **options)
+    return Cell(page, title, height)

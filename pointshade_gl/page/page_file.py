@@ -1,0 +1,184 @@
+"""Writes pages: what they show, and the parts that page.html is filled with, as one file."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
+from ..files.access.atomic_write import check_place, written_whole
+from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..messages.formatting import option, shown
+from ..messages.notes import print_note
+from ..messages.validation import check_choice, check_count, check_path
+from ..rendering.renderer import Renderer
+from ..rendering.request import FilePath, Scenes, loaded, seen_by
+from ..scene.appearance import Look
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import check_lights
+from ..scene.render_settings import Finish
+from .contents import surfaces_of
+from .page_scene import Showing, look_of
+from .parts import QUALITIES, Part, Quality, mesh_part, surface_part
+from .picture_coding import pack
+from .reduced_frames import reduced
+from .shaders import shader_texts
+
+FOLDER = Path(__file__).resolve().parent
+SCRIPTS = (
+    "state.js",
+    "decode.js",
+    "programs.js",
+    "lights.js",
+    "shadows.js",
+    "take.js",
+    "paint.js",
+    "draw.js",
+    "controls.js",
+)
+SUFFIXES = ".html", ".htm"
+STILL = 85  # quality of the still's WebP
+LARGEST = 2048  # pixels a side: so many have the textures of every browser
+STRAIGHT = 0.0, 0.0, 0.0  # not turned
+
+Source = Frame | Sequence[Frame] | Scene | FilePath
+
+
+def write_page(
+    renderer: Renderer,
+    path: FilePath,
+    source: Source,
+    *,
+    quality: str = "exact",
+    largest: int = LARGEST,
+    title: str | None = None,
+    **options: Any,
+) -> None:
+    """Writes a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
+
+    The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
+    Depths and normals are those that `render` draws with, "auto" smooths noise in the page, too.
+
+    path     ends with .html; it is written completely or not at all
+    source   as `render` takes it: a Frame, several in a sequence, a Scene, a path or a built-in name
+    quality  "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about a third
+             smaller, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees
+    largest  pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth
+    title    what the page calls itself; None is the name of a path, or "pointshade"
+    options  those of `render`: the page begins with the picture that it gives. The mouse holds the first light, the
+             others stay where they are. Samples and ground are those of the picture for browsers without WebGL 2.
+
+    Where something cannot be shown (the size of lights, grounds, triangles between pixels, the mean of several frames),
+    a note says so, and the page's help.
+
+    Raises ValueError or TypeError for arguments that do not fit, and OSError for a path that cannot be written.
+    """
+    path = check_page_path(path)
+    text = draw_page(renderer, source, quality=quality, largest=largest, title=title, **options)
+    with written_whole(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def check_page_path(path: FilePath) -> Path:
+    """The path, if a page can be written there. Raises ValueError for another suffix, OSError for no such place."""
+    path = check_path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(f"cannot write {path}: a page's suffix is .html")
+    return check_place(path)
+
+
+def draw_page(
+    renderer: Renderer,
+    source: Source,
+    *,
+    quality: str = "exact",
+    largest: int = LARGEST,
+    title: str | None = None,
+    **options: Any,
+) -> str:
+    """The text of the page that `save_page` writes."""
+    check_choice(option("quality"), quality, tuple(QUALITIES))
+    check_count(largest, "largest", 1, "of pixels ")
+    named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
+    if not isinstance(title, str | None):
+        raise TypeError(f"title must be a text, got {shown(title)}")
+    source = reduced(loaded(source), largest)
+    still = renderer.render(source, **options)
+    showing = arranged(source, options)
+    for sentence in showing.left_out:
+        print_note(f"in the page {sentence}")
+    parts = list(_parts(renderer, showing, QUALITIES[quality]))
+    data = showing.values() | {"things": [head for head, _ in parts]}
+    return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
+
+
+def arranged(source: Frame | Sequence[Frame] | Scene, options: dict[str, Any]) -> Showing:
+    """What a page of these options of `Renderer.render` shows first."""
+    given = {name: value for name, value in options.items() if value is not None}
+    look = Look(**{field.name: given[field.name] for field in fields(Look) if field.name in given})
+    scene = Scenes().of(source, tuple(look.options.values()))
+    finish = Finish(**{field.name: given[field.name] for field in fields(Finish) if field.name in given})
+    lights = given.get("light", scene.lights or (GROUND_LIGHT if finish.ground else None))
+    turn = given.get("yaw", 0.0), given.get("pitch", 0.0), given.get("dolly", 0.0)
+    camera, seen = seen_by(source, scene, given.get("camera"), given.get("pose"), *turn)
+    if isinstance(source, Scene):
+        return Showing(scene, scene, camera, seen, STRAIGHT, check_lights(lights), "phong", finish)
+    frame = scene.things[0].content.frame
+    home, turn = (seen, STRAIGHT) if "pose" in given else (frame.pose, turn)
+    return Showing(frame, scene, camera, home, turn, check_lights(lights), look.shading, finish)
+
+
+def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
+    """The things of the scene."""
+    with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
+        for placed, thing in things.items():
+            meshes = [mesh_part(thing, quality)] if isinstance(thing, PlacedMesh) else []
+            for head, body in meshes or (surface_part(surface, quality) for surface in surfaces_of(thing)):
+                yield head | look_of(placed) | {"axes": showing.axes_of(head["axes"]).tolist()}, body
+
+
+def _filled(title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes) -> str:
+    """The template with its places filled, which look like {{title}}."""
+    places = {
+        "title": html.escape(title),
+        "still": f"data:image/webp;base64,{_base64(_webp(still))}",
+        "data": _json(data),
+        "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
+        "parts": _base64(pack(body)),
+        "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS),
+    }
+    text = (FOLDER / "page.html").read_text(encoding="utf-8")
+    pieces = text.split("{{")
+    filled = [pieces[0]]
+    for piece in pieces[1:]:
+        name, rest = piece.split("}}", 1)
+        filled += [places[name], rest]
+    return "".join(filled)
+
+
+def _json(data: Any) -> str:
+    """JSON that no HTML parser takes for the end of its script."""
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _base64(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+def _webp(image: NDArray[np.uint8]) -> bytes:
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(file, "WEBP", quality=STILL)
+    return file.getvalue()

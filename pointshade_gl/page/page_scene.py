@@ -1,0 +1,139 @@
+"""What a page shows, as plain values: who looks, the lights, the stage that the mouse moves, and all things."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light, at_upper_left
+from ..scene.orbit_state import State
+from ..scene.orbit_target import Stage
+from ..scene.placed import Placed
+from ..scene.render_settings import Finish
+from ..scene.visible_scene import is_alone, material_of
+from .unsupported import left_out
+
+Matrix = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Showing:
+    """How a page begins. All its places are in *home axes*: those of the camera that the stage stands before.
+
+    home  (4, 4) pose of that camera
+    turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
+    """
+
+    source: Frame | Scene
+    scene: Scene
+    camera: Camera
+    home: Matrix
+    turn: tuple[float, float, float]
+    lights: Sequence[Light]
+    shading: str
+    finish: Finish
+
+    @property
+    def stage(self) -> Stage:
+        if isinstance(self.source, Scene):
+            return Stage.of(replace(self.source, pose=self.home))
+        stage = Stage.of(self.source)
+        return replace(stage, pivot=stage.upright @ self._at_home(self.source.pivot))
+
+    def values(self) -> dict[str, Any]:
+        """For the JSON: all but the things."""
+        stage = self.stage
+        extent = self.scene.extent
+        pivot, radius = extent.centre, extent.radius
+        start = self.start(stage)
+        lights = [self._light(light) for light in self._placed(start.pose(stage))]
+        return {
+            "camera": vars(self.camera),
+            "stage": {"pivot": stage.pivot.tolist(), "radius": stage.radius, "upright": stage.upright.tolist()},
+            "start": {
+                "yaw": start.yaw,
+                "pitch": start.pitch,
+                "distance": start.distance,
+                "lightAt": list(start.light_at),
+                "lightReach": start.light_reach,
+                "lightColor": list(start.light_color),
+                "lightIntensity": start.light_intensity,
+                "shadows": any(light.shadow for light in self.lights),
+                "shading": self.shading,
+            },
+            "held": lights[0],
+            "lights": lights[1:],
+            "ambient": list(self.scene.ambient),
+            "bounds": {
+                "corners": [self._at_home(corner).tolist() for corner in extent.corners],
+                "centre": self._at_home(pivot).tolist(),
+                "radius": radius,
+                "grain": extent.grain,
+            },
+            "toWorld": self.home[:3, :3].tolist(),
+            "distance": self._distance(),
+            "background": self._background(),
+            "leftOut": self.left_out,
+        }
+
+    @property
+    def left_out(self) -> list[str]:
+        """What the page does not show as `Renderer.render` does, in sentences."""
+        return list(left_out(self.scene, self.lights, self.finish))
+
+    def start(self, stage: Stage) -> State:
+        """The state in which the page begins: its first light is the one that is held."""
+        yaw, pitch, dolly = self.turn
+        state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
+        (first, *_) = self._placed(state.pose(stage))
+        return state.with_light(first, stage, self.home)
+
+    def axes_of(self, axes: Matrix) -> Matrix:
+        """(4, 4) from something's axes, to the world, to home axes."""
+        return np.linalg.inv(self.home) @ axes
+
+    def _placed(self, pose: Matrix) -> list[Light]:
+        return [at_upper_left(light, self.home @ pose) for light in self.lights]
+
+    def _at_home(self, point: Any) -> NDArray[np.float64]:
+        return self.home[:3, :3].T @ (np.asarray(point) - self.home[:3, 3])
+
+    def _light(self, light: Light) -> dict[str, Any]:
+        turn = self.home[:3, :3].T
+        return {
+            "position": None if light.position is None else self._at_home(light.position).tolist(),
+            "direction": None if light.direction is None else (turn @ np.array(light.direction)).tolist(),
+            "color": list(light.color),
+            "intensity": light.intensity,
+            "attenuation": list(light.attenuation),
+            "cone": list(light.cone),
+            "shadow": light.shadow,
+        }
+
+    def _background(self) -> str | None:
+        """As CSS writes colours."""
+        if self.finish.background is None:
+            return None
+        encoded = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055 for c in self.finish.background)
+        return f"rgb({', '.join(f'{255 * c:.0f}' for c in encoded)})"
+
+    def _distance(self) -> float | None:
+        """How far everything is taken to be for the near plane; None if it depends on who looks."""
+        if not is_alone(self.scene.things):
+            return None
+        alone = self.scene.things[0]
+        return alone.content.scale * alone.rigid_axes[1]
+
+
+def look_of(placed: Placed) -> dict[str, Any]:
+    """How a thing is lit, for the JSON."""
+    content = placed.content
+    shading = content.look.shading if hasattr(content, "look") else content.shading
+    return {"material": list(material_of(placed).strengths), "shading": shading, "shadow": placed.node.shadow}

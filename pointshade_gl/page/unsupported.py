@@ -1,0 +1,23 @@
+"""What a page does not show as the renderer does, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.point_object import PointObject
+from ..scene.render_settings import Finish
+
+
+def left_out(scene: Scene, lights: Iterable[Light], finish: Finish) -> Iterator[str]:
+    """Of a scene under these lights, finished like this."""
+    objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
+    if finish.ground:
+        yield "the ground and its shadows are in the still picture only"
+    if any(light.is_soft for light in lights):
+        yield "lights have no size: their shadows are hard"
+    if any(one.look.splat == "mesh" for one in objects):
+        yield "triangles between pixels are drawn as splats"
+    if not all(one.is_single for one in objects):
+        yield "where several frames show the same, the nearest is seen, not their mean"

@@ -1,0 +1,105 @@
+"""Adds up the samples of a picture, with the shadows on its ground, and develops the sum."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ..estimation.ground_plane import ground_under, seen_ground
+from ..gpu.core.canvas import Canvas
+from ..gpu.core.passes import FullscreenPass
+from ..gpu.core.steps import Steps
+from ..gpu.core.view_images import Target
+from ..gpu.drawables import Drawable
+from ..gpu.output.resolve_samples import ResolveSamplesPass
+from ..gpu.shading.light_pass import LightPass
+from ..gpu.shading.light_set import LightSet
+from ..scene.placed import Placed
+from ..scene.render_settings import Finish, Vector
+from ..scene.sample_pattern import at_sample
+from ..scene.visible_scene import VisibleScene
+from .frame_pass import FramePass
+from .light_setup import LightSetup
+
+
+class Accumulator:
+    """Makes finished pictures. A target keeps its sum: more samples of the same are added to it."""
+
+    def __init__(
+        self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup, frame_pass: FramePass
+    ):
+        self._gl = context
+        self._steps = steps
+        self._light = light
+        self._light_setup = light_setup
+        self._frame_pass = frame_pass
+        self._develop: ResolveSamplesPass | None = None  # these two are made for the first picture that needs them
+        self._ground: FullscreenPass | None = None
+
+    def draw(self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], finish: Finish) -> None:
+        """The finished picture."""
+        self._develop = self._develop or ResolveSamplesPass(self._gl)
+        self._add_samples(target, visible, drawables, self._develop, finish)
+        self._develop.develop(target, finish.samples, finish.background)
+
+    def forget(self, target: Target) -> None:
+        """Lets go of a scene that is no longer shown."""
+        target.samples.content = None
+        for step in ("up", "ground"):
+            self._steps.forget(step)
+
+    def _add_samples(
+        self,
+        target: Target,
+        visible: VisibleScene,
+        drawables: dict[Placed, Drawable],
+        develop: ResolveSamplesPass,
+        finish: Finish,
+    ) -> None:
+        """The sums of the samples. Of a picture that shows the same as the last one, only those that are missing."""
+        sums, has_ground = target.samples, not isinstance(finish.ground, bool)
+        content = (
+            visible.scene,
+            tuple(visible.lights),
+            visible.eye.camera,
+            visible.eye.pose.tobytes(),
+            finish.ground,
+            finish.ground_height,
+        )
+        done = sums.count if sums.content == content and sums.count <= finish.samples else 0
+        if not done:
+            sums.clear(has_ground)
+        sums.content = None  # stays so if a sample fails
+        is_soft, light_set = any(light.is_soft for light in visible.lights), None
+        for k in range(done, finish.samples):
+            sample = at_sample(visible, k)
+            if is_soft or light_set is None:
+                light_set = self._light_setup.prepare(sample, drawables)
+                self._light_setup.light_points(sample, drawables, light_set)
+            self._frame_pass.draw(target, develop.canvas(sums), sample, drawables, light_set)
+            if not isinstance(finish.ground, bool) and light_set.shadow_map is not None:
+                self._draw_ground(
+                    target, sample, light_set, develop.ground_canvas(sums), finish.ground, finish.ground_height
+                )
+        sums.content, sums.count = content, finish.samples
+
+    def _draw_ground(
+        self,
+        target: Target,
+        visible: VisibleScene,
+        light_set: LightSet,
+        canvas: Canvas,
+        up: Vector,
+        height: float | None,
+    ) -> None:
+        """The shadows on the ground, where nothing else is seen. Lights with shadows have left the surfaces there."""
+        self._ground = self._ground or FullscreenPass(self._gl, "shading/ground.frag")
+        ground = self._steps.run("ground", ground_under, visible.scene, up, height)
+        inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}
+        inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
+        with canvas.opened((0, 0, *target.size)) as image:
+            self._ground.draw(image, {}, material=visible.materials[0].strengths, **inputs)
+
+    def release(self) -> None:
+        for item in (self._develop, self._ground):
+            if item is not None:
+                item.release()

@@ -1,0 +1,66 @@
+"""What was found out about the things of a picture: by which estimators, how far frames agree, in which light."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..estimation.highlight_fit import FoundHighlights
+from ..estimation.light_fit import FoundLight
+from ..estimation.multi_view import SetReport
+from ..gpu.core.frame_textures import FrameTextures
+from ..gpu.drawables import Drawable
+from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.points.tiles import TiledPoints
+from ..scene.frame import Frame
+from ..scene.noise import Choice
+from ..scene.placed import Placed
+
+Drawn = Mapping[Placed, Drawable]  # what a picture shows, on the GPU
+
+
+def findings(drawn: Drawn) -> list[tuple[str, Choice | SetReport]]:
+    """What estimated the normals of each point object, or what its frames agree on; by name."""
+    return [
+        (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
+        for p, thing in drawn.items()
+        if not isinstance(thing, PlacedMesh)
+    ]
+
+
+def lights(drawn: Drawn) -> list[tuple[str, FoundLight]]:
+    """What light was found in each frame whose light was to be taken out; by object."""
+    return [(name, textures.light) for name, textures in _frames(drawn) if textures.light]
+
+
+def highlights(drawn: Drawn) -> list[tuple[str, FoundHighlights]]:
+    """The same of highlights."""
+    return [(name, textures.highlights) for name, textures in _frames(drawn) if textures.highlights]
+
+
+def weights(drawn: Drawn) -> dict[Frame, float]:
+    """How much each frame counts where several show the same: 1 if it is a primary view."""
+    found: dict[Frame | None, float] = {}
+    for thing in drawn.values():
+        if isinstance(thing, ShownSet):
+            found |= zip((view.textures.frame for view in thing.views), thing.importances.tolist(), strict=True)
+        elif isinstance(thing, ShownPoints):
+            found[thing.textures.frame] = 1.0
+        elif isinstance(thing, TiledPoints):
+            found[thing.frame] = 1.0
+    return {frame: weight for frame, weight in found.items() if frame}
+
+
+def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
+    return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
+
+
+def _frames(drawn: Drawn) -> list[tuple[str, FrameTextures]]:
+    """The frames that are on the GPU as a whole, by object: of others no light is looked for."""
+    return [
+        (p.node.name, view.textures)
+        for p, thing in drawn.items()
+        if isinstance(thing, ShownPoints | ShownGrid | ShownSet)
+        for view in (thing.views if isinstance(thing, ShownSet) else (thing,))
+    ]

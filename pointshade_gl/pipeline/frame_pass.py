@@ -1,0 +1,133 @@
+"""Draws one sample of a picture: what is seen of the drawables, then their light."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ..gpu.core.canvas import Canvas
+from ..gpu.core.steps import Steps
+from ..gpu.core.view_images import SurfaceImage, Target
+from ..gpu.drawables import Drawable, Objects
+from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.point_objects import ShownPoints
+from ..gpu.shading.light_pass import LightPass
+from ..gpu.shading.light_set import Lighting, LightSet
+from ..scene.appearance import LIT_EARLY
+from ..scene.camera import Eye, view_matrix
+from ..scene.placed import Placed
+from ..scene.visible_scene import VisibleScene, material_of
+
+
+class FramePass:
+    """Draws what is on the GPU, under lights that are set up.
+
+    A single point object under plain lights is lit while its pixels are looked up. Otherwise all drawables write their
+    visible surfaces first, and each pixel is lit once.
+    """
+
+    def __init__(self, steps: Steps, objects: Objects, light: LightPass):
+        self._steps = steps
+        self._objects = objects
+        self._light = light
+
+    def draw(
+        self,
+        target: Target,
+        canvas: Canvas,
+        visible: VisibleScene,
+        drawables: dict[Placed, Drawable],
+        light_set: LightSet,
+    ) -> None:
+        """The sample, on a canvas."""
+        if single := _single(visible, drawables, light_set):
+            self._draw_single(target, canvas, single, visible, light_set)
+        else:
+            self.draw_surfaces(target, visible, drawables, light_set)
+            self._light_pixels(target, canvas, visible, light_set)
+
+    def draw_lit_splats(
+        self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
+    ) -> bool:
+        """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
+        thing, counts, points = _single(visible, drawables, light_set), self._steps.counts, self._objects.points
+        if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
+            return False
+        before = counts["lit splats"]
+        inputs = self._light.inputs(light_set.seen_from(thing.points.pose))
+        inputs |= {"material": visible.materials[0].strengths}
+        inputs |= {"eye": tuple(view_matrix(visible.eye.pose, thing.points.pose)[:3, 3].tolist())}
+        draw = partial(points.draw_lit_splats, lights=inputs)  # of which no step sees that they are others
+        self._steps.run("lit splats", draw, target, thing.points, thing.colors, visible.eye)
+        return counts["lit splats"] > before
+
+    def _draw_single(
+        self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
+    ) -> None:
+        """The picture of one point object. A new view is lit at once, because most views see only one light."""
+        run, always, points, eye = self._steps.run, self._steps.always, self._objects.kind_of(thing), visible.eye
+        before = target.splats.version
+        run("splats", points.draw_splats, target.splats, thing.points, eye)
+        looking = target.splats, thing, eye
+        if thing.shading != "phong":
+            always("resolve", points.draw_picture, canvas, *looking)
+        elif target.splats.version > before:
+            lights = self._light.inputs(light_set.seen_from(eye.pose), True) | {
+                "material": visible.materials[0].strengths
+            }
+            always("resolve", points.draw_lit, canvas, *looking, lights)
+        else:
+            run("resolve", points.draw_surface, target.surfaces, *looking)
+            self._light_pixels(target, canvas, visible, light_set)
+
+    def draw_surfaces(
+        self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
+    ) -> None:
+        """The visible surfaces of all drawables, with the numbers of their materials."""
+        shown, materials = tuple(drawables[p] for p in visible.shown), visible.materials
+        numbers = tuple(1 + materials.index(material_of(p)) for p in visible.shown)
+        early = any(map(_is_lit_as_drawn, shown))
+        lighting = light_set.seen_from(visible.eye.pose) if early else None
+        self._steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, visible.eye, lighting)
+
+    def _fill_surfaces(
+        self, target: Target, surfaces: SurfaceImage, shown: tuple[Drawable, ...], numbers: tuple[int, ...], eye: Eye,
+        lighting: Lighting | None,
+    ) -> None:  # fmt: skip
+        """lighting: for meshes that are lit as they are drawn"""
+        surfaces.clear()
+        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh) and thing.has_doubts for thing in shown)
+        lights = self._light.inputs(lighting) if lighting else {}
+        for thing, number in zip(shown, numbers, strict=True):
+            self._objects.add_surface(target, thing, eye, number, lights)
+        surfaces.raise_version()
+
+    def _light_pixels(self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet) -> None:
+        """Surfaces -> the picture."""
+        materials = np.array([material.strengths for material in visible.materials])
+        lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
+        inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
+        with canvas.opened(surfaces.window) as image:
+            self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear, surfaces.has_doubts)
+
+
+def _single(
+    visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
+) -> ShownPoints | ShownGrid | None:
+    """The one thing that is shown, if these are points at their own scale, without spots and shadows.
+
+    A mesh between them counts unless it is lit as it is drawn.
+    """
+    one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
+    if light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
+        return None
+    return one if one.points.scale == 1 else None
+
+
+def _is_lit_as_drawn(thing: Drawable) -> bool:
+    """Its surfaces change with the light."""
+    if isinstance(thing, PlacedMesh):
+        return thing.mesh.shading in LIT_EARLY
+    return isinstance(thing, ShownGrid) and thing.shading == "flat"

@@ -1,0 +1,166 @@
+"""Puts the drawables of a scene on the GPU: points with their normals, as many as the view needs."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimation.multi_view import importances
+from ..gpu.core.frame_textures import FrameTextures, PointSurface
+from ..gpu.core.steps import Steps
+from ..gpu.drawables import Drawable, Objects
+from ..gpu.meshes.grid_depths import Grid
+from ..gpu.meshes.grid_objects import ShownGrid, depth_step
+from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
+from ..gpu.points.target_normals import target_estimator
+from ..gpu.points.tiles import TiledPoints, TileStore
+from ..gpu.points.tiling import needs_tiles
+from ..gpu.points.view_consensus import ConsensusPass
+from ..gpu.surface.frame_store import DrawnPoints, FrameStore
+from ..scene.appearance import LIT_EARLY, Look, check_sizes
+from ..scene.frame import Frame
+from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
+from ..scene.mesh import Mesh
+from ..scene.placed import Placed
+from ..scene.point_object import PointObject
+from ..scene.visible_scene import VisibleScene, is_alone
+
+
+class GpuScene:
+    """Keeps what the last picture shows or casts shadows in it; the next one uses it again.
+
+    drawn  these drawables, on the GPU
+    """
+
+    def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
+        self._gl = context
+        self._steps = steps
+        self._objects = objects
+        self.frames = FrameStore(context, steps)
+        self.tiles = TileStore(context, steps, self.frames, objects.points)
+        self._consensus: ConsensusPass | None = None  # made for the first set
+        self._coarse: dict[tuple[Frame, int], Frame] = {}
+        self.drawn: dict[Placed, Drawable] = {}
+
+    def prepare(self, visible: VisibleScene) -> dict[Placed, Drawable]:
+        """Puts what is shown or casts a shadow on the GPU."""
+        self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
+        used = [p for p in visible.scene.things if p in visible.shown or p in visible.casting]
+        meshes = [p for p in used if isinstance(p.content, Mesh)]
+        self._objects.keep_only(p.content for p in meshes)
+        drawables: dict[Placed, Drawable] = {p: PlacedMesh(p.content, p.world) for p in meshes}
+        objects = [p for p in used if isinstance(p.content, PointObject)]
+        large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
+        self.tiles.keep_only(list(large.values()))
+        drawables |= large
+        objects = [p for p in objects if p not in large]
+        singles = [member for p in objects for member in p.members]
+        shown = self._prepare_points(singles, visible, {p for p in objects if p.content.is_single})
+        for p in objects:
+            if p.content.is_single:
+                drawables[p] = shown[p]
+            else:
+                views = (shown[member] for member in p.members)
+                drawables[p] = self._as_one(p, tuple(v for v in views if isinstance(v, ShownPoints)), visible)
+        self.drawn = drawables
+        return drawables
+
+    def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
+        """(h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
+        self.drawn = {}  # its textures may be freed now
+        if needs_tiles(frame, look, self.tiles.largest_side):
+            points = self.tiles.points_of(frame, look, frame.pose, 1.0)
+            self.tiles.keep_only([points])
+            return points.gather(lambda part: part.textures.surface.read())
+        (textures,) = self.frames.upload([frame])
+        self.frames.find_normals(textures, frame, look)
+        return textures.surface.read()
+
+    def _needs_tiles(self, p: Placed, visible: VisibleScene) -> bool:
+        content = p.content
+        is_single = content.is_single and _coarser_step(p, visible) == 1
+        return is_single and needs_tiles(content.frame, content.look, self.tiles.largest_side)
+
+    def _as_tiles(self, p: Placed) -> TiledPoints:
+        return self.tiles.points_of(p.content.frame, p.content.look, *p.rigid_axes)
+
+    def _prepare_points(
+        self, singles: list[Placed], visible: VisibleScene, alone: set[Placed]
+    ) -> dict[Placed, ShownPoints | ShownGrid]:
+        """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
+        shown: dict[Placed, ShownPoints | ShownGrid] = {}
+        places = _places(visible) if any(p.content.look.temporal for p in singles) else {}
+        if places:
+            self.frames.streams.keep_only(places.values())
+        steps = [_coarser_step(p, visible) if p in alone else 1 for p in singles]
+        frames = [self._coarser(p.content.frame, step) for p, step in zip(singles, steps, strict=True)]
+        self._coarse = {key: frame for key, frame in self._coarse.items() if frame in frames}
+        for p, step, frame, textures in zip(singles, steps, frames, self.frames.upload(frames), strict=True):
+            look = p.content.look
+            is_finer = step == 1 and p in alone
+            camera = finer_camera(frame, look, visible.eye.camera) if is_finer else frame.camera
+            drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
+            if look.fills and p in alone:  # frames of one thing fill each other's gaps
+                drawn = self.frames.fill(textures, frame, drawn)
+            if look.splat == "mesh":
+                shown[p] = self._as_grid(p, drawn, textures)
+            else:
+                bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.casting else None
+                shown[p] = _as_splats(p, drawn, textures, step, bridged)
+        return shown
+
+    def _coarser(self, frame: Frame, step: int) -> Frame:
+        if step == 1:
+            return frame
+        if (frame, step) not in self._coarse:
+            self._coarse[frame, step] = coarser(frame, step)
+        return self._coarse[frame, step]
+
+    def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
+        """Points as the triangles between them."""
+        surface, lit, source, colors = drawn
+        look = p.content.look
+        grid = Grid(surface, source, *p.rigid_axes, depth_step(look))
+        self._objects.find_triangles(grid)
+        light = lit if look.shading == "gouraud" else None
+        material = look.material.strengths if look.shading == "flat" else None
+        return ShownGrid(grid, textures, colors, look.shading, light, material)
+
+    def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene) -> ShownSet:
+        """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
+        self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
+        consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
+        trusts = tuple(view.textures.trust for view in views if view.textures.trust)
+        points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
+        weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
+        return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
+
+    def release(self) -> None:
+        if self._consensus is not None:
+            self._consensus.release()
+        self.tiles.release()
+        self.frames.release()
+
+
+def _places(visible: VisibleScene) -> dict[Placed, int]:
+    """The number of each frame among all of the scene, also those out of view: by it a stream is known again."""
+    objects = (p for p in visible.scene.things if isinstance(p.content, PointObject))
+    return {member: k for k, member in enumerate(member for p in objects for member in p.members)}
+
+
+def _coarser_step(p: Placed, visible: VisibleScene) -> int:
+    """1 for all points: of a frame alone, and where an option is an array."""
+    return coarser_step(p, visible.eye) if p.content.look.is_uniform and not is_alone(visible.scene.things) else 1
+
+
+def _as_splats(
+    p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int, bridged: PointSurface | None
+) -> ShownPoints:
+    look, (surface, lit, source, colors) = p.content.look, drawn
+    sizes = check_sizes(look.size, p.content.frame.depth.shape)
+    sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
+    points = Points(surface, source, *p.rigid_axes, sizes, look.splat, bridged)
+    light = lit if look.shading in LIT_EARLY else None
+    return ShownPoints(points, textures, colors, light, look.shading)

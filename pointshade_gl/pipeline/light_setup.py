@@ -1,0 +1,90 @@
+"""Sets up the lights of a picture: draws their shadow maps, and lights the points of shading models that mix light."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import moderngl
+import numpy as np
+
+from ..gpu.core.images import empty
+from ..gpu.core.steps import Steps
+from ..gpu.drawables import Drawable, Objects, Shape
+from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.point_objects import ShownPoints, ShownSet
+from ..gpu.points.tiles import TiledPoints
+from ..gpu.shading.light_pass import LightPass
+from ..gpu.shading.light_set import LightSet
+from ..gpu.shading.shadow_map import ShadowMap
+from ..scene.appearance import LIT_EARLY, Material
+from ..scene.camera import Eye, view_matrix
+from ..scene.mesh import Mesh
+from ..scene.placed import Placed
+from ..scene.shadow_cameras import ShadowView, shadow_views
+from ..scene.visible_scene import VisibleScene, material_of
+
+
+class LightSetup:
+    """Lights shine on drawables here, before anybody looks at them."""
+
+    def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects, light: LightPass):
+        self._gl = context
+        self._steps = steps
+        self._objects = objects
+        self._light = light
+        self._shadow_map: ShadowMap | None = None  # made for the first lights that need it
+
+    def prepare(self, visible: VisibleScene, drawables: dict[Placed, Drawable]) -> LightSet:
+        """The lights, with the shadow map of those that cast shadows.
+
+        Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
+        """
+        lights = visible.lights
+        early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
+        if not (early or any(light.shadow or light.is_spot for light in lights)):
+            return LightSet(lights, visible.scene.ambient)
+        shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
+        views, spans = shadow_views(lights, visible.scene.extent)
+        if views:
+            drawn = (drawables[p] for p in visible.casting)
+            shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
+            self._steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
+        return LightSet(lights, visible.scene.ambient, views, spans, shadow_map)
+
+    def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
+        if shadow_map.fit(views):
+            self._steps.forget("tile")
+        for k, view in enumerate(views):
+            if self._steps.is_new("tile", view, shapes, of=k):
+                tile = shadow_map.tile(k)
+                for shape in shapes:
+                    self._objects.add_shadow(tile, shape, view.eye)
+
+    def light_points(self, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet) -> None:
+        """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
+        for p in visible.shown:
+            thing = drawables[p]
+            if isinstance(thing, TiledPoints):
+                if thing.shading in LIT_EARLY:
+                    some = partial(self._light_some, material=material_of(p), eye=visible.eye, light_set=light_set)
+                    thing.light_with(lambda part, some=some: self._steps.always("light", some, part))
+                continue
+            for view in thing.views if isinstance(thing, ShownSet) else (thing,):
+                if isinstance(view, ShownPoints | ShownGrid) and view.light:
+                    self._steps.always("light", self._light_some, view, material_of(p), visible.eye, light_set)
+
+    def _light_some(self, thing: ShownPoints | ShownGrid, material: Material, eye: Eye, light_set: LightSet) -> None:
+        points, light = thing.points, thing.light
+        assert light is not None
+        viewer = view_matrix(eye.pose, points.pose)[:3, 3]
+        empty(light.target, points.surface.window)  # beside the points values are weighted by 0, but must be defined
+        self._light.draw(
+            light.target, points.surface.texture, thing.colors.texture, points.source, light_set.seen_from(points.pose),
+            np.array([material.strengths]), (viewer, points.scale), certainty=points.surface.certainty,
+        )  # fmt: skip
+        light.raise_version()
+
+    def release(self) -> None:
+        if self._shadow_map is not None:
+            self._shadow_map.release()

@@ -1,0 +1,134 @@
+"""The pipeline: a scene in, a lit picture on the GPU out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..gpu.context.context import Context
+from ..gpu.core.canvas import Canvas
+from ..gpu.core.images import Box
+from ..gpu.core.steps import Steps
+from ..gpu.core.view_images import Target
+from ..gpu.drawables import Drawable, Objects
+from ..gpu.points.point_objects import ShownPoints
+from ..gpu.points.rasterizers import Rasterizers
+from ..gpu.points.tiles import TiledPoints
+from ..gpu.shading.light_pass import LightPass
+from ..scene.camera import Camera
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.placed import Matrix, Placed
+from ..scene.render_settings import SIMPLE, Finish
+from ..scene.visible_scene import compose
+from .accumulation import Accumulator
+from .frame_pass import FramePass
+from .gpu_scene import GpuScene
+from .light_setup import LightSetup
+
+
+class Pipeline:
+    """Draws scenes, and keeps what the next picture can use again.
+
+    What is in view (scene/visible_scene.py) is put on the GPU (gpu_scene.py), its lights are set up (light_setup.py),
+    and what is seen is drawn and lit (frame_pass.py); several such samples are added up (accumulation.py).
+    """
+
+    def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):
+        self._gl = context.gl
+        self.steps = steps
+        rasterizers = Rasterizers(context.gl, context.is_software, can_compute, merge)
+        self._objects = Objects(context.gl, steps, rasterizers)
+        self.gpu_scene = GpuScene(context.gl, steps, self._objects)
+        self._light = LightPass(context.gl)
+        self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
+        self._frame_pass = FramePass(steps, self._objects, self._light)
+        self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
+        self._target: Target | None = None
+        self._drawn: Scene | None = None  # the last scene
+
+    def draw(
+        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE
+    ) -> Target:
+        """The scene under these lights, as a camera at a pose (4, 4) sees it."""
+        visible = compose(scene, lights, camera, pose)
+        drawables = self.gpu_scene.prepare(visible)
+        self._drawn = scene
+        target = self._fit_target(camera)
+        if target.samples.content and target.samples.content[0] is not scene:
+            self._accumulator.forget(target)
+        if finish != SIMPLE:
+            self._accumulator.draw(target, visible, drawables, finish)
+            return target
+        light_set = self._light_setup.prepare(visible, drawables)
+        if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
+            self._light_setup.light_points(visible, drawables, light_set)
+            self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
+        return target
+
+    def read(self) -> NDArray[np.uint8]:
+        """The last picture as (h, w, 4), top row first."""
+        assert self._target is not None, "nothing was drawn"
+        return self._target.read()
+
+    def read_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
+        """(h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, its axes, world
+        units. z is 0 where there is none, the normal where no light is wanted."""
+        return self._draw_surfaces(scene, camera, pose).surfaces.read()
+
+    def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
+        """(h, w) of a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
+        assert self._drawn is not None, "nothing was drawn"
+        return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
+
+    def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> Target:
+        visible = compose(scene, (), camera, pose)
+        drawables = self.gpu_scene.prepare(visible)
+        light_set = self._light_setup.prepare(visible, drawables)
+        target = self._fit_target(camera)
+        self._frame_pass.draw_surfaces(target, visible, drawables, light_set)
+        return target
+
+    def read_points(
+        self, scene: Scene, lights: Sequence[Light], pose: Matrix
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """The points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
+
+        Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light. Both are read-only;
+        depth 0 where there is no point.
+        """
+        visible = compose(scene, lights, scene.things[0].content.frame.camera, pose)
+        drawables = self.gpu_scene.prepare(visible)
+        light_set = self._light_setup.prepare(visible, drawables)
+        self._light_setup.light_points(visible, drawables, light_set)
+        thing = drawables[visible.shown[0]]
+        if isinstance(thing, TiledPoints):
+            read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())
+            return thing.gather(read[0]), thing.gather(read[1])
+        assert isinstance(thing, ShownPoints)
+        return thing.textures.surface.read(), thing.textures.lit.read()
+
+    def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> dict[Placed, Drawable]:
+        """All drawables of a scene on the GPU, also those that this view does not show."""
+        return self.gpu_scene.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
+
+    def _fit_target(self, camera: Camera) -> Target:
+        size = camera.width, camera.height
+        if self._target is None or self._target.size != size:
+            if self._target is not None:
+                self._target.release()
+                self._accumulator.forget(self._target)
+                self.steps.forget(of=[self._target, self._target.splats, self._target.surfaces])
+            self._target = None  # stays so when the new one does not fit the GPU
+            self._target = Target(self._gl, size)
+        return self._target
+
+    def release(self) -> None:
+        """Frees everything on the GPU, in reverse order. No step counts as done any more."""
+        self.steps.forget()
+        if self._target is not None:
+            self._target.release()
+        for part in (self._accumulator, self._light_setup, self._light, self.gpu_scene, self._objects):
+            part.release()

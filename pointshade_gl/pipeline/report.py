@@ -1,0 +1,113 @@
+"""Says in plain lines what drew a picture, and why: estimators, and what several frames of one thing agree on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimation.highlight_fit import FoundHighlights, describe_highlights
+from ..estimation.light_fit import FoundLight, describe_light
+from ..estimation.multi_view import SetReport, is_primary
+from ..messages.formatting import counted
+from ..scene.noise import Choice, describe
+
+TOLD = 0.02  # a frame's exposure differs by so much from the mean before it is worth telling
+TINTED = 0.03  # and its channels by so much from each other
+LEAST = 5e-4  # share of the points that is worth a number
+MOST = 5  # frames that a line names
+
+
+def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[str] = ()) -> list[str]:
+    """What was found about the objects of a picture, in lines; of each by its name where there are several.
+
+    names  of the frames of objects that have several; by default their numbers
+    """
+    lines = []
+    for name, found in findings:
+        prefix = f"{name or 'object'}: " if len(findings) > 1 else ""
+        told = explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
+        lines += [prefix + line for line in told]
+    return lines
+
+
+def explain_lights(
+    lights: Sequence[tuple[str, FoundLight]], highlights: Sequence[tuple[str, FoundHighlights]]
+) -> list[str]:
+    """What light and what highlights were found in the frames of a picture, in lines, equal ones once."""
+    found = [(name, describe_light(one)) for name, one in lights]
+    found += [(name, describe_highlights(one)) for name, one in highlights]
+    several = len({name for name, _ in found}) > 1
+    return list(dict.fromkeys(f"{name or 'object'}: {line}" if several else line for name, line in found))
+
+
+def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
+    """The report in lines. Raises ValueError for another number of names."""
+    count = len(report.points)
+    if names and len(names) != count:
+        raise ValueError(f"names must be one for each of the {counted(count, 'frame')}, got {len(names)}")
+    names = names or [str(k) for k in range(count)]
+    return [
+        *_explain_normals(report.choices),
+        f"band: depths within {100 * report.band:.2g} % of each other are one surface",
+        _explain_gains(report.gains, names),
+        _explain_trust(report, names),
+        _explain_primary(report.importances, names),
+    ]
+
+
+def _explain_normals(choices: Sequence[Choice]) -> list[str]:
+    """A line for each method that ran, with the frame whose noise is in the middle."""
+    lines = []
+    for method in dict.fromkeys(choice.method for choice in choices):
+        same = sorted((one for one in choices if one.method == method), key=_noise_of)
+        middle = "typical of " if same[0].noise else ""
+        lines.append(f"{describe(same[len(same) // 2])} ({middle}{counted(len(same), 'frame')})")
+    return lines
+
+
+def _noise_of(choice: Choice) -> float:
+    return choice.noise.relative if choice.noise else 0.0
+
+
+def _explain_gains(gains: NDArray[np.float64], names: Sequence[str]) -> str:
+    off = np.abs(np.log(gains)).max(1)
+    told = [int(k) for k in np.argsort(-off, kind="stable") if off[k] > np.log1p(TOLD)]
+    if not told:
+        return "gains: none, the exposures are equal"
+    listed = [f"{names[k]} by {_gain(gains[k])}" for k in told[:MOST]]
+    return f"gains: to match exposures, colours are multiplied in {_frames(listed, len(told) - MOST)}"
+
+
+def _gain(gain: NDArray[np.float64]) -> str:
+    if np.ptp(np.log(gain)) > TINTED:
+        return "{:.2f} (red), {:.2f} (green), {:.2f} (blue)".format(*gain)
+    return f"{np.exp(np.log(gain).mean()):.2f}"
+
+
+def _explain_trust(report: SetReport, names: Sequence[str]) -> str:
+    shares = report.distrusted / np.maximum(report.points, 1)
+    overall = report.distrusted.sum() / max(int(report.points.sum()), 1)
+    text = f"distrusted: {_percent(overall)} of the points: other views see through them, or they fly at an edge"
+    worst = [int(k) for k in np.argsort(-shares, kind="stable") if shares[k] > max(1.5 * overall, LEAST)]
+    listed = [f"{names[k]} ({_percent(shares[k])})" for k in worst[:MOST]]
+    return f"{text}; most in {_frames(listed, len(worst) - MOST)}" if listed else text
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %" if share >= LEAST else "0 %" if not share else f"under {100 * LEAST:g} %"
+
+
+def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> str:
+    primary = [name for name, carries in zip(names, is_primary(importances), strict=True) if carries]
+    if len(primary) == len(importances):
+        return f"primary views: all {len(primary)}"
+    rest = len(importances) - len(primary)
+    return f"primary views: {_frames(primary[:MOST], len(primary) - MOST)}; {counted(rest, 'other')} may fill gaps"
+
+
+def _frames(names: Sequence[str], more: int) -> str:
+    """`frame 3`, `frames 3, 5 and 7`, `frames 3, 5 and 4 more`."""
+    *first, last = [*names, f"{more} more"] if more > 0 else names
+    return f"frames {', '.join(first)} and {last}" if first else f"frame {last}"

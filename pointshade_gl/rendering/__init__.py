@@ -1,0 +1,1 @@
+"""The public face: the Renderer, what it is asked for, and series of pictures."""

@@ -1,0 +1,137 @@
+"""Writes many pictures to a film or to numbered files. Frames are decoded, drawn and encoded in parallel."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..files.access.numbered_names import is_numbered, numbered
+from ..files.pictures.picture_files import save_image
+from ..files.sources import prefetched
+from ..files.writing.film import Film
+from ..messages.formatting import option
+from ..messages.validation import check_choice
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.turntable import TURN, TURNTABLES, views_of_turn
+from ..scene.view import View
+from .renderer import Renderer
+
+# to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
+THREADS = min(16, 2 * (os.cpu_count() or 2))
+Job = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
+Made = TypeVar("Made")  # of a job: a picture, depth, normals or points
+
+
+def jobs_of(
+    source: Frame | Scene | Sequence[Frame],
+    view: View,
+    turntable: str | None,
+    count: int | None,
+    skipped: Callable[[str], None],
+) -> tuple[Generator[Job, None, None], int]:
+    """The jobs of a film of the source, and how many there are.
+
+    turntable  "light" or "camera" moves once around the object in `count` pictures (default 75); None shows the
+               sequence, or its first `count` frames
+
+    Raises ValueError if nothing moves: for a single frame or a scene without a turntable.
+    """
+    if isinstance(source, Frame | Scene):
+        if turntable is None:
+            turn = option("turntable", *TURNTABLES)
+            raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
+        check_choice(option("turntable"), turntable, tuple(TURNTABLES))
+        views = views_of_turn(source, view, turntable, count or TURN)
+        return ((k, source, seen.of(source)) for k, seen in enumerate(views)), count or TURN
+    source = source[:count]
+    return sequence_jobs(source, view, skipped), len(source)
+
+
+def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], None]) -> Generator[Job, None, None]:
+    """The frames of a source with their numbers. A frame that cannot be read leaves a gap.
+
+    The camera turns around a point as far ahead as the first frame's pivot: from frame to frame the pivot jitters.
+    """
+    number, ahead = 0, None
+
+    def skip(sentence: str) -> None:
+        nonlocal number
+        number += 1
+        skipped(sentence)
+
+    with closing(prefetched(source, skip, THREADS)) as frames:
+        for frame in frames:
+            if ahead is None:
+                ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
+            yield number, frame, view.of(frame, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
+            number += 1
+
+
+def write_series(
+    renderer: Renderer,
+    jobs: Generator[Job, None, None],
+    path: Path,
+    fps: float,
+    done: Callable[[], None] = lambda: None,
+) -> tuple[int, tuple[int, int]]:
+    """Draws and writes the pictures of all jobs. Returns how many, and (width, height) of the first.
+
+    path  a film, or a name in which each job's number replaces %04d
+    done  called after each picture
+    """
+
+    def draw(frame: Frame | Scene, arguments: dict[str, Any]) -> np.ndarray:
+        return renderer.render(frame, **arguments)
+
+    if is_numbered(path):
+        count, first = write_numbered(jobs, draw, save_image, path, done)
+    else:
+        with Film(path, fps) as film:
+            count, first = _write_all(jobs, draw, lambda _, image: film.add(image), 1, path, done)
+    return count, (first.shape[1], first.shape[0])
+
+
+def write_numbered(
+    jobs: Generator[Job, None, None],
+    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    save: Callable[[Path, Made], None],
+    path: Path,
+    done: Callable[[], None],
+) -> tuple[int, Made]:
+    """Draws all jobs and saves each in a file: each job's number replaces %04d. Returns how many, and the first."""
+    return _write_all(jobs, draw, lambda number, made: save(numbered(path, number), made), THREADS, path, done)
+
+
+def _write_all(
+    jobs: Generator[Job, None, None],
+    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    write: Callable[[int, Made], None],
+    workers: int,
+    path: Path,
+    done: Callable[[], None],
+) -> tuple[int, Made]:
+    """Draws in this thread, and gives what is drawn to other threads for encoding: to one for a film."""
+    count, first = 0, None
+    waiting: deque[Future[None]] = deque()
+    with closing(jobs), ThreadPoolExecutor(workers) as pool:
+        for number, frame, arguments in jobs:
+            made = draw(frame, arguments)
+            first = made if first is None else first
+            waiting.append(pool.submit(write, number, made))
+            while waiting and (len(waiting) > workers + 1 or waiting[0].done()):
+                waiting.popleft().result()
+            count += 1
+            done()
+        for job in waiting:
+            job.result()
+    if first is None:
+        raise ValueError(f"nothing to write to {path}: no frame could be read")
+    return count, first

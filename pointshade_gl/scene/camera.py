@@ -1,0 +1,181 @@
+"""Cameras and poses, and the conventions of the whole project, stated here once.
+
+Axes      OpenCV and Open3D: x right, y down, z forward. A pose is a 4x4 camera-to-world matrix.
+World     the frame's own camera, unless the frame has a pose.
+Pixels    centres at integer coordinates, row 0 on top; `u = fx*x/z + cx`, `v = fy*y/z + cy`.
+Depth     z along the optical axis, metres (any unit works as long as poses and lights use it too).
+Normals   unit, camera axes, towards the camera.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..messages.formatting import option
+from ..messages.validation import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point
+
+NEAR = 0.001  # share of the distance to what is looked at
+SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
+SMALLEST = 1e-6  # pixels of a focal length, either way along its axis
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera: focal lengths and principal point in pixels, size in pixels.
+
+    `fy` may be negative (a picture whose rows run upwards, as in ICL-NUIM).
+    Raises TypeError for anything but numbers, ValueError for impossible focal lengths and sizes.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+
+    def __post_init__(self) -> None:
+        for name in ("fx", "fy", "cx", "cy"):
+            value = check_float(getattr(self, name), f"camera {name} must be a finite number of pixels")
+            object.__setattr__(self, name, value)
+        if self.fx < SMALLEST:
+            raise ValueError(f"camera fx must be above 0 pixels, got {self.fx:g}")
+        if abs(self.fy) < SMALLEST:
+            raise ValueError(f"camera fy must not be 0 pixels, got {self.fy:g}")
+        for name in ("width", "height"):
+            object.__setattr__(self, name, _check_side(getattr(self, name), name))
+
+    @classmethod
+    def from_fov(cls, fov_y_degrees: float, width: int, height: int) -> Camera:
+        """A camera with square pixels and a centred principal point, from its vertical field of view.
+
+        Raises ValueError or TypeError for an impossible field of view or size.
+        """
+        complaint = f"{option('fov')} must lie between 0 and 180 degrees (vertical: from top to bottom)"
+        fov = check_float(fov_y_degrees, complaint, ABOVE_0, math.nextafter(180, 0))
+        if fov < SMALLEST_FOV:
+            raise ValueError(f"{option('fov')} must be at least {SMALLEST_FOV:g} degrees, got {fov:g}")
+        width, height = _check_side(width, "width"), _check_side(height, "height")
+        focal = height / 2 / math.tan(math.radians(fov) / 2)
+        return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+
+    @property
+    def intrinsics(self) -> tuple[float, float, float, float]:
+        """(fx, fy, cx, cy), pixels."""
+        return self.fx, self.fy, self.cx, self.cy
+
+    def resized(self, width: int, height: int) -> Camera:
+        """The same view on another grid of pixels; the picture's outer edges stay where they are."""
+        width, height = _check_side(width, "width"), _check_side(height, "height")
+        sx, sy = width / self.width, height / self.height
+        cx, cy = (self.cx + 0.5) * sx - 0.5, (self.cy + 0.5) * sy - 0.5
+        return Camera(self.fx * sx, self.fy * sy, cx, cy, width, height)
+
+    def fitted(self, width: int, height: int) -> Camera:
+        """The whole view, undistorted, in the middle of a picture of another size and shape."""
+        width, height = _check_side(width, "width"), _check_side(height, "height")
+        scale = min(width / self.width, height / self.height)
+        cx = (self.cx - (self.width - 1) / 2) * scale + (width - 1) / 2
+        cy = (self.cy - (self.height - 1) / 2) * scale + (height - 1) / 2
+        return Camera(self.fx * scale, self.fy * scale, cx, cy, width, height)
+
+
+def _check_side(value: int, name: str) -> int:
+    return check_count(value, f"camera {name}", 1, "of pixels ")
+
+
+class Eye(NamedTuple):
+    """Who looks: a camera, where it stands, and how near something may come to it."""
+
+    camera: Camera
+    pose: NDArray[np.float64]  # (4, 4) camera-to-world
+    near: float  # the near plane: z along the axis, world units; what comes closer is cut away
+
+    @classmethod
+    def at_distance(cls, camera: Camera, pose: NDArray[np.float64], distance: float) -> Eye:
+        """Of a viewer who looks at things at this distance: the near plane is at a thousandth of it."""
+        return cls(camera, pose, NEAR * distance)
+
+
+def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64]:
+    """A camera-to-world matrix as float64 (4, 4), read-only; None is the identity.
+
+    Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
+    anything but numbers.
+    """
+    matrix = np.eye(4) if pose is None else as_array(pose, f"{name} must be numbers of shape (4, 4)")
+    if matrix.shape != (4, 4):
+        raise ValueError(f"{name} must have shape (4, 4), got {matrix.shape}")
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{name} must be finite, got {np.count_nonzero(~np.isfinite(matrix))} NaN or infinite entries")
+    if np.abs(matrix).max() > LARGEST:
+        raise ValueError(f"{name} must be finite, its translation below {LARGEST:g}, got {np.abs(matrix).max():g}")
+    rotation = matrix[:3, :3]
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(rotation.T @ rotation - np.eye(3)).max() > 0.01:
+        raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
+    if np.linalg.det(rotation) < 0:
+        raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
+    matrix.flags.writeable = False
+    return matrix
+
+
+def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The matrix that takes points from the source camera's axes into the target camera's."""
+    return np.linalg.inv(target_pose) @ source_pose
+
+
+def orbit_pose(
+    pose: ArrayLike | None,
+    pivot: ArrayLike,
+    yaw: float = 0.0,
+    pitch: float = 0.0,
+    dolly: float = 0.0,
+    upright: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """The pose after the camera moved round a point of the world. The point stays where it is in the picture.
+
+    pivot   (3,) world point
+    yaw     degrees; above 0 the camera moves to its right and sees more of the object's right side
+    pitch   degrees; above 0 the camera moves up and looks down
+    dolly   share of the way to the pivot: 0.5 moves half the way, below 0 moves away; must be below 1
+    upright (3,) world axis that yaw turns round, in either direction; None is the camera's own vertical
+
+    Raises ValueError or TypeError for anything else.
+    """
+    yaw, pitch, dolly = check_turns(yaw, pitch, dolly)
+    start = check_pose(pose)
+    a, b = math.radians(yaw), math.radians(pitch)
+    x, y, z = axis = _down(start, upright)
+    across = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+    turn_y = math.cos(a) * np.eye(3) + (1 - math.cos(a)) * np.outer(axis, axis) + math.sin(a) * across
+    turn_x = np.array([[1, 0, 0], [0, math.cos(b), math.sin(b)], [0, -math.sin(b), math.cos(b)]])
+    target = np.array(check_point(pivot, "pivot"))
+    seen = start[:3, :3].T @ (target - start[:3, 3])  # the pivot in the camera's own axes
+    turn = turn_y @ turn_x
+    result = np.eye(4)
+    result[:3, :3] = start[:3, :3] @ turn
+    result[:3, 3] = start[:3, 3] + start[:3, :3] @ (seen - (1 - dolly) * (turn @ seen))
+    return result
+
+
+def check_turns(yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
+    """The three as floats. Raises ValueError unless they are finite and dolly below 1, TypeError without numbers."""
+    complaint = f"{option('yaw')} and {option('pitch')} must be finite and {option('dolly')} below 1"
+    dolly = check_float(dolly, complaint, high=math.nextafter(1, 0))
+    return check_float(yaw, complaint), check_float(pitch, complaint), dolly
+
+
+def _down(pose: NDArray[np.float64], upright: ArrayLike | None) -> NDArray[np.float64]:
+    """The vertical as a camera sees it, (3,) in its axes, pointing down its picture."""
+    if upright is None:
+        return np.array([0.0, 1.0, 0.0])
+    vertical = np.array(check_point(upright, "upright"))
+    if not vertical.any():
+        raise ValueError("upright must not be (0, 0, 0): it is the axis that yaw turns round")
+    axis = pose[:3, :3].T @ (vertical / np.abs(vertical).max())
+    return axis / (np.linalg.norm(axis) * (1 if axis[1] >= 0 else -1))

@@ -1,0 +1,241 @@
+"""A frame: one depth picture, one colour picture, the camera that took them."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..messages.formatting import counted, shown
+from ..messages.validation import LARGEST, as_given, check_type
+from .bounds import box_corners, median
+from .camera import Camera, check_pose
+from .preview import Preview
+from .sparsity import is_sparse
+
+STRAY = 1.0  # see Frame.main_corners
+LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
+PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
+
+
+@dataclass(frozen=True, eq=False)
+class Frame(Preview):
+    """A depth picture with its colours, checked once and never changed afterwards.
+
+    color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
+            Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
+            large, see `Look.upsample`.
+    depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN, infinite and what lies outside 1e-18 to
+            1e18 mean missing and become 0. Kept as read-only float32. What else says "missing" in files:
+            files/depth/missing_depth.py.
+    camera  Camera of the depth picture
+    pose    (4, 4) camera-to-world; None is the identity
+    source  names the stream that the frame is one of, for frames of a sequence: they share one decision about their
+            noise. None: the frame is judged alone.
+
+    Arrays are copied, unless they own their memory, are read-only, and are of the kind that is kept.
+
+    Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
+    """
+
+    color: NDArray[np.uint8] | None
+    depth: NDArray[np.float32]
+    camera: Camera
+    pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
+    source: Hashable = None
+
+    def __init__(
+        self,
+        color: ArrayLike | None,
+        depth: ArrayLike,
+        camera: Camera,
+        pose: ArrayLike | None = None,
+        *,
+        source: Hashable = None,
+    ):
+        object.__setattr__(self, "source", source)
+        object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
+        object.__setattr__(self, "pose", check_pose(pose))
+        object.__setattr__(self, "color", None if color is None else _check_color(color))
+        object.__setattr__(self, "depth", _check_depth(depth, camera))
+        if self.color is not None and self.color.shape[2] == 4:
+            object.__setattr__(self, "depth", _cut_out(self.depth, self.color))
+        self.depth.flags.writeable = False
+
+    def __repr__(self) -> str:
+        """`Frame(640x480, 93 207 points, 0.9 to 6.3 m, color 640x480)`: short, where arrays would fill the screen."""
+        h, w = self.depth.shape
+        near, far = self.depth_range
+        span = f", {near:.3g} to {far:.3g} m" if far else ""
+        color = "no color" if self.color is None else f"color {self.color.shape[1]}x{self.color.shape[0]}"
+        return f"Frame({w}x{h}, {counted(self.points_known, 'point')}{span}, {color})"
+
+    @cached_property
+    def picture_camera(self) -> Camera:
+        """Who looks unless another camera is given: the frame's own, at the colours' size if both sides are larger."""
+        height, width = self.depth.shape if self.color is None else self.color.shape[:2]
+        is_larger = width > self.camera.width and height > self.camera.height
+        return self.camera.resized(width, height) if is_larger else self.camera
+
+    @cached_property
+    def points_known(self) -> int:
+        """How many pixels have a depth."""
+        return int(np.count_nonzero(self.depth))
+
+    @cached_property
+    def is_sparse(self) -> bool:
+        """Whether few depths are known, far from one another, see scene/sparsity.py."""
+        return is_sparse(self.depth)
+
+    @cached_property
+    def box(self) -> tuple[int, int, int, int]:
+        """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 without any."""
+        return _box_of(self.depth)
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """(8, 3) corners of the box round all pixels with a point, camera axes; (0, 3) without a point."""
+        return self.splat_corners(0.5)
+
+    def splat_corners(self, reach: float) -> NDArray[np.float64]:
+        """The same when each point reaches so many pixels from its middle."""
+        return self._corners(self.box, self.depth_range, reach)
+
+    @cached_property
+    def main_corners(self) -> NDArray[np.float64]:
+        """The same without stray points: depths far beyond those that nearly all points have.
+
+        Shadows and near planes are fitted to it: one wrong pixel at 3 km must not decide about them.
+        """
+        (least, most), (low, high) = self.depth_range, self._usual_range
+        if low <= least and most <= high:
+            return self.corners
+        usual = (self.depth >= low) & (self.depth <= high)
+        depths = self.depth[usual]
+        return self._corners(_box_of(usual), (float(depths.min()), float(depths.max())))
+
+    @cached_property
+    def _probe(self) -> NDArray[np.float32]:
+        """The known depths among about PROBE pixels, or of all if these have none."""
+        step = max(1, round((self.depth.size / PROBE) ** 0.5))
+        known = self.depth[::step, ::step]
+        known = known[known > 0]
+        return known if known.size else self.depth[self.depth > 0]
+
+    @cached_property
+    def _usual_range(self) -> tuple[float, float]:
+        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+        if not self._probe.size:
+            return 0.0, np.inf
+        low, high = np.quantile(self._probe, (0.01, 0.99)).tolist()
+        reach = STRAY * (high - low) + 0.1 * high
+        return max(low - reach, low / 4), high + reach
+
+    def _corners(
+        self, box: tuple[int, int, int, int], depths: tuple[float, float], reach: float = 0.5
+    ) -> NDArray[np.float64]:
+        """Of the box round the part of the view that these pixels and depths limit; none where there are no pixels."""
+        (left, top, right, bottom), c = box, self.camera
+        if not right:
+            return np.zeros((0, 3))
+        x = (np.array([left - reach, right - 1 + reach]) - c.cx) / c.fx
+        y = (np.array([top - reach, bottom - 1 + reach]) - c.cy) / c.fy
+        at = np.array([[x_ * z, y_ * z, z] for z in depths for x_ in x for y_ in y])
+        return box_corners(at.min(0), at.max(0))
+
+    @cached_property
+    def depth_range(self) -> tuple[float, float]:
+        """The nearest and the farthest depth; 0 and 0 without any."""
+        farthest = float(self.depth.max())
+        return float(self.depth.min(where=self.depth > 0, initial=farthest)), farthest
+
+    @cached_property
+    def pivot(self) -> NDArray[np.float64]:
+        """(3,) the middle of the object, world: the median of the known points; 1 unit ahead without any.
+
+        Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
+        """
+        h, w = self.depth.shape
+        step = max(1, round((h * w / PROBE) ** 0.5))
+        v, u = np.mgrid[0:h:step, 0:w:step]
+        z = self.depth[::step, ::step].astype(np.float64)
+        if not z.any():
+            v, u = np.nonzero(self.depth)
+            z = self.depth[v, u].astype(np.float64)
+        known = z > 0
+        if not known.any():
+            return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
+        c, z = self.camera, z[known]
+        x, y = (u[known] - c.cx) / c.fx * z, (v[known] - c.cy) / c.fy * z
+        return self.pose[:3, :3] @ [median(x), median(y), median(z)] + self.pose[:3, 3]
+
+    @cached_property
+    def scale(self) -> float:
+        """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
+        return median(self._probe) if self._probe.size else 1.0  # that of the pivot
+
+
+def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
+    """Left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without any."""
+    height, width = known.shape
+    if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
+        return 0, 0, width, height
+    rows, columns = (np.flatnonzero(known.any(axis)) for axis in (1, 0))
+    if not len(rows):
+        return 0, 0, 0, 0
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+
+
+def _check_color(color: Any) -> NDArray[np.uint8]:
+    expected = "color must have shape (h, w, 3) or (h, w, 4)"
+    array = as_given(color, expected)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
+        raise ValueError(f"{expected}, got {array.shape}")
+    if array.dtype != np.uint8:
+        hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
+        raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
+    array = array if _is_frozen(array) else np.array(array, order="C")
+    array.flags.writeable = False
+    return array
+
+
+def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
+    array = as_given(depth, "depth must have shape (h, w)")
+    if array.dtype.kind not in "fiub":
+        got = shown(depth) if array.ndim == 0 else array.dtype
+        raise TypeError(f"depth must be floating point metres, got {got}")
+    if array.ndim != 2 or 0 in array.shape:
+        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
+    if array.dtype.kind in "iu":
+        raise TypeError(f"depth is {array.dtype}: divide it by its depth_scale (1000 for millimetres) to get metres")
+    if array.dtype.kind != "f":
+        raise TypeError(f"depth must be floating point metres, got {array.dtype}")
+    if array.shape != (camera.height, camera.width):
+        raise ValueError(
+            f"camera is for {camera.width}x{camera.height} pixels, depth is {array.shape[1]}x{array.shape[0]}: "
+            f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
+        )
+    with np.errstate(over="ignore", invalid="ignore"):
+        result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
+        # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
+        if not (result.min() >= LEAST and result.max() <= LARGEST):  # most pictures that miss nothing end here
+            result = result if result.flags.writeable else result.copy()
+            result[~((result >= LEAST) & (result <= LARGEST))] = 0
+    return result
+
+
+def _is_frozen(array: NDArray[Any]) -> bool:
+    """Whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
+    return array.base is None and not array.flags.writeable and array.flags.c_contiguous
+
+
+def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Depth without the pixels whose colour is fully transparent."""
+    h, w = depth.shape
+    rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
+    columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]
+    return np.where(color[rows][:, columns, 3] > 0, depth, np.float32(0))

@@ -1,0 +1,211 @@
+"""The scene graph: point objects among meshes and lights. Plain frozen values; glTF and the GPU are elsewhere.
+
+World axes are what the nodes' transforms make them; cameras look along z with y down, as everywhere in this project.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..messages.formatting import counted
+from ..messages.validation import check_color, check_type
+from .bounds import sphere_round
+from .camera import Camera, check_pose
+from .light import Light
+from .mesh import Mesh
+from .node import Node, check_nodes
+from .placed import Matrix, Placed, Way
+from .point_object import PointObject
+from .preview import Preview
+from .shadow_cameras import Extent
+
+FOV = 45.0  # degrees from top to bottom, of a scene without a camera
+
+
+@dataclass(frozen=True, eq=False)
+class Scene(Preview):
+    """Nodes, and who looks at them.
+
+    camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
+    pose     (4, 4) camera-to-world of that camera
+    ambient  linear RGB light from everywhere
+
+    Raises TypeError or ValueError for anything else, and for a node that is below itself.
+    """
+
+    nodes: tuple[Node, ...] = ()
+    camera: Camera | None = None
+    pose: ArrayLike | None = None
+    ambient: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
+        object.__setattr__(self, "pose", check_pose(self.pose, "scene pose"))
+        object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
+        if self.camera is not None:
+            check_type(self.camera, Camera, "scene camera")
+        self._placed  # noqa: B018 - names the node that lies below itself
+
+    def __repr__(self) -> str:
+        """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
+        meshes = [p.content for p in self._placed if isinstance(p.content, Mesh)]
+        frames = sum(len(p.content.frames) for p in self._placed if isinstance(p.content, PointObject))
+        found = {
+            f"{counted(self.points_known, 'point')} in {counted(frames, 'frame')}": frames,
+            f"{counted(sum(len(m.faces) for m in meshes), 'triangle')} in {counted(len(meshes), 'mesh')}": len(meshes),
+            counted(len(self.lights), "light"): len(self.lights),
+        }
+        parts = ", ".join(text for text, count in found.items() if count)
+        return f"Scene({counted(sum(1 for _ in self.every_node()), 'node')}{parts and f': {parts}'})"
+
+    def placed(self) -> Iterator[Placed]:
+        """All visible content in the order of the nodes."""
+        return iter(self._placed)
+
+    @cached_property
+    def _placed(self) -> tuple[Placed, ...]:
+        """Raises ValueError for a node that is below itself."""
+        found: list[Placed] = []
+        above: set[int] = set()  # ids of the nodes on the way down
+        stack: list[tuple[Node, Matrix | None, Way]] = []  # without a matrix: the way up, past the node
+        stack.extend((node, np.eye(4), (None, k)) for k, node in reversed(list(enumerate(self.nodes))))
+        while stack:
+            node, parent, way = stack.pop()
+            if parent is None:
+                above.remove(id(node))
+                continue
+            if id(node) in above:
+                raise ValueError(f"{node.title} is below itself: a scene has no cycles")
+            if not node.visible:
+                continue
+            above.add(id(node))
+            stack.append((node, None, way))
+            world = parent @ np.asarray(node.transform)
+            contents = node.content if isinstance(node.content, tuple) else (node.content,)
+            found.extend(Placed(content, world, node, way) for content in contents if content is not None)
+            stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
+        return tuple(found)
+
+    @cached_property
+    def things(self) -> tuple[Placed, ...]:
+        """All visible content except lights."""
+        return tuple(p for p in self._placed if not isinstance(p.content, Light))
+
+    @cached_property
+    def bounds(self) -> tuple[NDArray[np.float64], float]:
+        """Centre (3,) and radius of a sphere round all things but stray points, world; radius 1 without any."""
+        return sphere_round(self._main_corners)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """Where all things but stray points lie, for the views of lights."""
+        members = (m for p in self.things if isinstance(p.content, PointObject) for m in p.members)
+        grain = max((m.grain for m in members), default=0.0)
+        return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
+
+    @cached_property
+    def _main_corners(self) -> NDArray[np.float64]:
+        return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
+
+    def framed(self) -> Scene:
+        """The scene with a camera: its own, or one that sees everything, turned like its pose."""
+        if self.camera is not None:
+            return self
+        centre, radius = self.bounds
+        pose = np.array(self.pose)
+        pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))
+        return replace(self, camera=Camera.from_fov(FOV, 640, 480), pose=pose)
+
+    @property
+    def points_known(self) -> int:
+        """How many points the visible frames have."""
+        return sum(p.content.points_known for p in self.placed() if isinstance(p.content, PointObject))
+
+    @property
+    def pivot(self) -> NDArray[np.float64]:
+        """(3,) the middle of all that is visible, world."""
+        return self.bounds[0]
+
+    @property
+    def scale(self) -> float:
+        """How far the middle lies ahead of the camera; 1 when it does not."""
+        pose = np.asarray(self.pose)
+        ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
+        return ahead if ahead > 0 else 1.0
+
+    @property
+    def upright(self) -> NDArray[np.float64]:
+        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y if it leans over 60 degrees."""
+        own = np.asarray(self.pose)[:3, 1]
+        return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
+
+    @cached_property
+    def lights(self) -> list[Light]:
+        """The lights of the visible nodes, in world axes."""
+        found = []
+        for p in self.placed():
+            if isinstance(p.content, Light):
+                light, turn, changes = p.content, p.world[:3, :3], {}
+                if light.position is not None:
+                    changes["position"] = tuple(turn @ light.position + p.world[:3, 3])
+                if light.direction is not None:
+                    changes["direction"] = tuple(turn @ light.direction)
+                found.append(replace(light, **changes))
+        return found
+
+    @property
+    def light_names(self) -> list[str]:
+        """The names of their nodes, in the same order."""
+        return [p.node.name for p in self.placed() if isinstance(p.content, Light)]
+
+    def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
+        """All nodes with their paths, hidden ones too, parents before children."""
+        path: list[int] = []
+        stack = [(0, k, node) for k, node in reversed(list(enumerate(self.nodes)))]
+        while stack:
+            depth, k, node = stack.pop()
+            path[depth:] = [k]
+            yield tuple(path), node
+            stack.extend((depth + 1, k, child) for k, child in reversed(list(enumerate(node.children))))
+
+    def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
+        """The scene with one node changed (`visible=False`, `transform=...`).
+
+        path  which child of which child, as in `every_node`. Raises ValueError if there is no node.
+        """
+        nodes = self.nodes
+        for k in path:
+            if not 0 <= k < len(nodes):
+                raise ValueError(f"the scene has no node at the path {path}")
+            nodes = nodes[k].children
+        if not path:
+            raise ValueError(f"the scene has no node at the path {path}")
+        levels = [self.nodes]
+        for k in path[:-1]:
+            levels.append(levels[-1][k].children)
+        for nodes, k in zip(levels[::-1], path[::-1], strict=True):
+            new = replace(nodes[k], **changes)
+            changes = {"children": (*nodes[:k], new, *nodes[k + 1 :])}
+        return replace(self, nodes=changes["children"])
+
+    def with_every_node(self, changes: Callable[[Node], dict[str, Any]]) -> Scene:
+        """The scene with all nodes changed, each by the values that the function gives for it."""
+        made: dict[int, Node] = {}
+        stack = [*self.nodes]
+        while stack:
+            node = stack[-1]
+            waiting = [child for child in node.children if id(child) not in made]
+            if id(node) in made or not waiting:
+                stack.pop()
+                if id(node) not in made:
+                    children = tuple(made[id(child)] for child in node.children)
+                    made[id(node)] = replace(node, children=children, **changes(node))
+            stack.extend(waiting if id(node) not in made else [])
+        return replace(self, nodes=tuple(made[id(node)] for node in self.nodes))

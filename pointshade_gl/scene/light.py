@@ -1,0 +1,145 @@
+"""Lights: plain values, checked once, and the rows that the shaders read. The formulas are in shaders/common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.formatting import shown
+from ..messages.validation import (
+    check_color,
+    check_direction,
+    check_flag,
+    check_number,
+    check_numbers,
+    check_point,
+    items_of,
+)
+
+UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
+WIDEST = 120.0  # degrees of a directional light
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Light:
+    """A point light at `position`, a directional light along `direction`, or a spot with both; world axes.
+
+    color, intensity   linear RGB and a factor on it
+    attenuation        (kc, kl, kq): a light with a position, at distance d, is divided by kc + kl*d + kq*d*d
+    cone               (inner, outer) half angles of a spot in degrees: full light inside, none outside
+    shadow             whether objects in its way cast a shadow
+    radius             of a light with a position: a glowing ball, world units (metres)
+    angle              of a directional light: how large its disc is in the sky, full angle in degrees; the sun has 0.53
+
+    With neither position nor direction the light sits at the viewing camera's upper left, far away. Shadows of a light
+    with a radius or an angle are soft in pictures of several samples; with one sample it shines from its middle.
+    Raises ValueError for impossible values, TypeError for values of another kind.
+    """
+
+    position: Vector | None = None
+    direction: Vector | None = None
+    color: Vector = (1.0, 1.0, 1.0)
+    intensity: float = 1.0
+    attenuation: Vector = (1.0, 0.0, 0.0)
+    cone: tuple[float, float] = (0.0, 45.0)
+    shadow: bool = False
+    radius: float = 0.0
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.position is not None:
+            object.__setattr__(self, "position", check_point(self.position, "light position"))
+        if self.direction is not None:
+            object.__setattr__(self, "direction", check_direction(self.direction, "light direction"))
+        object.__setattr__(self, "color", check_color(self.color, "light color"))
+        complaint = "light attenuation must be three numbers, 0 or above and not all 0"
+        attenuation = check_numbers(self.attenuation, 3, complaint, low=0)
+        if not any(attenuation):
+            raise ValueError(f"{complaint}, got {attenuation}")
+        object.__setattr__(self, "attenuation", attenuation)
+        object.__setattr__(self, "intensity", check_number(self.intensity, "light intensity", 0))
+        complaint = "light cone must be two half angles, 0 <= inner <= outer <= 90 degrees"
+        inner, outer = check_numbers(self.cone, 2, complaint)
+        if not 0 <= inner <= outer <= 90 or outer == 0:
+            raise ValueError(f"{complaint}, got {self.cone}")
+        object.__setattr__(self, "cone", (inner, outer))
+        object.__setattr__(self, "shadow", check_flag(self.shadow, "light shadow"))
+        object.__setattr__(self, "radius", check_number(self.radius, "light radius", 0))
+        object.__setattr__(self, "angle", check_number(self.angle, "light angle", 0, WIDEST))
+        if self.radius and self.position is None:
+            raise ValueError("light radius is of a light with a position: a directional light has an angle")
+        if self.angle and self.position is not None:
+            raise ValueError("light angle is of a directional light: a light with a position has a radius")
+
+    @property
+    def is_spot(self) -> bool:
+        return self.position is not None and self.direction is not None
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether it is larger than a point."""
+        return self.radius > 0 or self.angle > 0
+
+
+def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
+    """One light, several, or the default one for None, as a list. Raises TypeError if one is not a Light."""
+    given: Any = Light() if light is None else light
+    lights = items_of(given)
+    lights = [given] if lights is None else lights
+    for one in lights:
+        if not isinstance(one, Light):
+            got = shown(one)
+            raise TypeError(f"light must be a Light or several of them, got {got}: try Light(position=(x, y, z))")
+    return lights
+
+
+def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
+    """The light. One without place and direction gets a direction: from the viewing camera's upper left, world axes."""
+    if light.position is not None or light.direction is not None:
+        return light
+    x, y, z = target_pose[:3, :3] @ UPPER_LEFT
+    return replace(light, direction=(float(x), float(y), float(z)))
+
+
+def light_rows(
+    lights: Sequence[Light], axes: NDArray[Any], spans: Sequence[tuple[int, int] | None] | None = None
+) -> NDArray[np.float32]:
+    """Lights as the shaders read them: (n, 5, 4) float32, in the axes of a camera with this pose (4, 4).
+
+    lights       each with a position or a direction (see `at_upper_left`)
+    spans        the number of each light's first shadow view and how many it has, None where it has none
+
+    Texel by texel: position, or direction of travel, and whether it is a position; colour times intensity;
+    attenuation; direction of a spot and its first shadow view; cosines of the cone and the number of views.
+    """
+    rows = np.zeros((len(lights), 5, 4))
+    for row, light, span in zip(rows, lights, spans or [None] * len(lights), strict=True):
+        if light.position is not None:
+            row[0] = [*(axes[:3, :3].T @ (np.array(light.position) - axes[:3, 3])), 1]
+        else:
+            row[0, :3] = axes[:3, :3].T @ _shortened(light.direction)
+        row[1, :3] = np.array(light.color) * light.intensity
+        row[2, :3] = light.attenuation
+        if light.is_spot:
+            row[3, :3] = axes[:3, :3].T @ unit(light.direction)
+            row[4, :2] = np.cos(np.radians(light.cone))
+        row[3, 3], row[4, 2] = span or (-1, 0)
+    return rows.astype(np.float32)
+
+
+def unit(direction: Vector | NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """(3,) of length 1. The direction may be as long or as short as numbers are."""
+    array = np.array(direction, np.float64)
+    array /= np.abs(array).max()
+    return array / np.linalg.norm(array)
+
+
+def _shortened(direction: Any) -> NDArray[np.float64]:
+    """The direction, (3,), by a power of two shorter or longer, so that float32 holds it. Its digits stay the same."""
+    array = np.array(direction, np.float64)
+    return np.ldexp(array, -int(np.frexp(np.abs(array).max())[1]))

@@ -1,0 +1,94 @@
+"""Meshes: triangles with normals, texture and material. Plain frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.formatting import counted
+from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_color, check_type
+from .appearance import SHADINGS, Material
+from .bounds import box_corners
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles.
+
+    All arrays are copied and read-only.
+
+    positions  (n, 3) float, node axes
+    faces      (m, 3) int, corners of the triangles; their front is counter-clockwise, both sides are drawn
+    normals    (n, 3) float; None gives every triangle its own (flat facets)
+    uv         (n, 2) float, (0, 0) is the texture's upper left corner (as in glTF); None without a texture
+    color      linear RGB, multiplied with the texture
+    texture    (h, w, 3|4) uint8 sRGB; None is white
+
+    Raises ValueError for shapes and numbers that do not fit, TypeError for values of another kind.
+    """
+
+    positions: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+    normals: NDArray[np.float32] | None = None
+    uv: NDArray[np.float32] | None = None
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    texture: NDArray[np.uint8] | None = None
+    material: Material = field(default_factory=Material)
+    shading: str = "phong"
+
+    def __post_init__(self) -> None:
+        points = _floats(self.positions, "mesh positions", (None, 3))
+        faces = as_given(self.faces, "mesh faces must have shape (m, 3) and whole numbers")
+        if faces.ndim != 2 or faces.shape[1] != 3 or faces.dtype.kind not in "iu":
+            raise ValueError(f"mesh faces must have shape (m, 3) and whole numbers, got {faces.shape} {faces.dtype}")
+        if faces.size and (faces.min() < 0 or faces.max() >= len(points)):
+            raise ValueError(
+                f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}"
+            )
+        object.__setattr__(self, "positions", points)
+        object.__setattr__(self, "faces", _frozen(np.array(faces, dtype=np.uint32, order="C")))
+        for name, width in (("normals", 3), ("uv", 2)):
+            if getattr(self, name) is not None:
+                values = _floats(getattr(self, name), f"mesh {name}", (len(points), width))
+                object.__setattr__(self, name, values)
+        if self.texture is not None:
+            texture = as_given(self.texture, "mesh texture must be (h, w, 3|4) uint8")
+            if texture.ndim != 3 or texture.shape[2] not in (3, 4) or texture.dtype != np.uint8 or 0 in texture.shape:
+                raise ValueError(f"mesh texture must be (h, w, 3|4) uint8, got {texture.shape} {texture.dtype}")
+            if self.uv is None:
+                raise ValueError("a mesh with a texture needs uv, one (u, v) for each position")
+            object.__setattr__(self, "texture", _frozen(np.array(texture, order="C")))
+        object.__setattr__(self, "color", check_color(self.color, "mesh color"))
+        check_type(self.material, Material, "mesh material")
+        check_choice("shading", self.shading, SHADINGS)
+
+    def __repr__(self) -> str:
+        """`Mesh(24 positions, 12 triangles, texture 512x512)`."""
+        texture = "" if self.texture is None else f", texture {self.texture.shape[1]}x{self.texture.shape[0]}"
+        return f"Mesh({counted(len(self.positions), 'position')}, {counted(len(self.faces), 'triangle')}{texture})"
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """(8, 3) corners of the box round all triangles, node axes; (0, 3) without a triangle."""
+        points = self.positions[np.unique(self.faces)]
+        return box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3))
+
+
+def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
+    wanted = ", ".join("n" if want is None else str(want) for want in shape)
+    array = as_array(value, f"{name} must be numbers of shape ({wanted})", np.float32)
+    if array.ndim != 2 or any(want not in (None, got) for want, got in zip(shape, array.shape, strict=True)):
+        raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
+    if not (np.abs(array) <= LARGEST).all():
+        raise ValueError(f"{name} must be finite and below {LARGEST:g}")
+    return _frozen(array)
+
+
+def _frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, read-only. It is a copy: callers may change their own."""
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,86 @@
+"""A node of the scene graph: what moves together. Plain frozen values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..messages.formatting import shown
+from ..messages.validation import LARGEST, as_array, check_flag, items_of
+from .light import Light
+from .mesh import Mesh
+from .point_object import PointObject
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A named place in the scene: its content and its children move with its transform.
+
+    transform  (4, 4) node-to-parent; for a point object a rotation, a translation and one scale for all axes
+    content    a PointObject, a Mesh, a Light (placed by the node: its position and direction are in node axes), several
+               of them, or nothing
+    visible    False hides the node and all below it
+    shadow     whether the node's content casts shadows
+
+    Raises TypeError or ValueError, naming the node, for anything else.
+    """
+
+    content: PointObject | Mesh | Light | tuple[PointObject | Mesh | Light, ...] | None = None
+    name: str = ""
+    transform: ArrayLike = field(default_factory=lambda: np.eye(4))
+    children: tuple[Node, ...] = ()
+    visible: bool = True
+    shadow: bool = True
+
+    def __post_init__(self) -> None:
+        where = self.title
+        if not isinstance(self.name, str):
+            raise TypeError(f"{where}: its name must be a text")
+        if isinstance(self.content, list):
+            object.__setattr__(self, "content", tuple(self.content))
+        for item in self.content if isinstance(self.content, tuple) else (self.content,):
+            if not isinstance(item, PointObject | Mesh | Light | None):
+                got = shown(item)
+                raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
+        matrix = as_array(self.transform, f"{where}: its transform must be numbers of shape (4, 4)")
+        if matrix.shape != (4, 4):
+            raise ValueError(f"{self.title}: its transform must have shape (4, 4), got {matrix.shape}")
+        if not np.isfinite(matrix).all():
+            raise ValueError(f"{where}: its transform holds NaN or infinite numbers")
+        if np.abs(matrix).max() > LARGEST:
+            raise ValueError(f"{where}: its transform must be below {LARGEST:g}, got {np.abs(matrix).max():g}")
+        if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
+            raise ValueError(
+                f"{self.title}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}"
+            )
+        if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+            raise ValueError(f"{self.title}: its transform has a scale of zero")
+        matrix.flags.writeable = False
+        object.__setattr__(self, "transform", matrix)
+        object.__setattr__(self, "children", check_nodes(self.children, f"{where}: its children"))
+        for name in ("visible", "shadow"):
+            object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))
+
+    def __repr__(self) -> str:
+        """`Node('vase', PointObject(...), 2 children)`."""
+        content = "" if self.content is None else f", {self.content}"
+        count = len(self.children)
+        children = f", {count} child{'' if count == 1 else 'ren'}" if count else ""
+        return f"Node({shown(self.name)}{content}{children})"
+
+    @property
+    def title(self) -> str:
+        """How messages call it."""
+        return f"node {shown(self.name)}"
+
+
+def check_nodes(nodes: Any, name: str) -> tuple[Node, ...]:
+    """Several nodes as a tuple. Raises TypeError for anything else."""
+    items = items_of(nodes)
+    for item in [nodes] if items is None else items:
+        if items is None or not isinstance(item, Node):
+            raise TypeError(f"{name} must be Nodes in a tuple or a list, got {shown(item)}")
+    return tuple(items or ())

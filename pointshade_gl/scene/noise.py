@@ -1,0 +1,175 @@
+"""The noise of a depth picture: what the caller says, what was measured, and how to describe it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..messages.formatting import option, shown
+from ..messages.suggestions import did_you_mean
+from ..messages.validation import ABOVE_0, as_array, check_float
+from .noise_text import GRAMMAR, NoiseWords, noise_words
+
+# Standard deviation of depth by distance, metres. Kinect: Nguyen, Izadi, Lovell 2012.
+SENSORS: dict[str, Callable[[NDArray[np.float32]], NDArray[np.float32]]] = {
+    "kinect": lambda z: 0.0012 + 0.0019 * (z - 0.4) ** 2,
+}
+SHARED = 0.05  # correlation from which noise counts as shared
+SMOOTHED = 0.6  # beyond it a sensor has smoothed its depth: rounding alone stays below .43, sensors are above 1
+MOSTLY_STEP = 1.5  # noise in steps up to which rounding is most of it: 0.4 where errors are random, 1 on plateaus
+FEW = 0.01  # share of noisy blocks up to which a frame counts as clean
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What was measured on a frame; lengths in the unit of the depth.
+
+    sigma, relative  median standard deviation of depth, and over depth
+    step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" if none was found
+    correlation      noise that neighbours share, divided by noise that they do not share; median of the blocks
+    misplaced        pixels (standard deviation) by which depths are displaced, because the picture was enlarged or
+                     moved to another camera's pixels; 0 if it was not
+    share            share of the blocks with so much noise that it tilts normals visibly
+    grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
+                     rounding; grid[..., 2] is the block's own correlation
+    """
+
+    sigma: float
+    relative: float
+    step: float
+    domain: str
+    correlation: float
+    misplaced: float
+    share: float
+    grid: NDArray[np.float32] | None
+    powers: tuple[float, float]
+
+    @property
+    def is_clean(self) -> bool:
+        """So few blocks are noisy that the edge-exact estimator serves the whole frame."""
+        return self.share < FEW
+
+    @property
+    def is_shared(self) -> bool:
+        """Neighbours share some of it: fits over neighbours leave it in."""
+        return self.grid is not None and bool(self.grid[..., 2].any())
+
+    @property
+    def is_rounded(self) -> bool:
+        """Rounding may be most of the noise. In more noise no surface lies within half a step of a plane.
+
+        Where neighbours share noise, patches lie on planes of their own by chance: a sensor has smoothed it.
+        """
+        if self.correlation > SMOOTHED:
+            return False
+        if self.domain == "1/z" and self.sigma and self.relative:
+            return self.relative**2 < MOSTLY_STEP * self.step * self.sigma
+        return self.step > 0 and (self.domain == "1/z" or self.sigma < MOSTLY_STEP * self.step)
+
+    @property
+    def rounding(self) -> tuple[float, float]:
+        """Steps of depth and of 1 / depth: 0 where it is not rounded."""
+        return (0.0, self.step) if self.domain == "1/z" else (self.step, 0.0)
+
+    @property
+    def words(self) -> NoiseWords:
+        """The same in a few words, for all of the frame."""
+        if self.is_clean:
+            return NoiseWords()
+        is_share = self.powers[0] > -0.5 and self.domain != "z"
+        level = self.relative if is_share else self.sigma
+        shared = self.correlation if self.correlation >= SHARED else 0.0
+        return NoiseWords(level, is_share, shared, self.step, self.domain, self.misplaced)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller gave it.
+
+    missing  share of the depth that is missing, where that is why "auto" chose it
+    """
+
+    method: str
+    noise: Noise | None = None
+    told: bool = False
+    missing: float = 0.0
+
+
+def describe(choice: Choice) -> str:
+    """What ran and why, in one sentence."""
+    noise = choice.noise
+    if choice.missing:
+        found = f"{100 * choice.missing:.0f} % of the depth is missing, known pixels lie apart"
+        return f"{choice.method}: {found}; no noise was measured"
+    if noise is None:
+        return f"{choice.method}: as requested"
+    if choice.told:
+        found = f"{option('noise')} was given"
+    elif noise.is_clean:
+        found = f"the depth is clean (noise below {max(noise.relative, 1e-7):.0e} of the depth)"
+    else:
+        found = f"noise of {_metres(noise.sigma)} ({100 * noise.relative:.2g} % of the depth)"
+        found += f" on {100 * noise.share:.0f} % of the picture"
+    if noise.step:
+        unit = _metres(noise.step) if noise.domain == "z" else f"{noise.step:.3g} in 1/z"
+        found += f", depth rounded to steps of {unit}"
+    if noise.misplaced:
+        found += ", lines are repeated"
+    if noise.correlation:
+        found += ", neighbours share part of the noise"
+    return f"{choice.method}: {found}" + ("" if choice.told else f" ({option('noise', str(noise.words))})")
+
+
+def _metres(length: float) -> str:
+    return f"{length * 1e3:.3g} mm" if length < 1 else f"{length:.3g} m"
+
+
+def check_sensor(name: str) -> str:
+    """The sensor's name. Raises ValueError, listing the known ones, for any other."""
+    if name not in SENSORS:
+        known, near = ", ".join(SENSORS), did_you_mean(name, SENSORS)
+        raise ValueError(
+            f"unknown sensor {shown(name)} for {option('noise')}{near}: known are {known}; or pass metres, or {GRAMMAR}"
+        )
+    return name
+
+
+def check_noise_text(text: str) -> str:
+    """A sensor's name, or noise in words. Raises ValueError for anything else."""
+    return text if noise_words(text) else check_sensor(text)
+
+
+def check_noise(noise: Any) -> float:
+    """One standard deviation for all of a frame. Raises ValueError unless it is metres above 0."""
+    return check_float(noise, f"{option('noise')} must be metres above 0", ABOVE_0)
+
+
+def parse_noise(
+    noise: float | ArrayLike | str | None, depth: NDArray[np.float32]
+) -> NDArray[np.float32] | NoiseWords | None:
+    """The caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; or in words; None if there is none.
+
+    noise  a number or (h, w) in metres, the name of a sensor, or words. Raises ValueError for impossible noise.
+    """
+    if noise is None:
+        return None
+    if isinstance(noise, str):
+        words = noise_words(noise)
+        if words is not None:
+            return words
+        return SENSORS[check_sensor(noise)](depth).astype(np.float32)
+    complaint = f"noise must be one number or have the depth's shape {depth.shape}"
+    array = as_array(noise, complaint, np.float32)
+    if array.shape not in ((), depth.shape):
+        raise ValueError(f"{complaint}, got {array.shape}")
+    array = array.reshape(array.shape or (1, 1))
+    wrong = ~((array > 0) & (array < np.inf))
+    if array.shape == depth.shape:
+        wrong &= depth > 0  # missing depth has no noise
+    if wrong.any():
+        raise ValueError(f"{option('noise')} must be metres above 0 wherever depth is known, got {array[wrong][0]:g}")
+    return np.where(array > 0, array, 1).astype(np.float32)

@@ -1,0 +1,239 @@
+"""Where the viewer and the light are: plain values and their arithmetic, no GL, no window.
+
+The light's direction is stored as a place on the window, in *rims* from the object's middle. The window is a map of
+directions: in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the
+marker is always drawn where the mouse has to be for this light, at every zoom and in every shape of window.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.validation import (
+    LARGEST,
+    check_color,
+    check_flag,
+    check_number,
+    check_numbers,
+    check_point,
+    check_type,
+)
+from .appearance import Look
+from .camera import Camera, orbit_pose
+from .light import Light, at_upper_left
+from .orbit_target import Stage
+
+RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
+FARTHEST = math.radians(175)  # radians from the viewer's direction: straight behind, left and right would meet
+DEGREES = 120.0  # around the object, for a drag across the window's smaller side
+WHEEL = 1.1  # factor on distances per step of the wheel
+UPPER_LEFT = (-0.3, -0.3)  # where the light starts, rims
+OWN_LIGHT = Light(position=(0, 0, 0), shadow=True)  # the kind of light that the mouse holds when it is given none
+NEAREST = 1e-6  # of a distance: it must not be 0
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that decides what the window shows, except the frame and the window's size.
+
+    yaw, pitch    degrees around the pivot, as in `orbit_pose`
+    distance      from the pivot, 1 = that of the object's middle from the frame's own camera
+    pan           shift of the pivot in the picture, in focal lengths
+    pivot         what orbits turn around: from the object's middle, in view axes of the frame's own camera
+    light_at      the light's place on the window, rims from the object's middle, y down
+    light_reach   factor on the light's distance from the object's middle
+    light_mode    whether the light follows the mouse while no button is down
+    lit           False shows the frame's own colours
+    shadows       False switches off the shadows of all lights; True leaves each light its own switch
+    look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
+
+    Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
+    another size.
+    """
+
+    yaw: float = 0.0
+    pitch: float = 0.0
+    distance: float = 1.0
+    pan: Pair = (0.0, 0.0)
+    pivot: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    light_at: Pair = UPPER_LEFT
+    light_reach: float = 1.0
+    light_mode: bool = True
+    light_color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    light_intensity: float = 1.0
+    lit: bool = True
+    shadows: bool = False
+    look: Look = field(default_factory=Look)
+    help: bool = False
+    panel: bool = False
+
+    def __post_init__(self) -> None:
+        def checked(check: Callable[..., Any], name: str, *limits: float) -> None:
+            object.__setattr__(self, name, check(getattr(self, name), f"state {name}", *limits))
+
+        for name in ("yaw", "pitch"):
+            checked(check_number, name, -LARGEST)
+        for name in ("distance", "light_reach"):
+            checked(check_number, name, NEAREST)
+        for name in ("pan", "light_at"):
+            checked(_check_pair, name)
+        checked(check_point, "pivot")
+        checked(check_color, "light_color")
+        checked(check_number, "light_intensity", 0)
+        for name in ("light_mode", "lit", "shadows", "help", "panel"):
+            checked(check_flag, name)
+        check_type(self.look, Look, "state look")
+        if not self.look.is_uniform:
+            raise ValueError("the viewer's look must have one value for all pixels: no arrays for normals, size, noise")
+
+    @property
+    def point_size(self) -> float:
+        """The splats' size in source pixels."""
+        return 1.0 if self.look.size is None or self.look.fills else float(np.asarray(self.look.size))
+
+    def with_look(self, **changes: Any) -> State:
+        """The state with other values of its look: `state.with_look(shading="flat")`."""
+        return replace(self, look=replace(self.look, **changes))
+
+    def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
+        """The state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.
+
+        In light mode the light stays with the viewer, otherwise with the object.
+        """
+        yaw = (self.yaw - dx / smaller_side * DEGREES + 180) % 360 - 180
+        pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
+        turned = replace(self, yaw=yaw, pitch=pitch)
+        return turned if self.light_mode else turned.with_light_direction(_turn(turned).T @ _turn(self) @ self.towards)
+
+    def panned(self, dx: float, dy: float, focal: float) -> State:
+        """The state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
+        return replace(self, pan=(self.pan[0] + dx / focal, self.pan[1] + dy / focal))
+
+    def zoomed(self, steps: float) -> State:
+        nearest, farthest = min(0.05, self.distance), max(20.0, self.distance)  # a pivot may lie beyond both
+        return replace(self, distance=min(max(self.distance / WHEEL**steps, nearest), farthest))
+
+    def with_pivot(self, point: Sequence[float] | NDArray[np.float64], stage: Stage) -> State:
+        """The same picture and light; orbits turn around another point in front of the viewer: (3,), view axes."""
+        x, y, z = check_point(point, "pivot")
+        turned = _turn(self) @ ((x, y, z) - self.seen_pivot(stage))
+        middle = stage.pivot / stage.pivot[2]
+        pivot = tuple(map(float, self.pivot + turned))
+        pan = float(x / z - middle[0]), float(y / z - middle[1])
+        return replace(self, pivot=pivot, distance=float(z / stage.pivot[2]), pan=pan)
+
+    def light_reached(self, steps: float) -> State:
+        """The light moved away from the object (steps above 0) or nearer to it."""
+        return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
+
+    def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
+        """The light in another direction: (3,) from the object's middle, view axes, of any length."""
+        x, y, z = check_point(towards, "direction")
+        angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
+        rims = angle / (math.pi / 2)
+        return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
+
+    def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
+        """The state in which the mouse holds a light of the world. A directional light gives its direction only.
+
+        A spot keeps its place, and turns to the object's middle. `light` has the rest, from a light of the same kind.
+        """
+        pose = frame_pose @ self.pose(stage)
+        state = replace(self, light_color=light.color, light_intensity=light.intensity)
+        to_view = stage.upright @ pose[:3, :3].T
+        if light.position is None:
+            return state.with_light_direction(-to_view @ np.array(at_upper_left(light, pose).direction))
+        place = to_view @ (np.array(light.position) - pose[:3, 3]) - self.seen_middle(stage)
+        reach = max(float(np.linalg.norm(place)) / stage.radius, 1e-3)
+        return replace(state, light_reach=reach).with_light_direction(place)
+
+    @property
+    def towards(self) -> NDArray[np.float64]:
+        """(3,) unit, from the object's middle to the light, view axes."""
+        angle = min(math.hypot(*self.light_at) * math.pi / 2, FARTHEST)
+        around = math.atan2(self.light_at[1], self.light_at[0])
+        side = math.sin(angle)
+        return np.array([side * math.cos(around), side * math.sin(around), -math.cos(angle)])
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether a light is seen."""
+        return self.lit and self.look.shading != "none"
+
+    @property
+    def is_behind(self) -> bool:
+        return math.hypot(*self.light_at) > 1
+
+    def seen_pivot(self, stage: Stage) -> NDArray[np.float64]:
+        """(3,) what orbits turn around, view axes."""
+        shift = np.array([*self.pan, 0.0])
+        return (stage.pivot + shift * stage.pivot[2]) * self.distance
+
+    def seen_middle(self, stage: Stage) -> NDArray[np.float64]:
+        """(3,) the object's middle, view axes: the light moves around it."""
+        return self.seen_pivot(stage) - _turn(self).T @ self.pivot
+
+    def pose(self, stage: Stage) -> NDArray[np.float64]:
+        """(4, 4) of the viewer, to the axes of the frame's camera."""
+        turn = _turn(self)
+        pose = np.eye(4)
+        pose[:3, :3] = stage.upright @ turn @ stage.upright
+        pose[:3, 3] = stage.upright @ (stage.pivot + self.pivot - turn @ self.seen_pivot(stage))
+        return pose
+
+    def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
+        """The light in the world, directed at the object's middle.
+
+        kind  says whether it is a point light, a spot or directional, and has its cone, attenuation and shadow switch
+        """
+        place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
+        pose = frame_pose @ self.pose(stage)
+        x, y, z = pose[:3, :3] @ stage.upright @ place + pose[:3, 3]
+        dx, dy, dz = pose[:3, :3] @ stage.upright @ -self.towards
+        return replace(
+            kind,
+            position=None if kind.position is None else (x, y, z),
+            direction=(dx, dy, dz) if kind.position is None or kind.is_spot else None,
+            color=self.light_color,
+            intensity=self.light_intensity,
+        )
+
+    def middle(self, stage: Stage, camera: Camera) -> Pair:
+        """The object's middle in pixels, kept inside the picture, so that the light stays within reach."""
+        x, y, z = self.seen_middle(stage)
+        z = max(z, NEAREST * stage.pivot[2])  # behind the viewer it is at the side where it left the picture
+        u, v = camera.fx * x / z + camera.cx, abs(camera.fy) * y / z + camera.cy
+        return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
+
+    def reset_view(self, start: State) -> State:
+        """View and light as in another state; the look, the help and the panel stay."""
+        return replace(start, look=self.look, help=self.help, panel=self.panel)
+
+
+def _check_pair(value: Any, name: str) -> Pair:
+    x, y = check_numbers(value, 2, f"{name} must be two finite numbers")
+    return x, y
+
+
+def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:
+    """The place of the light, in rims, that a pixel of the picture stands for."""
+    rim = RIM * min(camera.width, camera.height)
+    return (x - middle[0]) / rim, (y - middle[1]) / rim
+
+
+def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
+    """Where the light's marker is drawn, in pixels of the picture."""
+    rim = RIM * min(camera.width, camera.height)
+    middle = state.middle(stage, camera)
+    return middle[0] + state.light_at[0] * rim, middle[1] + state.light_at[1] * rim
+
+
+def _turn(state: State) -> NDArray[np.float64]:
+    return orbit_pose(None, (0, 0, 1), state.yaw, state.pitch)[:3, :3]

@@ -1,0 +1,55 @@
+"""What the viewer moves around: the object's middle, and how far from it the light is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .frame import PROBE, Frame
+from .graph import Scene
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What the viewer moves around. Stage and State are in *view axes*: x right, y down in the picture.
+
+    pivot    (3,) the object's middle, as the frame's own camera sees it
+    radius   the light's distance from the pivot
+    upright  (3, 3) from the camera's axes to view axes and back: with a negative fy the camera's y points up
+    """
+
+    pivot: NDArray[np.float64]
+    radius: float
+    upright: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, frame: Frame | Scene) -> Stage:
+        """The light moves outside most of the object, but not behind the camera."""
+        if isinstance(frame, Scene):
+            return cls._of_scene(frame)
+        pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
+        h, w = frame.depth.shape
+        step = max(1, round((h * w / PROBE) ** 0.5))
+        v, u = np.mgrid[0:h:step, 0:w:step]
+        z = frame.depth[::step, ::step].astype(np.float64)
+        c, known = frame.camera, z > 0
+        points = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)[known]
+        extent = np.quantile(np.linalg.norm(points - pivot, axis=1), 0.8) if len(points) else 0.0
+        radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
+        upright = np.diag([1.0, np.sign(c.fy), 1.0])
+        return cls(upright @ pivot, radius, upright)
+
+    def is_as(self, other: Stage) -> bool:
+        """Whether it is the same place."""
+        return self.radius == other.radius and all(
+            np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
+        )
+
+    @classmethod
+    def _of_scene(cls, scene: Scene) -> Stage:
+        pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
+        pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
+        pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
+        return cls(pivot, min(radius, float(pivot[2])), np.eye(3))

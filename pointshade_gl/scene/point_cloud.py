@@ -1,0 +1,72 @@
+"""Points in the world with normals and colours, for programs that show point clouds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..messages.validation import as_array, as_given
+from .frame import Frame
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points in the world, checked once.
+
+    positions  (n, 3) float64, metres
+    normals    (n, 3) float32, unit, towards the camera that took the point
+    colors     (n, 3) uint8 sRGB
+
+    Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
+    """
+
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float32]
+    colors: NDArray[np.uint8]
+
+    def __init__(self, positions: ArrayLike, normals: ArrayLike, colors: ArrayLike):
+        object.__setattr__(self, "positions", as_array(positions, "positions must be numbers of shape (n, 3)"))
+        object.__setattr__(self, "normals", as_array(normals, "normals must be numbers of shape (n, 3)", np.float32))
+        object.__setattr__(self, "colors", as_given(colors, "colors must be uint8 of shape (n, 3)"))
+        if self.colors.dtype != np.uint8:
+            raise TypeError(f"colors must be uint8 sRGB, got {self.colors.dtype}")
+        for name, array in vars(self).items():
+            if array.shape != (len(self), 3):
+                raise ValueError(f"{name} must have shape ({len(self)}, 3), as many as positions, got {array.shape}")
+
+    def __len__(self) -> int:
+        return self.positions.shape[0] if self.positions.ndim else 0
+
+    def __repr__(self) -> str:
+        return f"PointCloud({len(self)} points)"
+
+
+def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]) -> PointCloud:
+    """The points of a frame, row by row.
+
+    surface  (h, w, 4) unit normal and depth, camera axes; depth 0 where there is no point
+    light    (h, w, 4) linear light, cut off at 1
+    """
+    v, u = np.nonzero(surface[..., 3])
+    normals, z = surface[v, u, :3], surface[v, u, 3].astype(np.float64)
+    c, rotation = frame.camera, frame.pose[:3, :3]
+    seen = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)
+    turned = normals @ rotation.T
+    turned /= np.linalg.norm(turned, axis=-1, keepdims=True)  # poses of text files are rotations to 1 % only
+    return PointCloud(
+        seen @ rotation.T + frame.pose[:3, 3],
+        turned,
+        _srgb()[np.rint(np.clip(light[v, u, :3], 0, 1) * 65535).astype(np.uint16)],
+    )
+
+
+@cache
+def _srgb() -> NDArray[np.uint8]:
+    """(65536,) sRGB of linear light over 65535 (IEC 61966-2-1)."""
+    linear: NDArray[Any] = np.arange(65536) / 65535
+    encoded = np.where(linear < 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(encoded * 255).astype(np.uint8)

@@ -1,0 +1,104 @@
+"""A point object: a frame, or several of one thing, with how it is drawn. Plain frozen values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ..messages.formatting import counted, option, shown
+from ..messages.validation import check_type, items_of
+from .appearance import SPLATS, Look, Material
+from .bounds import median
+from .frame import Frame
+
+MOST_FRAMES = 200  # of one object
+
+
+@dataclass(frozen=True, eq=False)
+class PointObject:
+    """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
+
+    frame   or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
+            depth's own points. Afterwards the first is `frame`, and these are the `others`.
+    look    how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
+
+    The frame's own pose places it under the node's transform.
+
+    Raises TypeError or ValueError as `Look` and `Look.for_frame`, and for no frames, too many, or with several frames
+    for options that are arrays and for splat="mesh".
+    """
+
+    frame: Frame
+    look: Look
+    others: tuple[Frame, ...] = ()
+
+    def __init__(
+        self,
+        frame: Frame | Sequence[Frame],
+        material: Material | None = None,
+        *,
+        look: Look | None = None,
+        others: Sequence[Frame] = (),
+        **options: Any,
+    ):
+        if look is not None and (material is not None or options):
+            raise TypeError("pass a look, or its values one by one, not both")
+        if look is None:
+            look = Look(Material() if material is None else material, **options)
+        check_type(look, Look, "look")
+        more = items_of(others)
+        if more is None:
+            raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
+        frame, *rest = check_frames((*check_frames(frame), *more))
+        if rest and not look.is_uniform:
+            raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
+        if rest and look.splat == "mesh":
+            forms = option("splat", *SPLATS[:-1])
+            raise ValueError(f"a mesh is that of one frame, got {1 + len(rest)}: merge them with {forms}")
+        object.__setattr__(self, "frame", frame)
+        object.__setattr__(self, "look", look.for_frame(frame.depth))
+        object.__setattr__(self, "others", tuple(rest))
+
+    def __repr__(self) -> str:
+        return f"PointObject({self.frame if self.is_single else counted(len(self.frames), 'frame')})"
+
+    @property
+    def is_single(self) -> bool:
+        """One frame, not several of one thing."""
+        return not self.others
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """All of them."""
+        return self.frame, *self.others
+
+    @property
+    def members(self) -> tuple[PointObject, ...]:
+        """Each frame as an object of its own."""
+        return (self,) if self.is_single else self._members  # keeping itself, it would outlive its last use
+
+    @cached_property
+    def _members(self) -> tuple[PointObject, ...]:
+        return tuple(PointObject(frame, look=self.look) for frame in self.frames)
+
+    @property
+    def points_known(self) -> int:
+        """How many points the frames have."""
+        return sum(frame.points_known for frame in self.frames)
+
+    @cached_property
+    def scale(self) -> float:
+        """The frame's scale; of several, the median."""
+        return median([frame.scale for frame in self.frames])
+
+
+def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
+    """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
+    items = [frames] if isinstance(frames, Frame) else frames
+    if not isinstance(items, Sequence) or isinstance(items, str | bytes):
+        raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
+    if not 1 <= len(items) <= MOST_FRAMES:
+        raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")
+    return tuple(check_type(item, Frame, "frame" if len(items) == 1 else f"frame {k}") for k, item in enumerate(items))

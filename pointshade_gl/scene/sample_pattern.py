@@ -1,0 +1,85 @@
+"""Where the samples of a picture lie: within each pixel, and on lights that are not points. No GL here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..messages.formatting import option
+from ..messages.validation import check_count
+from .light import Light, unit
+from .visible_scene import VisibleScene
+
+# Steps of the sequences, in turns. Powers of the plastic number (Roberts, "The unreasonable effectiveness of
+# quasirandom sequences", 2018) within the pixel; for lights square roots of primes (Richtmyer 1951), so that the two
+# have nothing to do with each other.
+_IN_PIXEL = 0.7548776662466927, 0.5698402909980532
+_ON_LIGHT = math.sqrt(2) % 1, math.sqrt(3) % 1, math.sqrt(5) % 1
+MOST = 4096  # samples of a picture: more cannot be seen
+
+
+def check_samples(samples: int) -> int:
+    """How many pictures are averaged. Raises ValueError or TypeError unless it is a whole number from 1 to MOST."""
+    number = check_count(samples, option("samples"), 1)
+    if number > MOST:
+        raise ValueError(f"{option('samples')} must be at most {MOST}, got {number}")
+    return number
+
+
+def pixel_offset(k: int) -> tuple[float, float]:
+    """Where sample k lies in its pixel, from -0.5 to 0.5 across and down: the middle first, then pairs that face each
+    other across it (antithetic: Hammersley and Morton 1956), so that a picture stays where it is."""
+    side, j = (1 if k % 2 else -1), (k + 1) // 2
+    dx, dy = (side * ((0.5 + j * step) % 1 - 0.5) for step in _IN_PIXEL)
+    return dx, dy
+
+
+def ball_point(k: int) -> NDArray[np.float64]:
+    """(3,) where sample k lies in a light of radius 1, seen along z: its middle first.
+
+    From any side the samples fill a disc evenly, as a glowing ball looks: they are three of the four components of
+    evenly spread rotations (Shoemake, "Uniform random rotations", 1992). The first two fill their disc best.
+    """
+    area, around, along = (k * step % 1 for step in _ON_LIGHT)
+    across, around = math.sqrt(area), 2 * math.pi * around
+    depth = math.sqrt(1 - area) * math.sin(2 * math.pi * along)
+    return np.array([across * math.cos(around), across * math.sin(around), depth])
+
+
+def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
+    """The light of sample k: a point of a light with a radius or an angle. centre (3,) of what it lights."""
+    if k == 0 or not light.is_soft:
+        return light
+    offset = ball_point(k)
+    if light.position is None:
+        towards = unit(light.direction)
+        x, y = _across(towards)
+        offset *= math.tan(math.radians(light.angle) / 2)
+        return replace(light, direction=tuple((towards + offset[0] * x + offset[1] * y).tolist()))
+    to_centre = centre - np.array(light.position)
+    away = np.linalg.norm(to_centre)
+    towards = to_centre / away if away > 0 else np.array([0.0, 0.0, 1.0])
+    place = np.array(light.position) + light.radius * offset @ np.stack([*_across(towards), towards])
+    return replace(light, position=tuple(place.tolist()))
+
+
+def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
+    """What sample k of a picture shows: 0 is the visible itself."""
+    if k == 0:
+        return visible
+    (dx, dy), camera = pixel_offset(k), visible.eye.camera
+    camera = replace(camera, cx=camera.cx - dx, cy=camera.cy - dy)
+    lights = visible.lights
+    if any(light.is_soft for light in lights):
+        lights = [moved_light(light, k, visible.scene.bounds[0]) for light in lights]
+    return visible._replace(eye=visible.eye._replace(camera=camera), lights=lights)
+
+
+def _across(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Two unit vectors (3,) at right angles to a unit direction and to each other."""
+    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = unit(np.asarray(np.cross(direction, other), np.float64))
+    return x, unit(np.asarray(np.cross(direction, x), np.float64))

@@ -1,0 +1,31 @@
+"""A scene whose objects are all shaded alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+from .graph import Scene
+from .mesh import Mesh
+from .node import Node
+from .point_object import PointObject
+
+
+@lru_cache(maxsize=4)
+def shaded(scene: Scene, shading: str | None) -> Scene:
+    """The scene with one shading model for all objects; None leaves each object its own."""
+    if shading is None:
+        return scene
+
+    def changes(node: Node) -> dict[str, Any]:
+        parts = node.content if isinstance(node.content, tuple) else (node.content,)
+        return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
+
+    return scene.with_every_node(changes)
+
+
+def _part_shaded(part: Any, shading: str) -> Any:
+    if isinstance(part, PointObject):
+        return replace(part, look=replace(part.look, shading=shading))
+    return replace(part, shading=shading) if isinstance(part, Mesh) else part

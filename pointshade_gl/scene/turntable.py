@@ -1,0 +1,55 @@
+"""The turntable: the way of a light or of the camera once around a frame or scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import orbit_pose
+from .frame import Frame
+from .graph import Scene
+from .light import Light
+from .view import View, upright_of
+
+TURN = 75  # pictures of a turn: three seconds at 25 per second
+# where the light starts: above the front; from the pivot, camera axes, in units of the frame's scale
+_FRONT = (0.0, -0.45, -0.75)
+
+
+def views_of_turn(frame: Frame | Scene, view: View, what: str, count: int) -> Iterator[View]:
+    """Views in `count` even steps of one turn. `what` turns: "light" or "camera"."""
+    turned = TURNTABLES[what]
+    for k in range(count):
+        yield turned(view, frame, 360 * k / count)
+
+
+def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
+    """The view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
+    frame = frame.framed() if isinstance(frame, Scene) else frame
+    pose, pivot = np.asarray(frame.pose), frame.pivot
+    turn = orbit_pose(pose, pivot, degrees, upright=upright_of(frame)) @ np.linalg.inv(pose)
+    lights = view.lights or (frame.lights if isinstance(frame, Scene) else [])
+    start = pivot + frame.scale * pose[:3, :3] @ _FRONT
+    own = Light(position=tuple(start), shadow=view.finish.ground is not False)
+    return replace(view, lights=[_turned(light, turn) for light in lights or [own]])
+
+
+def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
+    """The view after its camera moved around the frame's pivot, to its right."""
+    if view.pose is None:
+        return replace(view, yaw=view.yaw + degrees)
+    return replace(view, pose=orbit_pose(view.pose, frame.pivot, degrees, upright=upright_of(frame)))
+
+
+TURNTABLES = {"light": with_light_turned, "camera": with_camera_turned}
+
+
+def _turned(light: Light, turn: NDArray[np.float64]) -> Light:
+    if light.position is not None:
+        light = replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
+    if light.direction is not None:
+        light = replace(light, direction=tuple(turn[:3, :3] @ light.direction))
+    return light

@@ -1,0 +1,78 @@
+"""The shot: what one picture of a scene shows. What is in view, where the near plane lies, what casts shadows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .appearance import Material
+from .camera import Camera, Eye
+from .graph import Scene
+from .light import Light, at_upper_left
+from .placed import Placed
+from .point_object import PointObject
+
+Matrix = NDArray[np.float64]
+
+
+class VisibleScene(NamedTuple):
+    """What one picture of a scene shows."""
+
+    eye: Eye
+    lights: list[Light]  # each with a position or a direction, world axes
+    scene: Scene
+    shown: Sequence[Placed]  # in view
+    casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
+
+    @property
+    def materials(self) -> list[Material]:
+        """The materials of all that is shown, each once; never empty."""
+        return list(dict.fromkeys(map(material_of, self.shown))) or [Material()]
+
+
+def material_of(placed: Placed) -> Material:
+    """How the surface of a thing answers light."""
+    content = placed.content
+    return content.look.material if isinstance(content, PointObject) else content.material
+
+
+def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> VisibleScene:
+    """What a camera at a pose (4, 4) sees of a scene under these lights."""
+    things = scene.things
+    eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
+    shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
+    casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
+    lights = [at_upper_left(light, pose) for light in lights]
+    return VisibleScene(eye, lights, scene, shown, casting)
+
+
+def is_alone(things: Sequence[Placed]) -> bool:
+    """Whether this is a single object: that is always drawn, from all of its points, at any size of the picture."""
+    return len(things) == 1 and isinstance(things[0].content, PointObject)
+
+
+def looking_distance(scene: Scene, pose: Matrix) -> float:
+    """How far the things are that a viewer at this pose looks at, world units: it decides about the near plane.
+
+    Of a frame alone, the median distance from which it was taken, wherever the viewer is. Of several things, the
+    distance to their middle, or their radius where that is more.
+    """
+    if is_alone(scene.things):
+        alone = scene.things[0]
+        return alone.content.scale * alone.rigid_axes[1]
+    centre, radius = scene.bounds
+    return max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
+
+
+def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
+    """Whether a box (8, 3), world, may be visible: False only if it lies completely outside one side of the picture."""
+    if not len(corners):
+        return False
+    view, camera = np.linalg.inv(eye.pose), eye.camera
+    x, y, z = (corners @ view[:3, :3].T + view[:3, 3]).T
+    u, v = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
+    outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < eye.near)
+    return not any(side.all() for side in outside)

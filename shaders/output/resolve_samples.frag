@@ -1,0 +1,20 @@
+#version 330 core
+#ifndef GROUND
+#define GROUND 0  // 1: a ground was drawn, too
+#endif
+// The sums of a picture's samples -> the picture.
+#include "common/sample_mean.glsl"
+
+uniform sampler2D sums;     // surfaces: linear light, coverage
+uniform sampler2D grounds;  // alpha of the shadows on the ground
+uniform float count;
+uniform vec4 background;
+
+out vec4 color;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    float ground = 0.0;
+    if (GROUND == 1) ground = texelFetch(grounds, pixel, 0).r;
+    color = developed(texelFetch(sums, pixel, 0), ground, count, background);
+}

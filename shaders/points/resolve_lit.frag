@@ -1,0 +1,45 @@
+#version 330 core
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+#ifndef LINEAR
+#define LINEAR 0  // 1: the picture stays linear, to be averaged with other samples
+#endif
+#ifndef ALONE
+#define ALONE 0      // 1: a single light
+#endif
+#ifndef CERTAINTY
+#define CERTAINTY 0  // 1: some normals are uncertain
+#endif
+// What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
+// than resolve_surfaces.frag and light.frag, and the same to one step of 255.
+#include "common/color.glsl"
+#include "common/lights.glsl"
+#include "common/toksvig.glsl"
+#include "points/visible_point.glsl"
+
+uniform sampler2D color_map;  // sRGB, of any size
+uniform sampler2D certainty_map;
+uniform sampler2D lights;
+uniform vec4 material;
+uniform vec3 ambient;
+uniform int light_count;
+uniform mat4 only_light;  // its row of `lights`
+
+out vec4 color;
+
+void main() {
+    Seen seen = find_seen();
+    vec4 weight = seen_weights(seen, source);
+    vec3 normal = mat3(view) * mix_normal(seen, weight);
+    vec2 size = vec2(textureSize(surface_map, 0));
+    vec3 encoded = picture_at(color_map, color_position(seen, weight), size);
+    vec3 albedo = srgb_to_linear(encoded);
+    vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
+    vec4 own = material;
+    if (CERTAINTY == 1) own = widened(material, certainty_at(certainty_map, seen.at, size));
+    vec3 light;
+    if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, own, ambient, only_light);
+    else light = light_surface(point, vec3(0.0), normal, albedo, own, ambient, lights, light_count);
+    color = vec4(LINEAR == 1 ? light : linear_to_srgb(min(light, 1.0)), 1.0);
+}

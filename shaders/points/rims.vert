@@ -1,0 +1,60 @@
+#version 330 core
+#ifndef LIT
+#define LIT 0  // 1: the rim is lit here, once for all of its pixels
+#endif
+// The rim pixels, which splats.vert leaves out: one point each, a box round the rim in the view.
+#include "common/parts.glsl"
+#include "common/rim_splat.glsl"
+
+uniform sampler2D surface_map;  // unit normal, depth
+uniform vec4 source;
+uniform vec4 target;
+uniform mat4 view;
+uniform vec2 target_size;
+uniform float near;
+uniform int first_id;
+
+flat out int id;
+flat out float inverse_depth;  // of the pixel
+flat out vec4 rim;             // outward, width, drop
+flat out vec2 slope;           // these as in rims.glsl
+flat out vec4 hidden;
+flat out mat4x3 folds;
+flat out float stretched;      // for set_rims.frag: 1 if the pixel's footprint is
+
+#if LIT
+#include "points/vertex_lighting.glsl"
+#endif
+
+const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
+
+void main() {
+    gl_Position = NOWHERE;
+    gl_PointSize = 1.0;
+    int columns = textureSize(surface_map, 0).x;
+    ivec2 pixel = ivec2(gl_VertexID % columns, gl_VertexID / columns);
+    vec4 surface = texelFetch(surface_map, pixel, 0);
+    int rims = surface.w < 0.0 ? 1 : 0;  // a loop that no point takes costs software drivers nothing
+    for (int k = 0; k < rims; ++k) {
+        vec4 own = vec4(surface.xyz, -surface.w);
+        Footprint splat = carry_footprint(vec2(pixel), own.w, own.xyz, source, view, target);
+        if (!splat_is_ahead(splat, near) || !draws_rim(splat, own.w, source, target)) break;
+        Rim found = estimate_rim(surface_map, pixel, source);
+        vec4 box = rim_box(found, vec2(pixel), own, source, view, target);
+        vec2 low = max(box.xy, vec2(-0.5)), high = min(box.zw, target_size - 0.5);
+        if (low.x > high.x || low.y > high.y) break;
+        id = first_id + gl_VertexID;
+        inverse_depth = splat.inverse_depth;
+        rim = vec4(found.outward, found.width, found.drop);
+        slope = found.slope;
+        hidden = found.hidden;
+        folds = found.folds;
+        stretched = is_stretched(footprint_extent(splat, splat_reach(1.0, false), false), 1.0) ? 1.0 : 0.0;
+        vec2 middle = (low + high + 1.0) / target_size - 1.0;
+        gl_Position = vec4(middle, 1.0 - 2.0 * near * splat.inverse_depth, 1.0);
+        gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;
+#if LIT
+        lit = light_pixel(pixel, pixel_ray(vec2(pixel), source) * own.w, own.xyz, vec2(textureSize(surface_map, 0)));
+#endif
+    }
+}

@@ -1,0 +1,38 @@
+#version 330 core
+#ifndef LOOK_UP
+#define LOOK_UP 0
+#endif
+#ifndef AT_TARGET
+#define AT_TARGET 0  // 1: normals that were found in the view, on the depth that set_resolve_depth.frag makes
+#endif
+#ifndef CERTAINTY
+#define CERTAINTY 0  // 1: some frames have uncertain normals
+#endif
+// The sums of set_accumulate.frag over all frames -> what the light pass reads, as resolve_surfaces.frag does of one frame.
+#include "common/parts.glsl"
+#include "common/toksvig.glsl"
+#include "points/set_visibility.glsl"
+
+uniform sampler2D geometry_map;
+uniform sampler2D albedo_map;
+uniform sampler2D target_map;  // unit normal, depth (0: not known)
+uniform float others;         // frames less one
+uniform float near;
+uniform float scale;  // of the object; the view does not contain it
+uniform float material_number;
+
+layout(location = 0) out vec4 surface;
+layout(location = 1) out vec4 albedo;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 geometry = texel_at(geometry_map, pixel), colors = texel_at(albedo_map, pixel);
+    if (colors.w == 0.0) discard;
+    float inverse_depth = merged_inverse_depth(key_at(pixel), geometry.w, colors.w);
+    vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny
+    if (CERTAINTY == 1) normal *= mean_certainty(length(geometry.xyz / colors.w), others);
+    if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
+    surface = vec4(normal, scale / inverse_depth);
+    albedo = vec4(colors.rgb / colors.w, material_number);
+    gl_FragDepth = 1.0 - near * inverse_depth / scale;
+}

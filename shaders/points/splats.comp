@@ -1,0 +1,69 @@
+#version 430 core
+// The compute rasteriser: carries splats into the view and notes 1/z of their planes at every target pixel that they
+// cover; the nearest stays (cf. software rasterisation of points by atomics: Schuetz, Kerbl, Wimmer 2021). Inverse
+// depths are above 0, where floats have the order of their bits.
+// One thread draws a block of 4x4 source pixels. Where the block, or a quarter of it, lies on one plane, it is one larger
+// splat. The picture loses nothing: the resolve pass finds every source pixel again by its place.
+// Splats near the camera cover much of the view, or bend in it: large_splats.comp draws them, many threads each.
+// Rims cost more than splats, and are few: rims.comp draws them, one thread each.
+#ifndef WINDOW
+#define WINDOW 0  // 1: note how far the splats come
+#endif
+#ifndef SET
+#define SET 0     // 1: one of several frames
+#endif
+#include "points/splat_blocks.glsl"
+
+layout(local_size_x = 32) in;
+
+uniform ivec2 corner;     // of the part that has points, a multiple of 4
+uniform int most_groups;  // of large_splats.comp and of rims.comp
+
+bool leaves_some = false;  // large splats of the block
+uint rims_here = 0u;       // rim pixels of the block, a bit for each, row by row
+
+void take_splat(Footprint splat, float reach) {
+    bool is_bent = splat_bends(splat, reach) > FLAT;
+    splat.bend = vec2(0.0);  // of those that are drawn here: the compiler leaves out what others need
+    ivec2 low, high;
+    splat_box(splat, reach, low, high);
+    bool is_large = is_bent || (high.x - low.x) * (high.y - low.y) > LARGE;
+    leaves_some = leaves_some || is_large;
+    if (is_large) high = low - 1;
+#if WINDOW
+    widen_window(low, high);
+#endif
+    note_splat(splat, reach, low, high, ivec2(1));
+}
+
+void take_rim(ivec2 pixel) {
+    rims_here |= 1u << uint(4 * (pixel.y & 3) + (pixel.x & 3));
+}
+
+void put_on_list(uint block) {
+    uint place = atomicAdd(count, 1u);
+    if (place < uint(list_length)) large[place] = block;
+    atomicMax(groups.x, min(place + 1u, uint(most_groups)));
+}
+
+void put_rims_on_list(ivec2 block) {
+    uint end = atomicAdd(rim_count, uint(bitCount(rims_here))) + uint(bitCount(rims_here));
+    atomicMax(rim_groups.x, min((end + 31u) / 32u, uint(most_groups)));
+    for (; rims_here != 0u; rims_here &= rims_here - 1u) {
+        int bit = findLSB(rims_here);
+        uint rim = uint((block.y + (bit >> 2)) * textureSize(surface_map, 0).x + block.x + (bit & 3));
+        if (--end < uint(rims.length())) rims[end] = rim;
+    }
+}
+
+void main() {
+    ivec2 block = corner + 4 * ivec2(gl_GlobalInvocationID.xy);
+    int columns = (textureSize(surface_map, 0).x + 3) / 4;
+    if (block.x >= 4 * columns) return;
+    take_splats(block);
+    if (rims_here != 0u) put_rims_on_list(block);
+    if (leaves_some) put_on_list(uint(block.y / 4 * columns + block.x / 4));
+#if WINDOW
+    note_window();
+#endif
+}

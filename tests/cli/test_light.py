@@ -1,0 +1,143 @@
+"""`--light` on the command line: everything that a Light has in Python, in words."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import pointshade_gl as ps
+from pointshade_gl.cli import light_words as cli_light
+from pointshade_gl.cli.light_words import light_from
+
+AT = (-0.5, -0.7, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "light"),
+    [
+        ("-.5,-.7,.2", ps.Light(AT)),
+        ("position=-.5,-.7,.2 intensity=2 shadow", ps.Light(AT, intensity=2, shadow=True)),
+        ("-.5,-.7,.2 intensity=2 shadow", ps.Light(AT, intensity=2, shadow=True)),
+        ("direction=0,1,1", ps.Light(direction=(0, 1, 1))),
+        ("  direction = 0, 1, 1   shadow = no ", ps.Light(direction=(0, 1, 1))),
+        (
+            "position=-.5,-.7,.2 direction=.5,.7,1 cone=20,32 attenuation=1,0,1e1",
+            ps.Light(AT, (0.5, 0.7, 1), cone=(20, 32), attenuation=(1, 0, 10)),
+        ),
+        ("color=1,.8,.6", ps.Light(color=(1, 0.8, 0.6))),
+        ("color=#fff", ps.Light()),
+        ("color=Black shadow=YES", ps.Light(color=(0, 0, 0), shadow=True)),
+    ],
+)
+def test_words_are_the_fields_of_a_light(text, light):
+    assert light_from(text) == light
+
+
+def test_a_named_colour_is_srgb_and_becomes_linear():
+    """The values are those of IEC 61966-2-1 for 255, 128 and 10 of 255."""
+    assert light_from("color=#ff800a").color == pytest.approx((1, 0.21586, 0.0030353), rel=1e-4)
+    assert light_from("color=rgb(255,128,10)").color == light_from("color=#ff800a").color
+
+
+def test_what_is_not_said_is_the_callers():
+    assert light_from("0,0,0", shadow=True).shadow
+    assert not light_from("0,0,0 shadow=off", shadow=True).shadow
+
+
+def test_a_new_field_of_a_light_becomes_a_word(monkeypatch):
+    @dataclasses.dataclass(frozen=True)
+    class Round(ps.Light):
+        roundness: float = 0.0
+
+    monkeypatch.setattr(cli_light, "Light", Round)
+    monkeypatch.setattr(cli_light, "FIELDS", {field.name: field for field in dataclasses.fields(Round)})
+    assert light_from("0,0,0 roundness=.3").roundness == 0.3
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("0,0,0 colr=red", "'colr' is unknown (did you mean color?): it takes X,Y,Z in metres, or words"),
+        ("red", "'red' is unknown"),
+        ("0,0,0 1,1,1", "position is there twice, numbers need commas and no spaces between them"),
+        ("0 0 0", "position is there twice, numbers need commas and no spaces between them"),
+        ("intensity=2 intensity=3", "intensity is there twice"),
+        ("", "it is empty"),
+        ("0,0", "light position must be three finite numbers"),
+        ("0,0,nan", "light position must be three finite numbers"),
+        ("position=here", "position must be numbers with commas between them, got 'here'"),
+        ("color", "color must be numbers with commas between them, got ''"),
+        ("color=tomatoe", "color 'tomatoe' is unknown (did you mean tomato?): known are three numbers, #rrggbb and"),
+        ("color=#ff000080", "color '#ff000080' is unknown: known are three numbers, #rrggbb and the names of CSS"),
+        ("intensity=-1", "light intensity must be a number from 0"),
+        ("intensity=1,2", "light intensity must be a number from 0"),
+        ("cone=40,20", "light cone must be two half angles"),
+        ("shadow=maybe", "shadow must be yes or no, got 'maybe'"),
+    ],
+)
+def test_a_wrong_light_is_one_sentence_with_the_text_and_the_known_words(typed, text, sentence):
+    code, _, errors = typed(f'render --light "{text}" -o out.png')
+    (line,) = errors.splitlines()
+    assert code == 2 and line.startswith(f"pointshade: --light {text!r}: {sentence}"), line
+    assert "known are" in line or "must be" in line or "there twice" in line
+    if "it takes" in line:
+        assert line.endswith(
+            "known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle"
+        )
+
+
+@pytest.mark.parametrize("line", ["--light position=0,0,0 shadow", "--light position=0,0,0 color=red vase"])
+def test_words_without_quotes_are_told_to_need_them(typed, line):
+    code, _, errors = typed(f"render {line} -o out.png")
+    assert code == 2 and len(errors.splitlines()) == 1
+    assert 'put the words of a light in quotes, as in --light "position=' in errors
+
+
+def picture(name):
+    with Image.open(name) as image:
+        return np.asarray(image)
+
+
+WORDS = "position=-.5,-.7,.2 color=#ffcc99 intensity=2 attenuation=1,.5,0"
+
+
+@pytest.mark.parametrize("shadow", ["", " shadow"])
+def test_the_picture_of_a_frame_is_that_of_the_same_light_in_python(renderer, typed, shadow):
+    assert typed(f'render vase --light "{WORDS}{shadow}" --samples 1 -o out.png')[0] == 0
+    color = light_from("color=#ffcc99").color
+    light = ps.Light(AT, color=color, intensity=2, attenuation=(1, 0.5, 0), shadow=bool(shadow))
+    np.testing.assert_array_equal(picture("out.png"), renderer.render(ps.load_frame("vase"), light))
+
+
+def test_a_shadow_on_a_single_frame_darkens_it(renderer, typed):
+    for name, shadow in (("plain", "no"), ("dark", "yes")):
+        assert typed(f'render vase --light "-.5,-.7,.2 shadow={shadow}" --samples 1 -o {name}.png')[0] == 0
+    plain, dark = (picture(f"{name}.png")[..., :3].astype(int) for name in ("plain", "dark"))
+    assert (dark <= plain + 1).all() and (dark < plain - 20).any(-1).mean() > 0.01
+
+
+def test_in_a_scene_a_light_casts_shadows_unless_it_says_no(renderer, typed):
+    scene = ps.load_scene("demo")
+    for text, shadow in (("0,1,.5", True), ("0,1,.5 shadow=no", False)):
+        assert typed(f'render demo --light "{text}" --samples 1 -o out.png')[0] == 0
+        expected = renderer.render(scene, ps.Light((0, 1, 0.5), shadow=shadow))
+        np.testing.assert_array_equal(picture("out.png"), expected)
+
+
+@pytest.mark.parametrize(
+    ("line", "shadows"),
+    [("vase", False), ("vase --light 0,0,0", False), ("vase --light '0,0,0 shadow'", True), ("demo", True)],
+)
+def test_the_window_starts_with_the_shadows_that_were_asked_for(display, typed, monkeypatch, line, shadows):
+    from pointshade_gl.viewer import Viewer
+
+    seen = []
+
+    def run(viewer):
+        seen.append((viewer.state.shadows, viewer.held.shadow))
+        viewer.release()
+
+    monkeypatch.setattr(Viewer, "run", run)
+    assert typed(f"view {line} --size 64x48")[0] == 0
+    assert seen == [(shadows, True)]  # the key S has something to switch on

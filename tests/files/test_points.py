@@ -1,0 +1,187 @@
+"""Points of frames in the world, and .ply files as another library reads them."""
+
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+
+import pointshade_gl as ps
+from pointshade_gl.files.writing.point_clouds import check_points_path
+
+from ..support import frames
+
+LIGHT = ps.Light(position=(-0.8, -0.9, 0.2))
+
+
+def read(path):
+    """Positions, normals and colours of a .ply."""
+    cloud = trimesh.load(path)
+    raw = cloud.metadata["_ply_raw"]["vertex"]["data"]
+    return np.asarray(cloud.vertices), np.stack([raw[name] for name in ("nx", "ny", "nz")], -1), cloud.colors[:, :3]
+
+
+def moved(frame):
+    """The frame with a pose that shifts and turns it."""
+    return ps.Frame(frame.color, frame.depth, frame.camera, ps.orbit_pose(None, (0.3, 0, -2), 40, 10))
+
+
+class TestPoints:
+    def test_they_lie_where_camera_and_pose_put_them(self, renderer):
+        frame = moved(frames.sphere())
+        cloud = renderer.render_points(frame)
+        v, u = np.nonzero(frame.depth)
+        z, c = frame.depth[v, u].astype(float), frame.camera
+        seen = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z, np.ones_like(z)], -1)
+        assert len(cloud) == frame.points_known and cloud.positions.dtype == np.float64
+        np.testing.assert_allclose(cloud.positions, (seen @ frame.pose.T)[:, :3], atol=1e-9)
+
+    def test_rows_that_run_upwards_are_put_right(self, renderer):
+        up = frames.tilted_plane()
+        c = up.camera
+        down = ps.Frame(
+            up.color[::-1], up.depth[::-1], ps.Camera(c.fx, -c.fy, c.cx, c.height - 1 - c.cy, c.width, c.height)
+        )
+        expected, found = renderer.render_points(up), renderer.render_points(down)
+        order = np.arange(len(expected)).reshape(up.depth.shape)[::-1].ravel()
+        np.testing.assert_allclose(found.positions, expected.positions[order], atol=1e-9)
+        np.testing.assert_allclose(found.normals, expected.normals[order], atol=1e-3)
+
+    def test_normals_are_those_of_the_frame_in_world_axes(self, renderer):
+        frame = moved(frames.sphere())
+        cloud = renderer.render_points(frame, normals="triangles-8")
+        expected = renderer.estimate_normals(frame, "triangles-8")[frame.depth > 0] @ frame.pose[:3, :3].T
+        np.testing.assert_allclose(cloud.normals, expected, atol=1e-6)
+        away = cloud.positions - frame.pose[:3, 3]
+        assert ((cloud.normals * away).sum(-1) < 0).all()
+
+    @pytest.mark.parametrize("shading", ["flat", "phong", "none"])
+    def test_colours_are_those_of_the_picture(self, renderer, shading):
+        """At the frame's own camera each pixel shows its own point."""
+        frame = moved(frames.sphere_before_wall())
+        light = ps.Light(position=tuple(frame.pivot + np.array([0.5, -1, -1])))
+        cloud = renderer.render_points(frame, light, shading=shading)
+        picture = renderer.render(frame, light, shading="none" if shading == "none" else "flat")
+        difference = np.abs(picture[frame.depth > 0][:, :3].astype(int) - cloud.colors)
+        assert difference.max() <= (0 if shading == "none" else 1)
+
+    def test_unlit_colours_of_another_size_are_sampled_as_the_picture_samples_them(self, renderer):
+        frame = frames.sphere_before_wall()
+        frame = ps.Frame(frame.color.repeat(2, 0).repeat(2, 1)[:, 1:], frame.depth, frame.camera)
+        cloud = renderer.render_points(frame, shading="none")
+        picture = renderer.render(frame, shading="none", camera=frame.camera, upsample="none")
+        assert np.abs(picture[frame.depth > 0][:, :3].astype(int) - cloud.colors).max() <= 1
+
+    def test_highlights_follow_who_looks(self, renderer):
+        frame = frames.sphere()
+        material = ps.Material(specular=1)
+        own = renderer.render_points(frame, LIGHT, material)
+        turned = renderer.render_points(frame, LIGHT, material, pose=ps.orbit_pose(None, frame.pivot, yaw=50))
+        np.testing.assert_array_equal(own.positions, turned.positions)
+        assert np.abs(own.colors.astype(int) - turned.colors).max() > 50
+
+    def test_a_shadow_falls_on_points(self, renderer):
+        frame = frames.sphere_before_wall()
+        lamp = ps.Light(position=(-0.9, -1.1, 0.1))
+        plain = renderer.render_points(frame, lamp)
+        shaded = renderer.render_points(frame, ps.Light(position=lamp.position, shadow=True))
+        darker = shaded.colors.sum(-1, dtype=int) < plain.colors.sum(-1, dtype=int) - 60
+        wall = frame.depth[frame.depth > 0] > 1.8
+        assert 0.05 < darker[wall].mean() < 0.3 and darker[~wall].mean() < 0.02
+
+    def test_noisy_depth_gives_the_smoothed_points_that_are_drawn(self, renderer):
+        clean, noisy = frames.sphere_before_wall(), frames.noisy()
+        smoothed = renderer.render_points(noisy).positions[:, 2] - clean.depth[clean.depth > 0]
+        raw = (noisy.depth - clean.depth)[clean.depth > 0]
+        assert np.abs(smoothed).mean() < 0.5 * np.abs(raw).mean()
+
+    def test_a_frame_without_points_has_an_empty_cloud(self, renderer, tmp_path):
+        cloud = renderer.render_points(frames.all_missing())
+        assert len(cloud) == 0 and repr(cloud) == "PointCloud(0 points)"
+        ps.save_points(tmp_path / "a.ply", cloud)
+        assert b"element vertex 0\n" in (tmp_path / "a.ply").read_bytes()
+
+    def test_pictures_before_and_after_stay_the_same(self, renderer):
+        frame = frames.sphere()
+        before = renderer.render(frame, LIGHT)
+        renderer.render_points(frame, LIGHT, shading="none")
+        np.testing.assert_array_equal(renderer.render(frame, LIGHT), before)
+
+    def test_wrong_arguments_are_refused(self, renderer):
+        with pytest.raises(TypeError, match="frame must be a Frame, got a Scene"):
+            renderer.render_points(ps.Scene((ps.Node(ps.PointObject(frames.sphere())),)))
+        with pytest.raises(ValueError, match="unknown shading 'toon'"):
+            renderer.render_points(frames.sphere(), shading="toon")
+
+
+class TestPly:
+    def test_another_library_reads_what_is_in_memory(self, renderer, tmp_path):
+        cloud = renderer.render_points(moved(frames.sphere()), LIGHT)
+        ps.save_points(tmp_path / "a.ply", cloud)
+        positions, normals, colors = read(tmp_path / "a.ply")
+        np.testing.assert_array_equal(positions, cloud.positions.astype(np.float32))
+        np.testing.assert_array_equal(normals, cloud.normals)
+        np.testing.assert_array_equal(colors, cloud.colors)
+
+    def test_the_header_has_the_names_that_other_programs_know(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), np.eye(3), np.zeros((3, 3), np.uint8)))
+        header = (tmp_path / "a.ply").read_bytes().partition(b"end_header\n")[0].decode().splitlines()
+        properties = [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
+        properties += [f"property uchar {name}" for name in ("red", "green", "blue")]
+        assert header == ["ply", "format binary_little_endian 1.0", "element vertex 3", *properties]
+
+    def test_far_from_the_worlds_origin_points_keep_their_places(self, tmp_path):
+        """In map coordinates of 5000 km floats would move points by half a metre."""
+        positions = np.array([5e6, 4e5, 30]) + np.random.default_rng(1).random((20, 3))
+        ps.save_points(tmp_path / "a.ply", ps.PointCloud(positions, np.eye(3)[[2] * 20], np.zeros((20, 3), np.uint8)))
+        np.testing.assert_array_equal(read(tmp_path / "a.ply")[0], positions)
+
+    @pytest.mark.parametrize(
+        ("name", "error", "sentence"),
+        [
+            ("a.obj", ValueError, r"a\.obj: the suffix of a point cloud must be \.ply"),
+            ("no/a.ply", FileNotFoundError, "create it first"),
+            ("folder.ply", IsADirectoryError, "it is a folder"),
+        ],
+    )
+    def test_places_where_no_points_can_lie(self, tmp_path, name, error, sentence):
+        (tmp_path / "folder.ply").mkdir()
+        with pytest.raises(error, match=sentence):
+            ps.save_points(tmp_path / name, ps.PointCloud(np.eye(3), np.eye(3), np.zeros((3, 3), np.uint8)))
+
+    def test_without_the_extra_it_is_named(self, tmp_path, monkeypatch):
+        monkeypatch.setitem(sys.modules, "plyfile", None)
+        with pytest.raises(ValueError, match=r"pip install 'pointshade-gl\[ply\]' for \.ply"):
+            check_points_path(tmp_path / "a.ply")
+
+    def test_an_error_leaves_nothing(self, tmp_path, monkeypatch):
+        def end(*_):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr("plyfile.PlyData.write", end)
+        with pytest.raises(KeyboardInterrupt):
+            ps.save_points(tmp_path / "a.ply", ps.PointCloud(np.eye(3), np.eye(3), np.zeros((3, 3), np.uint8)))
+        assert not list(tmp_path.iterdir())
+
+    @pytest.mark.parametrize(
+        ("arrays", "error", "sentence"),
+        [
+            ((np.zeros((3, 2)), np.zeros((3, 3)), np.zeros((3, 3), np.uint8)), ValueError, "positions must have shape"),
+            ((np.zeros((3, 3)), np.zeros((2, 3)), np.zeros((3, 3), np.uint8)), ValueError, r"normals .* got \(2, 3\)"),
+            ((np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 4), np.uint8)), ValueError, r"colors .* got \(3, 4\)"),
+            (
+                (np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))),
+                TypeError,
+                "colors must be uint8 sRGB, got float64",
+            ),
+            ((1.0, np.zeros((3, 3)), np.zeros((3, 3), np.uint8)), ValueError, "positions must have shape"),
+            ("xyz", TypeError, "positions must be numbers"),
+        ],
+    )
+    def test_what_is_no_cloud_is_refused(self, arrays, error, sentence):
+        with pytest.raises(error, match=sentence):
+            ps.PointCloud(*arrays)
+
+    def test_a_frame_is_no_cloud(self, tmp_path):
+        with pytest.raises(TypeError, match="cloud must be a PointCloud, got a Frame"):
+            ps.save_points(tmp_path / "a.ply", frames.sphere())

@@ -1,0 +1,143 @@
+"""Every shader also compiles as GLSL ES 3.00, the language of WebGL 2; those that need storage buffers as ES 3.10."""
+
+import ctypes
+import os
+import re
+import sys
+from itertools import product
+
+import pytest
+
+from pointshade_gl.gpu.core.programs import shader_folder, splice
+from pointshade_gl.gpu.points.view_consensus import STRIDE
+from pointshade_gl.scene.normal_methods import PLANE_FITS
+
+from ..rendering.test_renderer import egl_address
+
+STAGES = {".vert": 0x8B31, ".frag": 0x8B30, ".comp": 0x91B9}
+COMPILE_STATUS = 0x8B81
+PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
+FLAG = (0, 1)
+CONSTANTS = {  # the values that the project builds each with
+    "points/view_difference.frag": {"STRIDE": (STRIDE,)},
+    "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
+    "output/resolve_samples.frag": {"GROUND": FLAG},
+    "surface/flat_cells.frag": {"SPREAD": FLAG},
+    "meshes/grid.comp": {"WINDOW": FLAG},
+    "meshes/grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG},
+    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG},
+    "meshes/grid_picture.frag": {
+        "LOOK_UP": FLAG,
+        "SHADING": (0, 2, 3),
+        "LINEAR": FLAG,
+        "ALONE": FLAG,
+        "CERTAINTY": FLAG,
+    },
+    "meshes/odd_squares.comp": {"WINDOW": FLAG},
+    "shading/light.frag": dict.fromkeys(("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"), FLAG),
+    "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
+    "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
+    "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
+    "surface/noise_patches.frag": {"COARSE": FLAG},
+    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
+    "points/resolve_lit.frag": {"LOOK_UP": FLAG, "LINEAR": FLAG, "ALONE": FLAG, "CERTAINTY": FLAG},
+    "points/resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2), "LINEAR": FLAG},
+    "points/resolve_surfaces.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "CERTAINTY": FLAG},
+    "points/set_shadow.frag": {"LOOK_UP": FLAG},
+    "shading/shadow.frag": {"LOOK_UP": FLAG},
+    "points/large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "points/rims.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "points/rims.frag": {"LIT": FLAG, "SET": FLAG},
+    "points/rims.vert": {"LIT": FLAG},
+    "surface/sparse_cells.frag": {"FROM_DEPTH": FLAG},
+    "points/splats.frag": {"LIT": FLAG},
+    "points/splats.vert": {"LIT": FLAG},
+    "points/splats.comp": {"SET": FLAG, "WINDOW": FLAG},
+    "surface/normals_adaptive.frag": {"STAGE": (0, 1, 2, 3)},
+    "surface/normals_plane_fit.frag": {"WINDOW": tuple(PLANE_FITS.values())},
+    "surface/normals_sparse.frag": {"REST": FLAG},
+    "surface/normals_star.frag": {"RESIDUAL": FLAG},
+    "surface/temporal_change.frag": {"MOVED": FLAG},
+    "points/point_confidence.frag": {"STAGE": (0, 1, 2)},
+}
+ENTRIES = sorted(path.name for path in shader_folder().iterdir() if path.suffix in STAGES)
+
+
+VARIANTS = [
+    (name, dict(zip(constants, values, strict=True)))
+    for name in ENTRIES
+    for constants in [CONSTANTS.get(name, {})]
+    for values in product(*constants.values())
+]
+
+
+@pytest.fixture(scope="module")
+def complaints(renderer):
+    """complaints(kind of shader, text): the log of a shader that does not compile, else ''."""
+    if not sys.platform.startswith("linux"):
+        pytest.skip("asks GL through EGL")
+    if missing := {"GL_ARB_ES3_compatibility", "GL_ARB_ES3_1_compatibility"} - renderer.context.gl.extensions:
+        if os.environ.get("POINTSHADE_REQUIRE_GL") == "1":
+            pytest.fail(f"no GLSL ES in this context: {missing}")
+        pytest.skip(f"no GLSL ES in this context: {missing}")
+
+    def gl(name, result, *arguments):
+        return ctypes.CFUNCTYPE(result, *arguments)(egl_address(name))
+
+    number, whole, at = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
+    create, delete = gl("glCreateShader", number, number), gl("glDeleteShader", None, number)
+    put, build = gl("glShaderSource", None, number, whole, at, at), gl("glCompileShader", None, number)
+    ask, tell = gl("glGetShaderiv", None, number, number, at), gl("glGetShaderInfoLog", None, number, whole, at, at)
+
+    def compile_shader(stage, text):
+        with renderer.context.gl:
+            shader, source = create(stage), ctypes.c_char_p(text.encode())
+            put(shader, 1, ctypes.byref(source), None)
+            build(shader)
+            compiled, log = whole(), ctypes.create_string_buffer(4000)
+            ask(shader, COMPILE_STATUS, ctypes.byref(compiled))
+            tell(shader, len(log), None, log)
+            delete(shader)
+        return "" if compiled.value else log.value.decode() or "no reason given"
+
+    return compile_shader
+
+
+def as_es(text, version, **constants):
+    defines = "".join(f"#define {name} {value}\n" for name, value in constants.items())
+    assert re.match(r"#version (330 core|430 core)\n", text)
+    return f"#version {version} es\n{PRECISION}{defines}{text.split(chr(10), 1)[1]}"
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_the_constants_of_each_shader_are_all_tried(name):
+    found = re.findall(r"^#ifndef (\w+)", splice(name)[0], re.MULTILINE)
+    assert sorted(found) == sorted(CONSTANTS.get(name, {}))
+
+
+@pytest.mark.parametrize(("name", "constants"), VARIANTS, ids=lambda value: str(value or "plain"))
+def test_every_shader_compiles_as_glsl_es(complaints, name, constants):
+    buffers = name.endswith(".comp") or constants.get("LOOK_UP")
+    text = as_es(splice(name)[0], "310" if buffers else "300", **constants)
+    assert complaints(STAGES[name[-5:]], text) == ""
+
+
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("ivec2 size = textureSize(picture, 0);", "constant expression"),  # a global by a function call
+        ("float half_of(float x) { return x / 2; }", "operator|type"),  # no int becomes a float by itself
+        ("float of_volume(sampler3D x) { return 1.0; }", "precision"),  # a sampler without one
+    ],
+)
+def test_what_only_desktops_know_is_found(complaints, line, complaint):
+    main = "out vec4 color;\nvoid main() { color = vec4(1.0); }\n"
+    text = f"#version 330 core\nuniform sampler2D picture;\n{line}\n{main}"
+    assert complaints(STAGES[".frag"], text) == ""
+    assert re.search(complaint, complaints(STAGES[".frag"], as_es(text, "300")))
+
+
+@pytest.mark.parametrize("path", sorted(shader_folder().rglob("*.*")), ids=lambda path: path.name)
+def test_no_name_is_one_of_compute_shaders(path):
+    """In GLSL ES `shared` is a kind of memory. Mesa accepts it as a name, other drivers do not."""
+    assert path.suffix == ".md" or not re.search(r"\bshared\b", re.sub(r"//.*", "", path.read_text()))

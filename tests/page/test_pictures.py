@@ -1,0 +1,202 @@
+"""What a page draws, against what `render` draws by the points rasteriser: the same camera, pose, lights and look."""
+
+import base64
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.page import draw_page
+
+from ..support import frames
+
+pytestmark = [pytest.mark.browser, pytest.mark.gl]
+PSNR, COVERAGE = 55, 0.001  # at least, where both draw; at most, by how much the covered share differs
+DRAW = """([changes, size, others]) => {
+  const { data, drawing } = pointshade, state = { ...START, ...data.start, ...changes };
+  const camera = size ? fitted(data.camera, ...size) : data.camera;
+  const place = pose(state, data.stage), own = [light(state, data.stage, HOME, data.held), ...data.lights];
+  const lights = others ?? own;
+  drawing.draw({ camera, pose: place }, lights, { shading: state.shading, shadows: state.shadows });
+  const pixels = drawing.read();
+  let text = "";
+  for (let k = 0; k < pixels.length; k += 8192) text += String.fromCharCode(...pixels.subarray(k, k + 8192));
+  return { width: camera.width, height: camera.height, pixels: btoa(text), place, lights };
+}"""
+VIEWS = [  # changes of the state, and the size of the picture
+    ({}, None),
+    ({"yaw": 25, "pitch": 10, "lightAt": [0.5, 0.1]}, [400, 300]),
+    ({"yaw": -20, "pitch": -15, "distance": 0.7, "lightAt": [-0.8, 1.0]}, [320, 320]),
+]
+
+
+@pytest.fixture(scope="module")
+def points():
+    with ps.Renderer(rasterizer="points") as made:
+        yield made
+
+
+def drawn(opened, changes, size=None, lights=None):
+    """A picture of the page, (h, w, 4), the pose of who looks, in home axes, and the lights there."""
+    found = opened.page.evaluate(DRAW, [changes, size, lights and list(map(vars, lights))])
+    picture = np.frombuffer(base64.b64decode(found["pixels"]), np.uint8)
+    lights = [ps.Light(**{name: as_given(value) for name, value in light.items()}) for light in found["lights"]]
+    return picture.reshape(found["height"], found["width"], 4), np.array(found["place"]), lights
+
+
+def as_given(value):
+    return tuple(value) if isinstance(value, list) else value
+
+
+def moved(light, home):
+    """A light of home axes, in the world."""
+    place = None if light.position is None else tuple(home[:3, :3] @ light.position + home[:3, 3])
+    direction = None if light.direction is None else tuple(home[:3, :3] @ light.direction)
+    return replace(light, position=place, direction=direction)
+
+
+def likeness(actual, expected):
+    """PSNR where both draw, and by how much the covered share differs."""
+    covered = [picture[..., 3] > 0 for picture in (actual, expected)]
+    both = covered[0] & covered[1]
+    error = np.square(actual[both][:, :3].astype(float) - expected[both][:, :3]).mean()
+    return 10 * np.log10(255**2 / max(error, 1e-9)), abs(covered[0].mean() - covered[1].mean())
+
+
+def check(opened, points, source, views, least=PSNR, given=None, **look):
+    """The page shows the views as `render` does."""
+    own = source.framed() if isinstance(source, ps.Scene) else source[0] if isinstance(source, list) else source
+    camera = own.camera if isinstance(source, ps.Scene) else own.picture_camera
+    for changes, size in views:
+        picture, place, lights = drawn(opened, changes, size, given)
+        seen = camera if size is None else camera.fitted(*size)
+        lights = [moved(light, own.pose) for light in lights]
+        options = look | ({"shading": changes["shading"]} if "shading" in changes else {})
+        expected = points.render(source, light=lights, camera=seen, pose=own.pose @ place, **options)
+        assert expected[..., 3].any()
+        psnr, coverage = likeness(picture, expected)
+        assert psnr >= least and coverage <= COVERAGE, (changes, psnr, coverage)
+    assert opened.complaints == []
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["vase", "tum_fr3_kinect1", "realsense_box_2"])
+def test_frames_look_as_rendered(browser, points, shared_data, name):
+    frame = ps.load_frame(name) if name == "vase" else ps.load_frame(shared_data / name)
+    with browser.opened(draw_page(points, frame)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, VIEWS)
+
+
+def larger_colors(frame):
+    """The frame with each pixel's colour twice a side."""
+    return ps.Frame(frame.color.repeat(2, 0).repeat(2, 1), frame.depth, frame.camera, frame.pose)
+
+
+def upside_down(frame):
+    """The frame with the last row first, which a negative fy says."""
+    camera = replace(frame.camera, fy=-frame.camera.fy)
+    return ps.Frame(frame.color[::-1], frame.depth[::-1], camera, frame.pose)
+
+
+@pytest.mark.parametrize("change", [larger_colors, upside_down])
+def test_colors_larger_than_the_depth_and_a_negative_fy(browser, points, change):
+    frame = change(frames.sphere_before_wall())
+    with browser.opened(draw_page(points, frame)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [(changes, [320, 240]) for changes, _ in VIEWS[:2]])
+
+
+@pytest.fixture(scope="module")
+def sphere(browser, points):
+    with browser.opened(draw_page(points, frames.sphere_before_wall())) as opened:
+        opened.wait_until_drawn()
+        yield opened
+
+
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+def test_every_shading(sphere, points, shading):
+    check(sphere, points, frames.sphere_before_wall(), [(VIEWS[1][0] | {"shading": shading}, None)])
+
+
+def test_what_was_shown_before_does_not_matter(sphere):
+    state = {"yaw": 5}
+    first = drawn(sphere, state)[0]
+    for changes, size in ((VIEWS[1][0], None), (state | {"shading": "flat"}, None), (state, [99, 77])):
+        assert not np.array_equal(drawn(sphere, changes, size)[0], first)
+    assert np.array_equal(drawn(sphere, state)[0], first)
+
+
+LAMP = ps.Light(position=(0.3, -0.4, 0.2), color=(1, 0.5, 0.2), attenuation=(0.5, 0.1, 0.2))
+SUN = ps.Light(direction=(0.5, 0.4, 1))
+LIGHTS = {
+    "several": [SUN, LAMP],
+    "spot": [SUN, ps.Light(position=(0, -0.5, 0), direction=(0, 0.4, 1), cone=(10, 25))],
+    "shadow": [replace(SUN, shadow=True), LAMP],
+    "all around": [SUN, ps.Light(position=(0, 0, 1.4), shadow=True)],
+}
+
+
+@pytest.mark.parametrize("name", LIGHTS)
+def test_every_kind_of_light(sphere, points, name):
+    least = PSNR if name == "several" else 45  # at edges of shadows and cones a pixel is lit or not
+    check(sphere, points, frames.sphere_before_wall(), [({"yaw": 20, "shadows": True}, None)], least, LIGHTS[name])
+
+
+def test_shadows_are_switched_off_and_on(sphere):
+    pictures = [drawn(sphere, {"shadows": on}, None, LIGHTS["shadow"])[0] for on in (True, False, True)]
+    assert np.array_equal(pictures[0], pictures[2])
+    assert (pictures[1][..., :3].astype(int) - pictures[0][..., :3]).max() > 50
+
+
+@pytest.mark.parametrize(
+    "look", [{"size": 2.5}, {"splat": "round"}, {"size": "fill"}, {"normals": "plane-fit-5"}], ids=str
+)
+def test_every_splat(browser, points, look):
+    frame = frames.holes()
+    with browser.opened(draw_page(points, frame, **look)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], **look)
+
+
+def test_sizes_of_each_point(browser, points):
+    frame = frames.sphere()
+    sizes = np.random.default_rng(0).uniform(0, 2, frame.depth.shape).astype(np.float32)
+    with browser.opened(draw_page(points, frame, size=sizes)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], size=sizes)
+
+
+def test_a_scene_with_meshes_lights_and_shadows(browser, points):
+    scene = ps.load_scene("demo")
+    with browser.opened(draw_page(points, scene)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
+
+
+def test_it_begins_as_render_draws_it(browser, points):
+    frame = frames.sphere_before_wall()
+    options = {"light": ps.Light(position=(0.5, -0.3, 0.2), intensity=0.8), "yaw": 12, "pitch": 7, "dolly": 0.2}
+    options |= {"material": ps.Material(diffuse=0.6, specular=0.5, shininess=12), "shading": "gouraud"}
+    with browser.opened(draw_page(points, frame, **options)) as opened:
+        opened.wait_until_drawn()
+        psnr, coverage = likeness(drawn(opened, {})[0], points.render(frame, **options))
+        assert psnr >= PSNR and coverage <= COVERAGE
+
+
+def test_small_pages_are_nearly_as_good(browser, points):
+    frame = ps.load_frame("vase")
+    with browser.opened(draw_page(points, frame, quality="small")) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [(changes, [320, 240]) for changes, _ in VIEWS[:2]], least=40)
+
+
+def test_several_frames_are_drawn_over_one_another_and_the_help_says_so(browser, points):
+    frame = frames.sphere_before_wall()
+    both = [frame, ps.Frame(frame.color, frame.depth, frame.camera, frame.pose)]
+    with browser.opened(draw_page(points, both)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, both, [({}, None), ({"yaw": 10}, None)], least=40)
+        opened.page.keyboard.press("h")
+        assert "nearest is seen" in opened.page.locator("#left-out").inner_text()

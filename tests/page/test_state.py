@@ -1,0 +1,121 @@
+"""The page's state.js is the viewer's state.py: the same actions give the same view and the same light."""
+
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.scene import orbit_state as viewer_state
+from pointshade_gl.scene.orbit_state import State, marker_place, rims_from
+from pointshade_gl.scene.orbit_target import Stage
+
+from ..support.page_functions import run_script
+
+CAMERA = ps.Camera(500, -510, 300.5, 239.5, 640, 480)
+STAGE = Stage(np.array([0.2, -0.1, 2.0]), 1.3, np.diag([1.0, -1.0, 1.0]))
+PLACE = ps.orbit_pose(None, (0.3, 0.1, 1.5), 25, -40)
+LIGHTS = {
+    "point": ps.Light(position=(0, 0, 0)),
+    "directional": ps.Light(direction=(0, 0, 1)),
+    "spot": ps.Light(position=(0, 0, 0), direction=(0, 0, 1)),
+}
+ACTIONS = {  # arguments of each, drawn at random
+    "orbited": lambda draw: [*draw.uniform(-900, 900, 2), 480],
+    "panned": lambda draw: [*draw.uniform(-300, 300, 2), 500],
+    "zoomed": lambda draw: [draw.uniform(-9, 9)],
+    "light_reached": lambda draw: [draw.uniform(-9, 9)],
+    "with_light_direction": lambda draw: [draw.normal(size=3).tolist()],
+    "light_mode": lambda draw: [bool(draw.integers(2))],
+    "light_at": lambda draw: [draw.uniform(-2, 2, 2).tolist()],
+    "with_pivot": lambda draw: [np.add(draw.normal(size=3), (0, 0, 3)).tolist()],
+    "reset_view": lambda _: [],
+}
+SCRIPT = """
+const { stage, camera, place, kinds } = value;
+const names = { orbited, panned, zoomed, light_reached: lightReached, with_light_direction: withLightDirection,
+  with_pivot: (state, point) => withPivot(state, point, stage),
+  reset_view: (state) => resetView(state, START),
+  light_mode: (state, lightMode) => ({ ...state, lightMode }), light_at: (state, lightAt) => ({ ...state, lightAt }) };
+let state = START;
+return value.actions.map(([name, given]) => {
+  state = names[name](state, ...given);
+  const lights = kinds.map((kind) => light(state, stage, place, kind)).map((l) => [l.position, l.direction]);
+  return [state.yaw, state.pitch, state.distance, state.pan, state.lightAt, state.lightReach, towards(state),
+    seenPivot(state, stage), seenMiddle(state, stage), pose(state, stage), middle(state, stage, camera),
+    markerPlace(state, stage, camera),
+    rimsFrom(middle(state, stage, camera), 17, 400, camera), isBehind(state), lights];
+});
+"""
+
+
+def plain(value):
+    """Tuples and arrays as the lists that JSON has."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def after(state, name, given):
+    if name == "reset_view":
+        return state.reset_view(State())
+    if name == "with_pivot":
+        return state.with_pivot(*given, STAGE)
+    if name in ("light_mode", "light_at"):
+        return replace(state, **{name: given[0] if name == "light_mode" else tuple(given[0])})
+    return getattr(state, name)(*given)
+
+
+def seen(state):
+    """What SCRIPT gives for a state."""
+    lights = [(one.position, one.direction) for one in (state.light(STAGE, PLACE, kind) for kind in LIGHTS.values())]
+    middle = state.middle(STAGE, CAMERA)
+    return [
+        *(state.yaw, state.pitch, state.distance, state.pan, state.light_at, state.light_reach, state.towards),
+        *(state.seen_pivot(STAGE), state.seen_middle(STAGE), state.pose(STAGE), middle),
+        marker_place(state, STAGE, CAMERA),
+        *(rims_from(middle, 17, 400, CAMERA), state.is_behind, lights),
+    ]
+
+
+def flat(value):
+    """Its numbers in order, None as NaN."""
+    if isinstance(value, list):
+        return [number for part in value for number in flat(part)]
+    return [math.nan if value is None else float(value)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_same_actions_lead_to_the_same_view_and_light(seed):
+    draw = np.random.default_rng(seed)
+    actions = [(name, plain(ACTIONS[name](draw))) for name in draw.choice(list(ACTIONS), 400).tolist()]
+    kinds = [{"position": plain(one.position), "direction": plain(one.direction)} for one in LIGHTS.values()]
+    stage = {"pivot": plain(STAGE.pivot), "radius": STAGE.radius, "upright": plain(STAGE.upright)}
+    camera = {field.name: getattr(CAMERA, field.name) for field in fields(CAMERA)}
+    given = {"actions": actions, "stage": stage, "camera": camera, "place": plain(PLACE), "kinds": kinds}
+    state = State()
+    for (name, values), found in zip(actions, run_script(SCRIPT, given), strict=True):
+        state = after(state, name, values)
+        expected = flat(plain(seen(state)))
+        np.testing.assert_allclose(flat(found), expected, rtol=1e-12, atol=1e-12, err_msg=name)
+
+
+def test_it_starts_as_the_window_does_and_its_numbers_are_the_window_s():
+    start, *numbers = run_script("return [START, RIM, FARTHEST, DEGREES, WHEEL];", None)
+    state = State()
+    names = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
+    names |= {"lightColor": "light_color", "lightIntensity": "light_intensity"}
+    assert start.pop("shading") == state.look.shading
+    assert start == {name: plain(getattr(state, names.get(name, name))) for name in start}
+    assert numbers == [getattr(viewer_state, name) for name in ("RIM", "FARTHEST", "DEGREES", "WHEEL")]
+
+
+def test_a_picture_of_another_size_has_the_camera_that_the_window_gives_it():
+    sizes = [(300, 900), (1999, 480), (64, 48), (1, 7)]
+    camera = {field.name: getattr(CAMERA, field.name) for field in fields(CAMERA)}
+    script = "return value.sizes.map(([w, h]) => fitted(value.camera, w, h));"
+    found = run_script(script, {"camera": camera, "sizes": sizes})
+    for (width, height), each in zip(sizes, found, strict=True):
+        assert ps.Camera(**each).intrinsics == pytest.approx(CAMERA.fitted(width, height).intrinsics, rel=1e-13)
+        assert (each["width"], each["height"]) == (width, height)

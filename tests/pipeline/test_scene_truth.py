@@ -1,0 +1,160 @@
+"""Scenes against ray-traced truth: sphere and wall as a point object, a board and a floor as meshes, two lights."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.bench.picture_scores import co_visible, near_edge
+from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere_and_wall, trace
+
+from ..support.drivers import need_compute
+
+CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
+GREY = (0.5, 0.45, 0.4)
+SPOT = ps.Light(
+    position=(-0.9, -1.1, 0.1), direction=(0.8, 1.1, 1.7), cone=(25, 35), color=(0.8, 0.7, 0.6), shadow=True
+)
+SUN = ps.Light(direction=(-0.5, 0.6, 1), color=(0.3, 0.4, 0.6), shadow=True)
+POINT = ps.Light(position=(-0.9, -1.1, 0.1), color=(0.8, 0.7, 0.6), shadow=True)
+MATT = ps.Material(ambient=0.1, diffuse=0.9, specular=0.2)
+BOARD = (0.75, -0.1, 1.2), (0.0, 0.35, 0.0), (0.08, 0.0, 0.1)
+FLOOR = (0.0, 0.65, 1.6), (1.2, 0.0, 0.0), (0.0, 0.0, 0.8)
+
+
+def surface_of(place):
+    return patch(*place, lambda points: np.broadcast_to(GREY, points.shape))
+
+
+def mesh_of(place):
+    centre, u, v = map(np.array, place)
+    corners = [centre + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return ps.Mesh(corners, [(0, 1, 2), (0, 2, 3)], color=GREY, material=MATT)
+
+
+SURFACES = [*sphere_and_wall(), surface_of(BOARD), surface_of(FLOOR)]
+
+
+@pytest.fixture(scope="module")
+def source():
+    """What the depth camera took: the sphere and the wall, without the meshes, which are only in the scene."""
+    return trace(sphere_and_wall(), CAMERA)
+
+
+@pytest.fixture(scope="module", params=["compute", "points"])
+def rasterizer(request, renderer):
+    if request.param == "compute":
+        need_compute(renderer)
+    with ps.Renderer(rasterizer=request.param) as made:
+        yield made
+
+
+def scene_of(source, lights):
+    points = ps.PointObject(as_frame(source, CAMERA), MATT)
+    contents = (points, mesh_of(BOARD), mesh_of(FLOOR), *lights)
+    return ps.Scene(tuple(ps.Node(content) for content in contents), camera=CAMERA)
+
+
+def known_shadow(seen, light, source):
+    """Shadows (h, w), and the pixels where they are cast by what the scene contains, or by nothing.
+
+    The frame has only what its camera saw: the sphere's back shades nothing.
+    """
+    shaded, by = occluder(seen, light, SURFACES)
+    z = np.maximum(by[..., 2], 0.1)
+    u, v = (np.round(c).astype(int) for c in (525 * by[..., 0] / z + 319.5, 525 * by[..., 1] / z + 239.5))
+    inside = (u >= 0) & (u < 640) & (v >= 0) & (v < 480)
+    depth = source.depth[np.clip(v, 0, 479), np.clip(u, 0, 639)]
+    in_frame = inside & (abs(depth - by[..., 2]) < 0.01)
+    by_mesh = occluder(seen, light, SURFACES[2:])[0]
+    by_all = occluder(seen, light, SURFACES[:2])[0]
+    return shaded, ~by_all | in_frame | by_mesh
+
+
+def view(source, yaw):
+    pose = ps.orbit_pose(None, (0, 0, 1.8), yaw)
+    seen = trace(SURFACES, CAMERA, pose)
+    of_meshes = seen.surface >= 2
+    return pose, seen, co_visible(seen, source, CAMERA, np.eye(4)) | of_meshes
+
+
+def edges_of(mask, reach):
+    """Pixels within reach of a border of the mask."""
+    grown = np.pad(mask, reach, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(grown, (2 * reach + 1, 2 * reach + 1))
+    return windows.any((-1, -2)) & ~windows.all((-1, -2))
+
+
+@pytest.mark.parametrize("light", [SPOT, SUN, POINT], ids=["spot", "sun", "point"])
+def test_the_shadow_lies_where_the_rays_say(rasterizer, source, light):
+    assert overlap(rasterizer, source, light) >= 0.97
+
+
+def overlap(rasterizer, source, light):
+    """At 15 degrees, by how much darker the picture is with the shadow than without: the IoU with traced shadows."""
+    pose, seen, visible = view(source, 15)
+    shaded, known = known_shadow(seen, light, source)
+    lit, dark = (
+        rasterizer.render(scene_of(source, [replace(light, shadow=shadow)]), pose=pose)[..., :3]
+        for shadow in (False, True)
+    )
+    arriving = shade(seen, light, ps.Material(ambient=0, specular=0), pose[:3, 3]).sum(-1)
+    judged = visible & known & (arriving > 0.05) & ~near_edge(seen)
+    missing = (decode(lit.astype(float)) - decode(dark.astype(float))).sum(-1)
+    darker = missing > 0.5 * arriving
+    union, both = (darker | shaded) & judged, darker & shaded & judged
+    assert (shaded & judged).mean() > 0.01
+    iou = both.sum() / union.sum()
+    print(f"IoU {iou:.4f}")
+    return iou
+
+
+AWAY = np.array((-0.55, -0.65, -0.5)) / np.linalg.norm((-0.55, -0.65, -0.5))  # from the scene's middle to the lights
+
+
+@pytest.mark.parametrize(
+    ("kind", "radii"),
+    [*(("point", radii) for radii in (1.2, 2.5, 4, 12, 50)), ("spot", 12), ("wide spot", 1.2), ("wide spot", 50)],
+)
+def test_shadows_of_lights_outside_the_scene_stay_sharp_however_far(renderer, source, kind, radii):
+    centre, radius = scene_of(source, []).bounds
+    position = centre + radii * radius * AWAY
+    cone = {"point": None, "spot": (50, 60), "wide spot": (70, 85)}[kind]
+    aim = {} if cone is None else {"direction": tuple(-AWAY), "cone": cone}
+    light = ps.Light(position=tuple(position), color=(0.8, 0.7, 0.6), shadow=True, **aim)
+    assert overlap(renderer, source, light) >= 0.97
+
+
+@pytest.mark.parametrize("yaw", [0, 15])
+def test_two_lights_with_shadows_look_as_traced(rasterizer, source, yaw):
+    """PSNR off edges of objects and shadows: >= 38 dB."""
+    pose, seen, visible = view(source, yaw)
+    image = rasterizer.render(scene_of(source, [SPOT, SUN]), pose=pose)
+    total, judged = np.zeros((480, 640, 3)), visible & ~near_edge(seen)
+    for k, light in enumerate((SPOT, SUN)):
+        shaded, known = known_shadow(seen, light, source)
+        material = ps.Material(0.1 if k == 0 else 0, 0.9, 0.2)
+        total += shade(seen, light, material, pose[:3, 3], shaded)
+        judged &= known & ~edges_of(shaded, 4)
+    truth = np.round(encode(np.clip(total, 0, 1)))
+    assert judged.mean() > 0.4 and (image[..., 3] > 0)[judged].mean() > 0.9999
+    error = (image[..., :3].astype(float) - truth)[judged & (image[..., 3] > 0)]
+    psnr = 10 * np.log10(255**2 / (error**2).mean())
+    print(f"PSNR {psnr:.1f} dB")
+    assert psnr >= 38
+
+
+def test_nothing_shades_itself(rasterizer, source):
+    """From the source camera: where no ray is blocked, the light with a shadow gives the picture of the one without."""
+    _, seen, visible = view(source, 0)
+    for light in (SPOT, SUN, POINT):
+        shaded, known = known_shadow(seen, light, source)
+        free = visible & known & ~edges_of(shaded, 4) & ~shaded & ~near_edge(seen)
+        lit, dark = (
+            rasterizer.render(scene_of(source, [replace(light, shadow=shadow)]))[..., :3].astype(int)
+            for shadow in (False, True)
+        )
+        wrong = np.abs(lit - dark).max(-1)[free] > 2
+        print(f"acne {100 * wrong.mean():.4f} %")
+        assert wrong.mean() < 0.001

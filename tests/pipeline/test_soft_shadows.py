@@ -1,0 +1,130 @@
+"""Lights that are larger than a point, against ray-traced ones: a sphere on a plane."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere, trace
+
+from ..support.drivers import need_compute
+
+CENTRE, RADIUS = (0, 0.1, 1.6), 0.3
+CAMERA, POSE = ps.Camera.from_fov(50, 160, 120), ps.orbit_pose(None, (0, 0.2, 1.6), 0, 25)
+FLOOR = (0, 0.4, 1.6), (1.2, 0, 0), (0, 0, 1.2)
+BALL = ps.Light(position=(-0.6, -1.2, 1), radius=0.2, shadow=True)
+SUN = ps.Light(direction=(0.5, 1, 0.3), angle=12, shadow=True)
+
+
+def grey(points):
+    return np.full(points.shape, 0.6)
+
+
+SURFACES = [sphere(CENTRE, RADIUS, grey), patch(*FLOOR, grey)]
+
+
+def sphere_mesh(count=48):
+    """As a globe: rings of `count` corners from pole to pole."""
+    down, round_ = np.linspace(0, np.pi, count // 2 + 1)[:, None], np.linspace(0, 2 * np.pi, count + 1)[:-1]
+    way = np.stack(np.broadcast_arrays(np.sin(down) * np.cos(round_), np.cos(down), np.sin(down) * np.sin(round_)), -1)
+    first = np.arange(way[:-1, :, 0].size)
+    right = first // count * count + (first + 1) % count
+    faces = np.concatenate(
+        [np.stack([first, right, first + count], -1), np.stack([right, right + count, first + count], -1)]
+    )
+    way = way.reshape(-1, 3)
+    return ps.Mesh(way * RADIUS + CENTRE, faces, normals=way, color=(0.6,) * 3)
+
+
+def floor_mesh():
+    centre, u, v = map(np.array, FLOOR)
+    corners = [centre + a * u + b * v for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return ps.Mesh(corners, [(0, 1, 2), (0, 2, 3)], color=(0.6,) * 3)
+
+
+def points_of(light, count=60):
+    """Lights without size that fill it as a disc that faces the sphere, in a spiral (Vogel 1979)."""
+    area, turn = (np.arange(count) + 0.5) / count, np.pi * (3 - 5**0.5) * np.arange(count)
+    disc = np.sqrt(area) * np.array([np.cos(turn), np.sin(turn)])
+    towards = np.subtract(CENTRE, light.position) if light.position else np.array(light.direction)
+    towards = towards / np.linalg.norm(towards)
+    x = np.cross(towards, (0, 0, 1)) / np.linalg.norm(np.cross(towards, (0, 0, 1)))
+    off = disc.T @ np.stack([x, np.cross(towards, x)])
+    if light.position:
+        return [replace(light, position=tuple(light.position + light.radius * o), radius=0) for o in off]
+    far = np.tan(np.radians(light.angle) / 2)
+    return [replace(light, direction=tuple(towards + far * o), angle=0) for o in off]
+
+
+def traced(light):
+    """(h, w, 3) sRGB, 0 to 255, and where the floor is seen."""
+    hits, total = trace(SURFACES, CAMERA, POSE), 0
+    lights = points_of(light)
+    for one in lights:
+        total = total + shade(hits, one, ps.Material(), POSE[:3, 3], occluder(hits, one, SURFACES)[0]) / len(lights)
+    return encode(total), hits.surface == 1
+
+
+def psnr(image, truth, where):
+    return 10 * np.log10(255**2 / ((np.asarray(image[..., :3], float) - truth)[where] ** 2).mean())
+
+
+@pytest.mark.parametrize("light", [BALL, SUN], ids=["ball", "sun"])
+def test_the_shadow_of_a_sphere_on_a_plane_is_that_of_a_light_of_this_size(renderer, light):
+    scene = ps.Scene((ps.Node(sphere_mesh()), ps.Node(floor_mesh())), CAMERA, POSE)
+    truth, floor = traced(light)
+    image = renderer.render(scene, light, samples=32)
+    alone = floor & (image[..., 3] == 255)  # beside outlines
+    assert psnr(image, truth, alone) >= 38
+    hard = renderer.render(scene, replace(light, radius=0, angle=0), samples=4)
+    assert psnr(hard, truth, alone) < 34
+
+
+def test_points_cast_and_receive_soft_shadows(renderer):
+    frame = as_frame(trace(SURFACES, CAMERA, POSE), CAMERA, POSE)
+    truth, floor = traced(BALL)
+    assert psnr(renderer.render(frame, BALL, samples=32), truth, floor) >= 38
+
+
+def test_both_rasterizers_shade_a_plane_alike_that_their_light_grazes(renderer):
+    """The far floor's points are large and steep splats in the light's view: their tilt counts."""
+    need_compute(renderer)
+    frame = as_frame(trace(SURFACES, CAMERA, POSE), CAMERA, POSE)
+    with ps.Renderer(rasterizer="points") as points, ps.Renderer(rasterizer="compute") as compute:
+        own, other = (r.render(frame, BALL, samples=3) for r in (points, compute))
+    assert psnr(own, np.asarray(other[..., :3], float), frame.depth > 0) >= 50
+
+
+def test_penumbrae_grow_with_the_distance_of_what_casts_them(renderer):
+    """A straight edge over a floor, in slanting light: it ends where the light's two rims, 10 degrees off, end it."""
+    sun, wide = (
+        ps.Light(direction=(1, 1, 0), angle=20, shadow=True, intensity=0.7),
+        np.tan(np.radians([55, 35])) @ (1, -1),
+    )
+    pose, camera = ps.orbit_pose(None, (0, 0, 2), 0, 60), ps.Camera(200, 200, 99.5, 9.5, 200, 20)
+    for height in (0.1, 0.2, 0.4):
+        scene = ps.Scene((ps.Node(flat((-2, 2), 0)), ps.Node(flat((-2, 0), -height))), camera, pose)
+        light = np.asarray(renderer.render(scene, sun, samples=32)[10, 100:, 0], float)
+        share = (decode(light) - decode(light.min())) / (decode(light.max()) - decode(light.min()))
+        assert ((share > 0.02) & (share < 0.98)).sum() / 100 == pytest.approx(wide * height, rel=0.2, abs=0.02)
+
+
+def flat(x, y):
+    """A horizontal mesh between two x, at a y; no corner exactly beside the viewer, where SwiftShader divides by 0."""
+    corners = [(x[0], y, -2.1), (x[1], y, -2.1), (x[1], y, 6), (x[0], y, 6)]
+    return ps.Mesh(corners, [(0, 1, 2), (0, 2, 3)], material=ps.Material(specular=0))
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"position": (0, 0, 0), "angle": 1}, "a light with a position has a radius"),
+        ({"direction": (0, 0, 1), "radius": 1}, "a directional light has an angle"),
+        ({"position": (0, 0, 0), "radius": -1}, "light radius must be a number from 0"),
+        ({"angle": 121}, "light angle must be a number from 0 to 120"),
+    ],
+)
+def test_impossible_sizes_of_lights_are_named(values, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        ps.Light(**values)

@@ -1,0 +1,55 @@
+"""Finished pictures on the CPU: samples averaged, over a background and a ground, as in pipeline/accumulation.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pointshade_gl.estimation.ground_plane import seen_ground
+from pointshade_gl.scene.camera import Eye
+from pointshade_gl.scene.render_settings import Finish
+from pointshade_gl.scene.sample_pattern import at_sample
+from pointshade_gl.scene.visible_scene import VisibleScene
+
+from .camera import pixel_ray
+from .ground import ground_depth, shadow_alpha
+from .sample_mean import developed
+
+F = np.float32
+
+
+def finished(
+    draw: Callable[[VisibleScene], tuple[np.ndarray, np.ndarray]], shot: VisibleScene, finish: Finish
+) -> np.ndarray:
+    """(h, w, 4) uint8. draw(shot) gives (h, w, 4) float32, linear light and 1 where something is seen, and (h, w), the
+    alpha of the ground elsewhere."""
+    samples = [draw(at_sample(shot, k)) for k in range(finish.samples)]
+    surfaces, ground = (np.asarray(sum(sums), F) for sums in zip(*samples, strict=True))
+    background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
+    return np.round(developed(surfaces, ground, finish.samples, background) * 255).astype(np.uint8)
+
+
+def draw_ground(
+    image: np.ndarray,
+    ground: np.ndarray,
+    eye: Eye,
+    material: np.ndarray,
+    rows: np.ndarray,
+    shadow_map: np.ndarray,
+    views: np.ndarray,
+) -> np.ndarray:
+    """(h, w) alpha of the shadows on the ground (4,) where nothing is seen in an image; rows (n, 5, 4) as `light_rows`
+    makes them."""
+    v, u = np.nonzero(image[..., 3] == 0)
+    ray = pixel_ray(np.stack([u, v], -1).astype(F), np.array(eye.camera.intrinsics, F))
+    plane = np.array(seen_ground(ground, eye.pose), F)
+    depth = ground_depth(ray, plane)
+    met = depth > 0
+    point, n = (ray * depth[:, None])[met], np.broadcast_to(plane[:3], (met.sum(), 3))
+    to_world = eye.pose[:3, :3].astype(F)
+    alpha = np.zeros(image.shape[:2], F)
+    alpha[v[met], u[met]] = shadow_alpha(
+        point, n, material, np.ones(3, F), rows, len(rows), shadow_map, views, to_world
+    )
+    return alpha

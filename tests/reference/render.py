@@ -1,0 +1,312 @@
+"""Whole pictures of one point object on the CPU: the passes of pipeline/pipeline.py in their order, and light.frag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from pointshade_gl.estimation.ground_plane import ground_under
+from pointshade_gl.scene.appearance import Look
+from pointshade_gl.scene.camera import Camera, Eye, view_matrix
+from pointshade_gl.scene.frame import Frame
+from pointshade_gl.scene.graph import Scene
+from pointshade_gl.scene.level_of_detail import MERGE, bridged_camera, bridged_stride
+from pointshade_gl.scene.light import Light, at_upper_left, light_rows
+from pointshade_gl.scene.node import Node
+from pointshade_gl.scene.normal_methods import parse_max_depth_step
+from pointshade_gl.scene.point_object import PointObject
+from pointshade_gl.scene.render_settings import SIMPLE, Finish
+from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
+from pointshade_gl.scene.visible_scene import VisibleScene
+
+from .camera import pixel_ray, project
+from .color import srgb_to_linear
+from .finished import draw_ground, finished
+from .grid import grid_color_position, grid_facet, grid_light, grid_normal, look_up_grid
+from .grid_pass import nearest_of_grid, triangle_map_of
+from .hidden_planes import bridge
+from .inverse_depth import pixel_grid
+from .lights import light_surface
+from .picture import picture_at
+from .rasterizers import (
+    Pairs,
+    buffer_depths,
+    covered_pairs,
+    drawn_pairs,
+    merged_splats,
+    nearest,
+    single_splats,
+    source_ids,
+)
+from .resolve import mix_light, seen_weights
+from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
+from .rim_marks import mark_rim
+from .shadowed_lights import light_surface_shadowed
+from .toksvig import certainty_at, widened
+from .vectors import texel
+
+F = np.float32
+
+
+class LightSet(NamedTuple):
+    """The lights with their shadow map; without views if no light casts shadows."""
+
+    lights: Sequence[Light]  # each with a position or a direction
+    spans: Sequence[Span | None]  # of each one's views
+    views: Sequence[ShadowView]
+    shadow_map: np.ndarray | None
+
+
+class Splatted(NamedTuple):
+    """A frame, and how its points become splats."""
+
+    frame: Frame
+    surface_map: np.ndarray
+    look: Look
+    rasterizer: str
+    merge: float
+    certainty: np.ndarray | None = None  # of the normals, see toksvig.py
+
+    def certainty_at(self, at: np.ndarray) -> np.ndarray | None:
+        """(n, 1) at positions (n, 2); None where nobody doubts."""
+        size = np.array(self.frame.depth.shape[::-1], F)
+        return None if self.certainty is None else certainty_at(self.certainty, at, size)
+
+
+def render(
+    frame: Frame,
+    normals: np.ndarray,
+    lights: Sequence[Light],
+    look: Look,
+    eye: Eye,
+    rasterizer: str = "points",
+    merge: float = MERGE,
+    finish: Finish = SIMPLE,
+    certainty: np.ndarray | None = None,
+) -> np.ndarray:
+    """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""
+    marked = mark_rim(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
+    points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge, certainty)
+    lights = [at_upper_left(light, eye.pose) for light in lights]
+    shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
+    return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
+
+
+def draw_sample(points: Splatted, shot: VisibleScene, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
+    eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
+    image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
+    alpha = np.zeros(image.shape[:2], F)
+    if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
+        rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
+        plane, views = ground_under(shot.scene, finish.ground, finish.ground_height), view_rows(lamps.views, eye.pose)
+        alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+    return image, alpha
+
+
+def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
+    """(h, w, 4) float32: linear light and 1 where something is seen."""
+    frame, surface_map, look, rasterizer, *_ = points
+    source, depth, camera = frame.camera, frame.depth, eye.camera
+    view = view_matrix(frame.pose, eye.pose).astype(F)
+    picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    pairs = carried_pairs(points, eye)
+    if rasterizer == "points":
+        target_pixel, seen = seen_by_id(*source_ids(pairs, eye.near, camera), surface_map, source, camera, view)
+    else:
+        target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
+    image = np.zeros((camera.height, camera.width, 4), F)
+    u, v = target_pixel.T
+    image[v, u, 3] = 1
+    if look.shading == "none":
+        colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
+        image[v, u, :3] = srgb_to_linear(colors)
+    elif look.shading == "phong":
+        surface, albedo = surfaces(seen, picture, source, view)
+        axes = camera, np.zeros(3, F), lamps, eye.pose
+        certainty = points.certainty_at(seen.at)
+        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, *axes, look, certainty)
+    else:
+        light_map = light_points(points, picture, viewer_in(frame.pose, eye), lamps)
+        weights = seen_weights(seen, np.array(source.intrinsics, F))
+        is_flat = look.shading == "flat"
+        image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
+    return image
+
+
+def draw_mesh(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
+    """The same of the mesh between the pixels."""
+    frame, surface_map, look, *_ = points
+    picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
+    size, source = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
+    triangle_map, depths = mesh_depths(points, eye)
+    v, u = np.nonzero(depths)
+    pixel, view = np.stack([u, v], -1).astype(F), view_matrix(frame.pose, eye.pose).astype(F)
+    way = source, view, np.array(eye.camera.intrinsics, F)
+    seen = look_up_grid(surface_map, triangle_map, depths[v, u], pixel, *way)
+
+    def color_at(at: np.ndarray) -> np.ndarray:
+        return srgb_to_linear(picture_at(picture, at, size))
+
+    def lit_at(point: np.ndarray, normal: np.ndarray, at: np.ndarray, certainty: np.ndarray | None) -> np.ndarray:
+        surface = np.concatenate([normal, point[:, 2:]], -1)
+        axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
+        return light(project(point, source), surface, color_at(at), *axes, look, certainty)
+
+    at = grid_color_position(seen)
+    if look.shading == "none":
+        linear = color_at(at)
+    elif look.shading == "gouraud":
+        linear = grid_light(light_points(points, picture, viewer_in(frame.pose, eye), lamps), seen)
+    elif look.shading == "flat":
+        middle, facet = grid_facet(surface_map, seen, source)
+        place = project(middle, source)
+        place = np.where(seen.is_whole[:, None], place, np.floor(place + F(0.5)))
+        linear = lit_at(middle, facet, place, None)
+    else:
+        point = (pixel_ray(pixel, way[2]) / seen.inverse_depth[:, None] - view[:3, 3]) @ view[:3, :3]
+        linear = lit_at(point, grid_normal(surface_map, seen), at, points.certainty_at(at))
+    image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
+    image[v, u, :3], image[v, u, 3] = linear, 1
+    return image
+
+
+def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
+    """(3,) where an eye is, in the axes of a camera with this pose."""
+    return (np.linalg.inv(pose) @ eye.pose)[:3, 3].astype(F)
+
+
+def mesh_depths(points: Splatted, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
+    """Which triangles there are, and (h, w) 1/z of the mesh in a view."""
+    frame, step = points.frame, points.look.max_depth_step
+    max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
+    triangle_map = triangle_map_of(points.surface_map, frame.camera, max_step)
+    view = view_matrix(frame.pose, eye.pose).astype(F)
+    way = frame.camera, eye.camera, view, eye.near
+    return triangle_map, nearest_of_grid(points.surface_map, triangle_map, *way)
+
+
+def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
+    """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
+    frame, surface_map, look, rasterizer, merge, _ = points
+    depth, normals = surface_map[..., 3], surface_map[..., :3]
+    view = view_matrix(frame.pose, eye.pose).astype(F)
+    if rasterizer == "points":
+        size = np.asarray(1.0 if look.size is None else look.size, F).ravel()
+        splats = single_splats(depth, normals, size)
+    else:
+        splats = merged_splats(depth, normals, frame.camera, merge, view)
+    if has_rims(points):
+        return drawn_pairs(splats, surface_map, frame.camera, eye.camera, view, eye.near)
+    return covered_pairs(splats, frame.camera, eye.camera, view, eye.near, look.splat == "round")
+
+
+def has_rims(points: Splatted) -> bool:
+    """Footprints of size 1 have rims."""
+    size = 1 if points.look.size is None else points.look.size
+    return points.look.splat == "footprint" and bool((np.asarray(size) == 1).all())
+
+
+def hung_up(lights: Sequence[Light], points: Splatted) -> LightSet:
+    """The lights with what those that cast shadows see of the frame, which is all of the scene."""
+    if not any(one.shadow or one.is_spot for one in lights):
+        return LightSet(lights, [None] * len(lights), [], None)
+    views, spans = shadow_views(lights, Scene((Node(PointObject(points.frame)),)).extent)
+    return LightSet(lights, spans, views, draw_views(points, views))
+
+
+def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
+    """The shadow map: 1 - near/z, the views as tiles."""
+    columns, side = tiling(views)
+    result = np.ones((max(math.ceil(len(views) / columns), 1) * side, columns * side), F)
+    for k, (eye, _) in enumerate(views):
+        left, top = k % columns * side, k // columns * side
+        result[top : top + side, left : left + side] = window_depths(points, eye)
+    return result
+
+
+def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
+    """(h, w) 1 - near/z as a depth buffer keeps it."""
+    if points.look.splat == "mesh":
+        return buffer_depths(eye.near, mesh_depths(points, eye)[1])
+    return np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
+
+
+def hidden_points(points: Splatted) -> Splatted:
+    """What the points hide and what goes on behind them."""
+    frame, camera, stride = points.frame, bridged_camera(points.frame.camera), bridged_stride(points.frame.camera)
+    middle = stride * np.stack(np.meshgrid(np.arange(camera.width), np.arange(camera.height)), -1) + stride // 2
+    pixel = np.minimum(middle, (frame.camera.width - 1, frame.camera.height - 1)).reshape(-1, 2)
+    surface = bridge(points.surface_map, pixel, stride, np.array(frame.camera.intrinsics, F))
+    surface = surface.reshape(camera.height, camera.width, 4)
+    hidden = Frame(None, surface[..., 3], camera, frame.pose)
+    return Splatted(hidden, surface, Look(), points.rasterizer, points.merge)
+
+
+def splat_depths(points: Splatted, eye: Eye) -> np.ndarray:
+    """The same of splats alone."""
+    pairs, frame = carried_pairs(points, eye), points.frame
+    if points.rasterizer == "compute":
+        inverse_depth = nearest(pairs, eye.camera)
+    else:
+        view, ids = view_matrix(frame.pose, eye.pose).astype(F), source_ids(pairs, eye.near, eye.camera)
+        pixel, seen = seen_by_id(*ids, points.surface_map, frame.camera, eye.camera, view)
+        inverse_depth = np.zeros((eye.camera.height, eye.camera.width), F)
+        inverse_depth[pixel[:, 1], pixel[:, 0]] = seen.inverse_depth
+    return buffer_depths(eye.near, inverse_depth)
+
+
+def view_rows(views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
+    """(n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
+    columns, side = tiling(views)
+    rows = np.zeros((max(len(views), 1), 5, 4))
+    for k, ((camera, pose, near), contact) in enumerate(views):
+        rows[k, :3] = (np.linalg.inv(pose) @ axes)[:3]
+        rows[k, 3] = camera.fx, camera.cx, k % columns * side, k // columns * side
+        rows[k, 4, :3] = near, side, contact
+    return rows.astype(F)
+
+
+def tiling(views: Sequence[ShadowView]) -> tuple[int, int]:
+    """Columns of tiles in the shadow map, and pixels of a tile's side."""
+    return math.ceil(math.sqrt(max(len(views), 1))), views[0].eye.camera.width if views else 1
+
+
+def light(
+    pixel: np.ndarray,
+    surface: np.ndarray,
+    albedo: np.ndarray,
+    camera: Camera,
+    viewer: np.ndarray,
+    lamps: LightSet,
+    axes: np.ndarray,
+    look: Look,
+    certainty: np.ndarray | None = None,
+) -> np.ndarray:
+    """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, which these pixels (n, 2) of the camera show.
+
+    viewer (3,) in the axes of the camera, whose pose `axes` is; certainty (n, 1) of the normals
+    """
+    strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.spans)
+    strengths = strengths if certainty is None else widened(strengths, certainty)
+    point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
+    common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
+    if lamps.shadow_map is None:
+        return light_surface(*common)
+    return light_surface_shadowed(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
+
+
+def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamps: LightSet) -> np.ndarray:
+    """Linear light (h, w, 3) of every point of a frame."""
+    frame, normals, depth = points.frame, points.surface_map[..., :3], points.frame.depth
+    v, u = np.nonzero(depth)
+    pixel = np.stack([u, v], -1).astype(F)
+    surface = np.concatenate([normals[v, u], depth[v, u, None]], -1)
+    albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
+    result = np.zeros((*depth.shape, 3), F)
+    axes, certainty = (frame.camera, viewer, lamps, frame.pose), points.certainty_at(pixel)
+    result[v, u] = light(pixel, surface, albedo, *axes, points.look, certainty)
+    return result

@@ -1,0 +1,134 @@
+"""A GPU without memory: whichever allocation fails, the caller is told, and the next call draws the right picture."""
+
+from contextlib import contextmanager
+from itertools import count
+
+import moderngl
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.gpu.core.passes import FullscreenPass
+from pointshade_gl.scene import shadow_cameras as shadow_views
+
+from ..rendering.test_renderer import living_objects
+from ..support import frames
+from ..support.drivers import need_compute
+
+SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
+CAMERA = frames.CAMERA.fitted(40, 30)
+MAKERS = ("texture", "buffer", "framebuffer", "depth_texture", "depth_renderbuffer", "vertex_array")
+
+
+def small(frame):
+    return ps.Frame(frame.color[::4, ::4], frame.depth[::4, ::4], CAMERA)
+
+
+SMOOTH, NOISY = small(frames.sphere_before_wall()), small(frames.noisy())
+
+SMALL_DEPTH = ps.Frame(frames.noisy().color, NOISY.depth, CAMERA)
+
+
+def scene(shading):
+    corners = np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]])
+    mesh = ps.Mesh(corners, np.array([[0, 1, 2]]), shading=shading, material=ps.Material(specular=0))
+    parts = ps.PointObject(SMOOTH), ps.PointObject(NOISY, normals="star-borrow"), mesh
+    return ps.Scene(tuple(map(ps.Node, parts)), camera=CAMERA)
+
+
+SUN = ps.Light(direction=(1, 1, 2), shadow=True)
+CALLS = {
+    "phong": lambda r: [r.render(SMOOTH, light, normals="star") for light in (None, SUN)][-1],
+    "flat": lambda r: r.render(SMOOTH, shading="flat", pose=SIDE),
+    "own sizes": lambda r: r.render(SMOOTH, size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
+    "lit splats": lambda r: r.render(SMOOTH, size=2, shading="flat", pose=SIDE),
+    "mesh": lambda r: [r.render(SMOOTH, SUN, splat="mesh", shading=shading) for shading in ("flat", "gouraud")][-1],
+    "adaptive": lambda r: r.render(NOISY, normals="adaptive"),
+    "small depth": lambda r: r.render(SMALL_DEPTH, shading="flat"),
+    "borrow": lambda r: r.estimate_normals(NOISY, "star-borrow"),
+    "scene": lambda r: r.render(
+        scene("phong"), [SUN, ps.Light(direction=(0, 0, 1), cone=(20, 40), position=(0, 0, 0), shadow=True)]
+    ),
+    "lit corners": lambda r: r.render(scene("gouraud"), SUN),
+}
+
+
+@pytest.fixture(scope="module")
+def context(renderer):
+    context = moderngl.create_context(standalone=True, backend="egl")
+    context.__exit__(None, None, None)  # not current
+    yield context
+    context.release()
+
+
+@contextmanager
+def noted(nth):
+    """GL notes that memory ran out with the nth thing that is made."""
+    asked = count(1)
+    with pytest.MonkeyPatch.context() as patch:
+        error = property(lambda _: "GL_OUT_OF_MEMORY" if next(asked) == nth else "GL_NO_ERROR")
+        patch.setattr(moderngl.Context, "error", error)
+        yield
+
+
+@contextmanager
+def raised(nth):
+    """moderngl refuses to make the nth thing."""
+    asked = count(1)
+
+    def failing(make):
+        def instead(*args, **options):
+            if next(asked) == nth:
+                raise moderngl.Error("cannot create it")
+            return make(*args, **options)
+
+        return instead
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in MAKERS:
+            patch.setattr(moderngl.Context, name, failing(getattr(moderngl.Context, name)))
+        yield
+
+
+@contextmanager
+def interrupted(nth):
+    """Ctrl+C before the nth pass."""
+    asked, draw = count(1), FullscreenPass.draw
+
+    def instead(*args, **options):
+        if next(asked) == nth:
+            raise KeyboardInterrupt
+        draw(*args, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FullscreenPass, "draw", instead)
+        yield
+
+
+@pytest.mark.parametrize("failing", [noted, raised, interrupted])
+@pytest.mark.parametrize(
+    ("rasterizer", "name"), [*(("compute", name) for name in CALLS), ("points", "flat"), ("points", "scene")]
+)
+def test_each_allocation_and_each_pass_fails_once(context, renderer, monkeypatch, rasterizer, failing, name):
+    if rasterizer == "compute":
+        need_compute(renderer)
+    monkeypatch.setattr(shadow_views, "SHADOW_SIDE", 32)
+    with context:
+        with ps.Renderer(context, rasterizer=rasterizer) as renderer:
+            expected = CALLS[name](renderer)
+        before = living_objects(context)
+        for nth in count(1):
+            with ps.Renderer(context, rasterizer=rasterizer) as renderer:
+                try:
+                    with failing(nth):
+                        CALLS[name](renderer)
+                    break
+                except MemoryError as error:
+                    assert "no memory left" in str(error)
+                except KeyboardInterrupt:
+                    assert failing is interrupted
+                np.testing.assert_array_equal(CALLS[name](renderer), expected)
+        assert nth > (1 if failing is interrupted else 8)
+        after = living_objects(context)
+        assert all(after[kind] <= before[kind] for kind in before)  # GL may keep the last program for a while
+        assert context.error == "GL_NO_ERROR"

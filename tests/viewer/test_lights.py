@@ -1,0 +1,112 @@
+"""The lights of the window: each keeps its kind when the mouse takes it and leaves it, for frames as for scenes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.viewer.screen import render_arguments
+
+from ..support import frames
+from ..support.viewing import move, press, quiet, shown
+
+POINT = ps.Light(position=(-1, -0.5, 0.2), color=(1, 0.5, 0.2), attenuation=(1, 0.2, 0.1))
+SPOT = ps.Light(position=(0.3, -0.6, 0.9), direction=(-0.3, 0.6, 0.5), cone=(10, 25), intensity=2, shadow=True)
+SUN = ps.Light(direction=(0.2, 0.5, 1), color=(0.5, 0.6, 1))
+LIGHTS = [POINT, SPOT, SUN]
+
+
+def of_frame(open_viewer, lights):
+    return quiet(open_viewer(frames.sphere(), lights=lights))
+
+
+def of_scene(open_viewer, lights):
+    nodes = ps.Node(ps.PointObject(frames.sphere())), *(ps.Node(light) for light in lights)
+    return quiet(open_viewer(ps.Scene(nodes, camera=frames.CAMERA)))
+
+
+both = pytest.mark.parametrize("show", [of_frame, of_scene])
+
+
+def drawn(viewer):
+    """The lights that draw the window, the one that the mouse holds first."""
+    return render_arguments(viewer, viewer.camera)["light"]
+
+
+def same(light, other):
+    """Equal, to rounding; a direction may have another length."""
+    unit = [None if one.direction is None else one.direction / np.linalg.norm(one.direction) for one in (light, other)]
+    assert (unit[0] is None) == (unit[1] is None) and (light.position is None) == (other.position is None)
+    assert unit[0] is None or unit[0] == pytest.approx(unit[1], abs=1e-6)
+    assert light.position is None or light.position == pytest.approx(other.position, abs=1e-6)
+    assert replace(light, position=None, direction=None) == replace(other, position=None, direction=None)
+
+
+@both
+@pytest.mark.parametrize("first", range(3))
+def test_tab_takes_one_light_after_the_other_and_changes_none(open_viewer, show, first):
+    lights = LIGHTS[first:] + LIGHTS[:first]
+    viewer = show(open_viewer, lights)
+    aimed = replace(SPOT, direction=viewer.stage.pivot - SPOT.position)  # the mouse's spot turns to the object's middle
+    for turn in range(2):
+        for k in range(3):
+            if drawn(viewer)[0].is_spot or turn:
+                lights = [aimed if light.is_spot else light for light in lights]
+            for light, expected in zip(drawn(viewer), lights[k:] + lights[:k], strict=True):
+                same(light, expected)
+            press(viewer, "TAB")
+
+
+@both
+@pytest.mark.parametrize("light", LIGHTS)
+def test_a_light_that_the_mouse_has_moved_is_still_of_its_kind(open_viewer, show, light):
+    viewer = show(open_viewer, [light, POINT])
+    move(viewer, (160, 120), (250, 40))
+    press(viewer, "TAB")
+    (left,) = viewer.lights
+    moved = {name: getattr(left, name) for name in ("position", "direction")}
+    assert left == replace(light, **moved)
+    assert all((moved[name] is None) == (getattr(light, name) is None) for name in moved)
+    assert moved != {name: getattr(light, name) for name in moved}
+
+
+@both
+def test_a_light_without_place_and_direction_stays_far_away(open_viewer, show):
+    viewer = show(open_viewer, [ps.Light()])
+    (light,) = drawn(viewer)
+    assert light.position is None
+    assert light.direction == pytest.approx(np.array((1, 1, 2)) / np.sqrt(6))
+
+
+@both
+def test_s_switches_off_the_shadows_of_all_lights_and_leaves_each_its_own(open_viewer, show):
+    viewer = show(open_viewer, LIGHTS)
+    assert [light.shadow for light in drawn(viewer)] == [False, True, False]
+    press(viewer, "S")
+    assert not any(light.shadow for light in drawn(viewer))
+    press(viewer, "TAB", "S")
+    assert [light.shadow for light in drawn(viewer)] == [True, False, False]
+
+
+def test_the_viewer_s_own_light_casts_shadows_when_s_asks_for_them(open_viewer):
+    viewer = quiet(open_viewer(frames.sphere_before_wall()))
+    move(viewer, (160, 120), (30, 60))
+    assert [light.shadow for light in drawn(viewer)] == [False]
+    plain = shown(viewer).astype(int)
+    press(viewer, "S")
+    assert [light.shadow for light in drawn(viewer)] == [True]
+    assert (shown(quiet(viewer)) < plain - 10).any()
+
+
+def test_s_says_when_no_light_casts_shadows(open_viewer):
+    viewer = of_frame(open_viewer, [POINT, SUN])
+    press(viewer, "S")
+    assert viewer.messages.text == "shadows on, but no light casts any"
+    press(viewer, "S")
+    assert viewer.messages.text == "shadows off, but no light casts any"
+
+
+def test_frames_under_lights_without_shadows_start_without(open_viewer):
+    assert not of_frame(open_viewer, [POINT, SUN]).state.shadows
+    assert of_frame(open_viewer, [POINT, SPOT]).state.shadows

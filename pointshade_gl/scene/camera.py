@@ -26,10 +26,23 @@ SMALLEST = 1e-6  # pixels of a focal length, either way along its axis
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera: focal lengths and principal point in pixels, size in pixels.
+    """A pinhole camera: focal lengths, principal point and size, all in pixels.
 
-    `fy` may be negative (a picture whose rows run upwards, as in ICL-NUIM).
-    Raises TypeError for anything but numbers, ValueError for impossible focal lengths and sizes.
+    Parameters
+    ----------
+    fx, fy : float
+        Focal lengths. `fy` may be negative: a picture whose rows run upwards, as in ICL-NUIM.
+    cx, cy : float
+        Principal point; pixel centres are at integers.
+    width, height : int
+        Size of the picture.
+
+    Raises
+    ------
+    TypeError
+        For anything but numbers.
+    ValueError
+        For impossible focal lengths and sizes.
     """
 
     fx: float
@@ -52,9 +65,19 @@ class Camera:
 
     @classmethod
     def from_fov(cls, fov_y_degrees: float, width: int, height: int) -> Camera:
-        """A camera with square pixels and a centred principal point, from its vertical field of view.
+        """Return a camera with square pixels and a centred principal point.
 
-        Raises ValueError or TypeError for an impossible field of view or size.
+        Parameters
+        ----------
+        fov_y_degrees : float
+            Vertical field of view, from top to bottom.
+        width, height : int
+            Size of the picture, pixels.
+
+        Raises
+        ------
+        ValueError, TypeError
+            For an impossible field of view or size.
         """
         complaint = f"{option('fov')} must lie between 0 and 180 degrees (vertical: from top to bottom)"
         fov = check_float(fov_y_degrees, complaint, ABOVE_0, math.nextafter(180, 0))
@@ -66,18 +89,30 @@ class Camera:
 
     @property
     def intrinsics(self) -> tuple[float, float, float, float]:
-        """(fx, fy, cx, cy), pixels."""
+        """Return (fx, fy, cx, cy), pixels."""
         return self.fx, self.fy, self.cx, self.cy
 
     def resized(self, width: int, height: int) -> Camera:
-        """The same view on another grid of pixels; the picture's outer edges stay where they are."""
+        """Return the camera of the same view on another grid of pixels; the picture's outer edges stay where they are.
+
+        Parameters
+        ----------
+        width, height : int
+            New size, pixels.
+        """
         width, height = _check_side(width, "width"), _check_side(height, "height")
         sx, sy = width / self.width, height / self.height
         cx, cy = (self.cx + 0.5) * sx - 0.5, (self.cy + 0.5) * sy - 0.5
         return Camera(self.fx * sx, self.fy * sy, cx, cy, width, height)
 
     def fitted(self, width: int, height: int) -> Camera:
-        """The whole view, undistorted, in the middle of a picture of another size and shape."""
+        """Return a camera that shows the whole view, undistorted, in the middle of a picture of another size and shape.
+
+        Parameters
+        ----------
+        width, height : int
+            New size, pixels.
+        """
         width, height = _check_side(width, "width"), _check_side(height, "height")
         scale = min(width / self.width, height / self.height)
         cx = (self.cx - (self.width - 1) / 2) * scale + (width - 1) / 2
@@ -137,15 +172,32 @@ def orbit_pose(
     dolly: float = 0.0,
     upright: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
-    """The pose after the camera moved round a point of the world. The point stays where it is in the picture.
+    """Return the pose after the camera moved round a point of the world, which stays where it is in the picture.
 
-    pivot   (3,) world point
-    yaw     degrees; above 0 the camera moves to its right and sees more of the object's right side
-    pitch   degrees; above 0 the camera moves up and looks down
-    dolly   share of the way to the pivot: 0.5 moves half the way, below 0 moves away; must be below 1
-    upright (3,) world axis that yaw turns round, in either direction; None is the camera's own vertical
+    Parameters
+    ----------
+    pose : (4, 4) float or None
+        Camera-to-world before; None is the identity.
+    pivot : (3,) float
+        World point.
+    yaw : float
+        Degrees; above 0 the camera moves to its right and sees more of the object's right side.
+    pitch : float
+        Degrees; above 0 the camera moves up and looks down.
+    dolly : float
+        Share of the way to the pivot, below 1: 0.5 moves half the way, a negative one moves away.
+    upright : (3,) float, optional
+        World axis that yaw turns about, in either direction; None is the camera's own vertical.
 
-    Raises ValueError or TypeError for anything else.
+    Returns
+    -------
+    (4, 4) float64
+        Camera-to-world.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For anything else.
     """
     yaw, pitch, dolly = check_turns(yaw, pitch, dolly)
     start = check_pose(pose)

@@ -24,22 +24,35 @@ PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a med
 
 @dataclass(frozen=True, eq=False)
 class Frame(Preview):
-    """A depth picture with its colours, checked once and never changed afterwards.
+    """A frame: a depth picture with its colours, camera and pose, checked once and never changed afterwards.
 
-    color   (h, w, 3|4) uint8 sRGB, of any size: it is sampled at the depth pixel's position. None is light grey.
-            Where its alpha is 0 the depth counts as missing. If both sides are larger than the depth's, pictures are as
-            large, see `Look.upsample`.
-    depth   (h, w) float, z along the optical axis in metres; 0, negative, NaN, infinite and what lies outside 1e-18 to
-            1e18 mean missing and become 0. Kept as read-only float32. What else says "missing" in files:
-            files/depth/missing_depth.py.
-    camera  Camera of the depth picture
-    pose    (4, 4) camera-to-world; None is the identity
-    source  names the stream that the frame is one of, for frames of a sequence: they share one decision about their
-            noise. None: the frame is judged alone.
+    Parameters
+    ----------
+    color : (h, w, 3|4) uint8 or None
+        sRGB, of any size: colours are sampled at the positions of the depth pixels. None is light grey. Where alpha is
+        0, the depth counts as missing. If both sides are larger than the depth's, rendered pictures have the size of
+        the colours, see `Look.upsample`.
+    depth : (h, w) float
+        z along the optical axis, metres. Missing values become 0: zero, negative, NaN, infinite, or outside 1e-18 to
+        1e18. Kept as read-only float32. What else means "missing" in files: files/depth/missing_depth.py.
+    camera : Camera
+        Camera of the depth picture.
+    pose : (4, 4) float, optional
+        Camera-to-world; None is the identity.
+    source : hashable, optional
+        Identifies the stream that the frame comes from. Frames of one stream share one decision about their noise.
+        None: the frame is judged alone.
 
-    Arrays are copied, unless they own their memory, are read-only, and are of the kind that is kept.
+    Raises
+    ------
+    TypeError
+        For arrays of the wrong kind.
+    ValueError
+        For shapes that do not fit.
 
-    Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
+    Notes
+    -----
+    Arrays are copied, unless they own their memory, are read-only, and have the dtype that is kept.
     """
 
     color: NDArray[np.uint8] | None
@@ -76,40 +89,54 @@ class Frame(Preview):
 
     @cached_property
     def picture_camera(self) -> Camera:
-        """Who looks unless another camera is given: the frame's own, at the colours' size if both sides are larger."""
+        """Return the default camera for rendering: the frame's own, at the colours' size if both sides are larger."""
         height, width = self.depth.shape if self.color is None else self.color.shape[:2]
         is_larger = width > self.camera.width and height > self.camera.height
         return self.camera.resized(width, height) if is_larger else self.camera
 
     @cached_property
     def points_known(self) -> int:
-        """How many pixels have a depth."""
+        """Return the number of pixels that have a depth."""
         return int(np.count_nonzero(self.depth))
 
     @cached_property
     def is_sparse(self) -> bool:
-        """Whether few depths are known, far from one another, see scene/sparsity.py."""
+        """Return whether few depths are known, far from one another, see scene/sparsity.py."""
         return is_sparse(self.depth)
 
     @cached_property
     def box(self) -> tuple[int, int, int, int]:
-        """Left, top, right and bottom of the pixels that have a depth, the last two exclusive; all 0 without any."""
+        """Return left, top, right and bottom of the pixels that have a depth; all 0 without any.
+
+        Right and bottom are exclusive.
+        """
         return _box_of(self.depth)
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """(8, 3) corners of the box round all pixels with a point, camera axes; (0, 3) without a point."""
+        """Return the (8, 3) corners of the box around all pixels with a point, camera axes; (0, 3) without a point."""
         return self.splat_corners(0.5)
 
     def splat_corners(self, reach: float) -> NDArray[np.float64]:
-        """The same when each point reaches so many pixels from its middle."""
+        """Return the corners of the box around all splats.
+
+        Parameters
+        ----------
+        reach : float
+            How far each splat reaches from its middle, pixels.
+
+        Returns
+        -------
+        (8, 3) float64
+            Camera axes; (0, 3) without a point.
+        """
         return self._corners(self.box, self.depth_range, reach)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
-        """The same without stray points: depths far beyond those that nearly all points have.
+        """Return the corners like `corners`, without stray points: depths far beyond those of nearly all points.
 
-        Shadows and near planes are fitted to it: one wrong pixel at 3 km must not decide about them.
+        Shadows and near planes are fitted to these corners: one wrong pixel at 3 km must not decide about them.
         """
         (least, most), (low, high) = self.depth_range, self._usual_range
         if low <= least and most <= high:
@@ -149,13 +176,13 @@ class Frame(Preview):
 
     @cached_property
     def depth_range(self) -> tuple[float, float]:
-        """The nearest and the farthest depth; 0 and 0 without any."""
+        """Return the nearest and the farthest depth; 0 and 0 without any."""
         farthest = float(self.depth.max())
         return float(self.depth.min(where=self.depth > 0, initial=farthest)), farthest
 
     @cached_property
     def pivot(self) -> NDArray[np.float64]:
-        """(3,) the middle of the object, world: the median of the known points; 1 unit ahead without any.
+        """Return the middle of the object, (3,) world: the median of the known points; 1 unit ahead without any.
 
         Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
         """
@@ -175,7 +202,7 @@ class Frame(Preview):
 
     @cached_property
     def scale(self) -> float:
-        """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
+        """Return the median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
         return median(self._probe) if self._probe.size else 1.0  # that of the pivot
 
 

@@ -31,13 +31,25 @@ FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 @dataclass(frozen=True, eq=False)
 class Scene(Preview):
-    """Nodes, and who looks at them.
+    """A scene: nodes with their content, a camera, and ambient light.
 
-    camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
-    pose     (4, 4) camera-to-world of that camera
-    ambient  linear RGB light from everywhere
+    Parameters
+    ----------
+    nodes : tuple of Node
+        Nodes at the top; the others are their children.
+    camera : Camera, optional
+        Camera unless `render` is given another; None is one that sees everything, turned like the pose.
+    pose : (4, 4) float, optional
+        Camera-to-world pose of that camera; None is the identity.
+    ambient : (3,) float
+        Linear RGB light from everywhere.
 
-    Raises TypeError or ValueError for anything else, and for a node that is below itself.
+    Raises
+    ------
+    TypeError
+        For values of another kind.
+    ValueError
+        For impossible values, and for a node that is below itself.
     """
 
     nodes: tuple[Node, ...] = ()
@@ -66,7 +78,7 @@ class Scene(Preview):
         return f"Scene({counted(sum(1 for _ in self.every_node()), 'node')}{parts and f': {parts}'})"
 
     def placed(self) -> Iterator[Placed]:
-        """All visible content in the order of the nodes."""
+        """Yield all visible content with its place in the world, in the order of the nodes."""
         return iter(self._placed)
 
     @cached_property
@@ -95,17 +107,20 @@ class Scene(Preview):
 
     @cached_property
     def things(self) -> tuple[Placed, ...]:
-        """All visible content except lights."""
+        """Return all visible content except lights."""
         return tuple(p for p in self._placed if not isinstance(p.content, Light))
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
-        """Centre (3,) and radius of a sphere round all things but stray points, world; radius 1 without any."""
+        """Return the centre and the radius of a sphere around all content but stray points.
+
+        The centre has shape (3,), world; the radius is 1 without any content.
+        """
         return sphere_round(self._main_corners)
 
     @cached_property
     def extent(self) -> Extent:
-        """Where all things but stray points lie, for the views of lights."""
+        """Return where all content but stray points lies, for the shadow views of lights."""
         members = (m for p in self.things if isinstance(p.content, PointObject) for m in p.members)
         grain = max((m.grain for m in members), default=0.0)
         return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
@@ -115,7 +130,7 @@ class Scene(Preview):
         return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
 
     def framed(self) -> Scene:
-        """The scene with a camera: its own, or one that sees everything, turned like its pose."""
+        """Return the scene with a camera: its own, or one that sees everything, turned like its pose."""
         if self.camera is not None:
             return self
         centre, radius = self.bounds
@@ -125,30 +140,33 @@ class Scene(Preview):
 
     @property
     def points_known(self) -> int:
-        """How many points the visible frames have."""
+        """Return the number of points in the visible frames."""
         return sum(p.content.points_known for p in self.placed() if isinstance(p.content, PointObject))
 
     @property
     def pivot(self) -> NDArray[np.float64]:
-        """(3,) the middle of all that is visible, world."""
+        """Return the middle of all that is visible, (3,) world."""
         return self.bounds[0]
 
     @property
     def scale(self) -> float:
-        """How far the middle lies ahead of the camera; 1 when it does not."""
+        """Return the distance by which the middle lies ahead of the camera; 1 if it does not."""
         pose = np.asarray(self.pose)
         ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
         return ahead if ahead > 0 else 1.0
 
     @property
     def upright(self) -> NDArray[np.float64]:
-        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y if it leans over 60 degrees."""
+        """Return the axis that yaw turns about, (3,).
+
+        It is the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
+        """
         own = np.asarray(self.pose)[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @cached_property
     def lights(self) -> list[Light]:
-        """The lights of the visible nodes, in world axes."""
+        """Return the lights of the visible nodes, in world axes."""
         found = []
         for p in self.placed():
             if isinstance(p.content, Light):
@@ -162,11 +180,18 @@ class Scene(Preview):
 
     @property
     def light_names(self) -> list[str]:
-        """The names of their nodes, in the same order."""
+        """Return the names of the nodes of `lights`, in the same order."""
         return [p.node.name for p in self.placed() if isinstance(p.content, Light)]
 
     def every_node(self) -> Iterator[tuple[tuple[int, ...], Node]]:
-        """All nodes with their paths, hidden ones too, parents before children."""
+        """Yield all nodes, hidden ones too, parents before children.
+
+        Yields
+        ------
+        path : tuple of int
+            Which child of which child: (2, 0) is the first child of the third node.
+        node : Node
+        """
         path: list[int] = []
         stack = [(0, k, node) for k, node in reversed(list(enumerate(self.nodes)))]
         while stack:
@@ -176,9 +201,19 @@ class Scene(Preview):
             stack.extend((depth + 1, k, child) for k, child in reversed(list(enumerate(node.children))))
 
     def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
-        """The scene with one node changed (`visible=False`, `transform=...`).
+        """Return the scene with one node changed.
 
-        path  which child of which child, as in `every_node`. Raises ValueError if there is no node.
+        Parameters
+        ----------
+        path : tuple of int
+            Which child of which child, as in `every_node`.
+        **changes
+            New values of its fields, such as `visible=False` or `transform=...`.
+
+        Raises
+        ------
+        ValueError
+            If there is no such node.
         """
         nodes = self.nodes
         for k in path:
@@ -196,7 +231,13 @@ class Scene(Preview):
         return replace(self, nodes=changes["children"])
 
     def with_every_node(self, changes: Callable[[Node], dict[str, Any]]) -> Scene:
-        """The scene with all nodes changed, each by the values that the function gives for it."""
+        """Return the scene with all nodes changed.
+
+        Parameters
+        ----------
+        changes : callable
+            Given a node, returns the new values of its fields by name.
+        """
         made: dict[int, Node] = {}
         stack = [*self.nodes]
         while stack:

@@ -27,18 +27,42 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Light:
-    """A point light at `position`, a directional light along `direction`, or a spot with both; world axes.
+    """A point light at `position`, a directional light along `direction`, or a spot light with both; world axes.
 
-    color, intensity   linear RGB and a factor on it
-    attenuation        (kc, kl, kq): a light with a position, at distance d, is divided by kc + kl*d + kq*d*d
-    cone               (inner, outer) half angles of a spot in degrees: full light inside, none outside
-    shadow             whether objects in its way cast a shadow
-    radius             of a light with a position: a glowing ball, world units (metres)
-    angle              of a directional light: how large its disc is in the sky, full angle in degrees; the sun has 0.53
+    With neither position nor direction, the light is far away at the viewing camera's upper left.
 
-    With neither position nor direction the light sits at the viewing camera's upper left, far away. Shadows of a light
-    with a radius or an angle are soft in pictures of several samples; with one sample it shines from its middle.
-    Raises ValueError for impossible values, TypeError for values of another kind.
+    Parameters
+    ----------
+    position : (3,) float, optional
+        Where the light is.
+    direction : (3,) float, optional
+        Which way the light travels, of any length.
+    color : (3,) float
+        Linear RGB.
+    intensity : float
+        Factor on the colour.
+    attenuation : (3,) float
+        (kc, kl, kq): at distance d, a light with a position is divided by kc + kl*d + kq*d*d.
+    cone : (2,) float
+        Inner and outer half angle of a spot light in degrees: full light inside, none outside.
+    shadow : bool
+        Whether objects in its way cast a shadow.
+    radius : float
+        Only with a position: radius of a glowing ball, world units (metres).
+    angle : float
+        Only of a directional light: size of its disc in the sky, full angle in degrees up to 120; the sun has 0.53.
+
+    Raises
+    ------
+    ValueError
+        For impossible values.
+    TypeError
+        For values of another kind.
+
+    Notes
+    -----
+    A light with a radius or an angle casts soft shadows in pictures of several samples; with one sample it shines from
+    its middle.
     """
 
     position: Vector | None = None
@@ -78,11 +102,12 @@ class Light:
 
     @property
     def is_spot(self) -> bool:
+        """Return whether it is a spot light: it has a position and a direction."""
         return self.position is not None and self.direction is not None
 
     @property
     def is_soft(self) -> bool:
-        """Whether it is larger than a point."""
+        """Return whether it is larger than a point."""
         return self.radius > 0 or self.angle > 0
 
 

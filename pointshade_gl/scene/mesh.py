@@ -17,18 +17,37 @@ from .bounds import box_corners
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles.
+    """A triangle mesh with normals, texture and material.
 
+    Parameters
+    ----------
+    positions : (n, 3) float
+        Vertices, node axes.
+    faces : (m, 3) int
+        Vertices of each triangle, counter-clockwise seen from the front; both sides are drawn.
+    normals : (n, 3) float, optional
+        One for each vertex; None gives every triangle its own (flat facets).
+    uv : (n, 2) float, optional
+        Texture coordinates, needed with a texture; (0, 0) is the texture's upper left corner, as in glTF.
+    color : (3,) float
+        Linear RGB, multiplied with the texture.
+    texture : (h, w, 3|4) uint8, optional
+        sRGB; None is white.
+    material : Material
+        How the surface answers light.
+    shading : {"phong", "gouraud", "flat", "none"}
+        Light for each pixel, for each vertex, for each triangle, or none.
+
+    Raises
+    ------
+    ValueError
+        For shapes and numbers that do not fit.
+    TypeError
+        For values of another kind.
+
+    Notes
+    -----
     All arrays are copied and read-only.
-
-    positions  (n, 3) float, node axes
-    faces      (m, 3) int, corners of the triangles; their front is counter-clockwise, both sides are drawn
-    normals    (n, 3) float; None gives every triangle its own (flat facets)
-    uv         (n, 2) float, (0, 0) is the texture's upper left corner (as in glTF); None without a texture
-    color      linear RGB, multiplied with the texture
-    texture    (h, w, 3|4) uint8 sRGB; None is white
-
-    Raises ValueError for shapes and numbers that do not fit, TypeError for values of another kind.
     """
 
     positions: NDArray[np.float32]
@@ -73,7 +92,7 @@ class Mesh:
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
-        """(8, 3) corners of the box round all triangles, node axes; (0, 3) without a triangle."""
+        """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""
         points = self.positions[np.unique(self.faces)]
         return box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3))
 

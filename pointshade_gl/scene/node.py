@@ -19,13 +19,26 @@ from .point_object import PointObject
 class Node:
     """A named place in the scene: its content and its children move with its transform.
 
-    transform  (4, 4) node-to-parent; for a point object a rotation, a translation and one scale for all axes
-    content    a PointObject, a Mesh, a Light (placed by the node: its position and direction are in node axes), several
-               of them, or nothing
-    visible    False hides the node and all below it
-    shadow     whether the node's content casts shadows
+    Parameters
+    ----------
+    content : PointObject, Mesh, Light, or a tuple of them, optional
+        What is drawn here. The position and direction of a light are in node axes.
+    name : str
+        Its name in messages and files.
+    transform : (4, 4) float
+        Node-to-parent; of a point object a rotation, a translation and one scale for all axes. The default is the
+        identity.
+    children : tuple of Node
+        Nodes below it.
+    visible : bool
+        False hides the node and all below it.
+    shadow : bool
+        Whether its content casts shadows.
 
-    Raises TypeError or ValueError, naming the node, for anything else.
+    Raises
+    ------
+    TypeError, ValueError
+        For anything else; the message names the node.
     """
 
     content: PointObject | Mesh | Light | tuple[PointObject | Mesh | Light, ...] | None = None
@@ -73,7 +86,7 @@ class Node:
 
     @property
     def title(self) -> str:
-        """How messages call it."""
+        """Return what messages call the node."""
         return f"node {shown(self.name)}"
 
 

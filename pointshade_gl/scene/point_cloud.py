@@ -15,13 +15,23 @@ from .frame import Frame
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points in the world, checked once.
+    """Points in the world with normals and colours, checked once.
 
-    positions  (n, 3) float64, metres
-    normals    (n, 3) float32, unit, towards the camera that took the point
-    colors     (n, 3) uint8 sRGB
+    Parameters
+    ----------
+    positions : (n, 3) float64
+        World, metres.
+    normals : (n, 3) float32
+        Unit vectors, world axes, towards the camera that took the point.
+    colors : (n, 3) uint8
+        sRGB.
 
-    Raises TypeError for arrays of the wrong kind, ValueError for shapes that do not fit.
+    Raises
+    ------
+    TypeError
+        For arrays of the wrong kind.
+    ValueError
+        For shapes that do not fit.
     """
 
     positions: NDArray[np.float64]

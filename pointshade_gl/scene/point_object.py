@@ -18,16 +18,30 @@ MOST_FRAMES = 200  # of one object
 
 @dataclass(frozen=True, eq=False)
 class PointObject:
-    """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
+    """A frame as an object of a scene: each pixel with a depth is a splat, lit like everything else.
 
-    frame   or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
-            depth's own points. Afterwards the first is `frame`, and these are the `others`.
-    look    how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
+    Parameters
+    ----------
+    frame : Frame or sequence of Frame
+        Its pose places it under the node's transform. Up to 200 frames of one thing are drawn as one object by their
+        poses, each from the points of its own depth. The first is kept as `frame`, the rest as `others`.
+    material : Material, optional
+        How the surface answers light, in place of a look.
+    look : Look, optional
+        How the object is drawn.
+    others : sequence of Frame
+        Further frames of the same thing.
+    **options
+        Values of `Look` in place of a look: `PointObject(frame, splat="round")`.
 
-    The frame's own pose places it under the node's transform.
-
-    Raises TypeError or ValueError as `Look` and `Look.for_frame`, and for no frames, too many, or with several frames
-    for options that are arrays and for splat="mesh".
+    Raises
+    ------
+    TypeError, ValueError
+        As `Look` and `Look.for_frame`.
+    TypeError
+        For a look together with its values.
+    ValueError
+        For no frames or more than 200, and for several frames with splat="mesh" or with options that are arrays.
     """
 
     frame: Frame
@@ -66,17 +80,17 @@ class PointObject:
 
     @property
     def is_single(self) -> bool:
-        """One frame, not several of one thing."""
+        """Return whether there is one frame, not several of one thing."""
         return not self.others
 
     @property
     def frames(self) -> tuple[Frame, ...]:
-        """All of them."""
+        """Return all frames."""
         return self.frame, *self.others
 
     @property
     def members(self) -> tuple[PointObject, ...]:
-        """Each frame as an object of its own."""
+        """Return each frame as a point object of its own."""
         return (self,) if self.is_single else self._members  # keeping itself, it would outlive its last use
 
     @cached_property
@@ -85,12 +99,12 @@ class PointObject:
 
     @property
     def points_known(self) -> int:
-        """How many points the frames have."""
+        """Return the number of points in the frames."""
         return sum(frame.points_known for frame in self.frames)
 
     @cached_property
     def scale(self) -> float:
-        """The frame's scale; of several, the median."""
+        """Return the frame's scale; of several frames the median."""
         return median([frame.scale for frame in self.frames])
 
 

@@ -21,21 +21,38 @@ Item = tuple[int, Any]  # number of the source; a frame, a sentence about one th
 def live_set(
     sources: Sequence[Frame | Iterable[Frame]], skipped: Callable[[str], None] = print_note
 ) -> Generator[tuple[Frame, ...], None, None]:
-    """The newest frame of each source, in their order, whenever one or more of them have a new one.
+    """Yield the newest frame of each source, in the order of the sources, whenever at least one of them has a new one.
 
-        for frames in ps.live_set([camera, other, ps.open_source("recording")]):
-            picture = renderer.render(frames)
+    Parameters
+    ----------
+    sources : sequence of Frame or iterable of Frame
+        1 to 200: sequences or any other iterables of frames; a Frame stays as it is.
+    skipped : callable
+        Called in the consumer's thread with one sentence for each frame of a sequence that cannot be read, and for each
+        source that a ValueError or an OSError ends. Any other exception is raised. The default prints the sentence.
 
-    A Renderer then uploads, compares and votes again only what is new. Each source is read by a thread of its own and
-    waits until its last frame was taken: no frame is lost here, and a slow source holds up no other. One that has given
-    no frame yet is left out, one that has ended keeps its last frame. The iteration ends when all have, and so do
-    its threads, also if the consumer leaves it early (see contextlib.closing).
+    Yields
+    ------
+    tuple of Frame
+        A source that has given no frame yet is left out; one that has ended keeps its last frame.
 
-    sources  1 to 200; each a sequence or any other iterable of frames, or a Frame, which stays
-    skipped  called in the consumer's thread with one sentence for each frame of a sequence that cannot be read, and for
-             each source that a ValueError or an OSError ends; any other exception is raised
+    Raises
+    ------
+    TypeError
+        For sources of another kind, with the first frames.
+    ValueError
+        For none or too many, with the first frames.
 
-    Raises TypeError for sources of another kind and ValueError for none or too many, with the first frames.
+    Notes
+    -----
+    A Renderer uploads, compares and votes again only what is new. Each source is read by its own thread and waits until
+    its last frame was taken: no frame is lost here, and a slow source holds up no other. The iteration ends when all
+    sources have ended, and so do its threads, even if the consumer leaves it early (see `contextlib.closing`).
+
+    Examples
+    --------
+    >>> for frames in ps.live_set([camera, other, ps.open_source("recording")]):
+    ...     picture = renderer.render(frames)
     """
     checked = _check_sources(sources)
     items: queue.Queue[Item] = queue.Queue()

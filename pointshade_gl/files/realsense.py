@@ -13,13 +13,30 @@ from ..scene.frame import Frame
 
 
 class RealSenseSource(Iterator[Frame]):
-    """What the camera sees from now on, without end; depth is carried into the colour picture. Close it after use.
+    """The frames of an Intel RealSense camera from now on, without end; depth is aligned to the colour picture.
 
-    size  (width, height) in pixels of depth and colour, which the camera must offer at fps pictures a second
-    sdk   the module pyrealsense2, or an object that behaves like it; None imports it
+    Close it after use.
 
-    Raises ValueError without the extra `realsense`, OSError when no camera answers; a frame that does not come in time
-    is an OSError too, and the next may come again.
+    Parameters
+    ----------
+    size : (2,) int
+        Width and height of depth and colour, pixels; the camera must offer them at this fps.
+    fps : int
+        Pictures per second.
+    sdk : module, optional
+        The module pyrealsense2, or an object that behaves like it; None imports it.
+
+    Attributes
+    ----------
+    camera : Camera
+        Camera of all frames.
+
+    Raises
+    ------
+    ValueError
+        Without the extra `realsense`.
+    OSError
+        If no camera answers, and for a frame that does not come in time; the next one may come again.
     """
 
     def __init__(self, size: tuple[int, int] = (640, 480), fps: int = 30, sdk: Any = None):
@@ -50,4 +67,5 @@ class RealSenseSource(Iterator[Frame]):
         return Frame(color, depth, self.camera, source=self._stream)
 
     def close(self) -> None:
+        """Stop the camera."""
         self._pipeline.stop()

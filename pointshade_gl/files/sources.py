@@ -30,16 +30,30 @@ _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and sc
 
 
 def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequence:
-    """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
+    """Open the frame, or the sequence of frames, of a folder, a depth file or a built-in name.
 
-    Pictures, cameras and poses are found as files/access/file_name_patterns.py lists them; where several views
-    overlap, their depths tell how poses are to be understood (see files/poses/pose_convention.py).
+    Parameters
+    ----------
+    path : path or None
+        As `folder` of `load_frame`.
+    **load_options
+        As for `load_frame`; with depth or color, the result is a single frame. Of each kind of note only the first is
+        printed.
 
-    load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
-                  printed.
+    Returns
+    -------
+    Frame or FrameSequence
+        A sequence reads each frame when it is asked for; its slices are sequences, too.
 
-    Raises ValueError, TypeError or OSError as `load_frame`; for a sequence if none of its first, middle and last frame
-    can be read.
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        As `load_frame`; for a sequence, if none of its first, middle and last frame can be read.
+
+    Notes
+    -----
+    Pictures, cameras and poses are found by the patterns in files/access/file_name_patterns.py. Where several views
+    overlap, their depths show how poses are to be understood, see files/poses/pose_convention.py.
     """
     options = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
@@ -127,15 +141,26 @@ def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:
-    """The frames of a source in their order, decoded by threads while the consumer works on the ones before.
+    """Yield the frames of a source in order, decoded by threads while the consumer works on earlier ones.
 
-    source   a Sequence is read by `ahead` threads, any other iterable by one
-    skipped  called in the consumer's thread with one sentence for each frame that raises ValueError or OSError;
-             any other exception is raised
-    ahead    how many frames may wait
+    Parameters
+    ----------
+    source : iterable of Frame
+        A sequence is read by `ahead` threads, any other iterable by one.
+    skipped : callable
+        Called in the consumer's thread with one sentence for each frame that raises ValueError or OSError. Any other
+        exception is raised.
+    ahead : int
+        How many frames may wait.
 
-    The threads end with the iteration, also if the consumer leaves it early. Raises TypeError for a source that is not
-    iterable, with the first frame.
+    Raises
+    ------
+    TypeError
+        For a source that is not iterable, with the first frame.
+
+    Notes
+    -----
+    The threads end with the iteration, even if the consumer leaves it early.
     """
     if not isinstance(source, Iterable):
         raise TypeError(f"source must be an iterable of frames, got {shown(source)}")

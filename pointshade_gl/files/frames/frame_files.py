@@ -38,26 +38,42 @@ def load_frame(
     max_pixels: float = MAX_PIXELS,
     notes: Note | None = None,
 ) -> Frame:
-    """A frame from a folder, from a depth file, or from single files and arrays.
+    """Read a frame from a folder, from a depth file, or from single files and arrays.
 
-    folder       of a frame, or of a sequence, of which the first frame is taken, in any layout that
-                 files/access/file_name_patterns.py lists; a depth file, whose colour and camera may lie beside it; or a
-                 built-in frame: "vase"
-    color        a picture or (h, w, 3|4) uint8, instead of the folder's; there may be none
-    depth        a picture, .npy, .npz, EXR or (h, w) array, instead of the folder's
-    intrinsics   a file (see files/cameras/camera_files.py), 'fx,fy,cx,cy', four numbers or a Camera
-    fov          vertical field of view in degrees, instead of intrinsics
-    depth_scale  raw values per metre (1000: millimetres, TUM 5000); the default is that of the camera's file, else
-                 what the values show, else 1000 for integers and 1 for floating point
-    depth_kind   z, ray, plane, inverse, disparity or kinect; the default is that of the camera's file, else what the
-                 values show, else z
-    baseline     metres between the cameras of a disparity
-    pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
-    allow_outside  let depth.txt and rgb.txt name files outside the folder
-    max_pixels   of a picture; the default passes 12 288 x 8 192. Other limits follow from it (see `files.limits`).
-    notes        called with one sentence for every guess; the default prints it to stderr
+    Parameters
+    ----------
+    folder : path, optional
+        The folder of a frame, in any layout that files/access/file_name_patterns.py lists, or of a sequence, of which
+        the first frame is read; a depth file, with colour and camera possibly beside it; or "vase", a built-in frame.
+    color : path or (h, w, 3|4) uint8, optional
+        A picture, in place of the folder's; there may be none.
+    depth : path or (h, w) array, optional
+        A picture, .npy, .npz, EXR or array, in place of the folder's.
+    intrinsics : path, str, (4,) float or Camera, optional
+        A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera.
+    fov : float, optional
+        Vertical field of view in degrees, in place of intrinsics.
+    depth_scale : float, optional
+        Raw values per metre (1000: millimetres, TUM: 5000). The default is that of the camera's file, else what the
+        values show, else 1000 for integers and 1 for floating point.
+    depth_kind : {"z", "ray", "plane", "inverse", "disparity", "kinect"}, optional
+        What the values mean. The default is that of the camera's file, else what the values show, else "z".
+    baseline : float, optional
+        Metres between the two cameras of a disparity.
+    pose : path or (4, 4) float, optional
+        Camera-to-world matrix, or its file (see files/poses/pose_files.py).
+    allow_outside : bool
+        Let depth.txt and rgb.txt name files outside the folder.
+    max_pixels : float
+        Limit for one picture; the default allows 12 288 x 8 192. Other limits follow from it, see
+        files/access/limits.py.
+    notes : callable, optional
+        Called with one sentence for every guess; the default prints it to stderr.
 
-    Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        In one sentence, for files that cannot be read right.
     """
     options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame

@@ -39,16 +39,29 @@ if TYPE_CHECKING:
 def load_scene(
     path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
 ) -> Scene:
-    """A scene from a .gltf or .glb file; "demo" is the built-in one.
+    """Read a scene from a .gltf or .glb file.
 
+    Parameters
+    ----------
+    path : path
+        The file; "demo" is the built-in scene.
+    allow_outside : bool
+        Let the scene name files outside its folder.
+    max_pixels : float
+        Limit for one picture; all other limits follow from it, see files/access/limits.py.
+    notes : callable, optional
+        Called with one sentence for everything that is left out; the default prints it to stderr.
+
+    Raises
+    ------
+    ValueError, OSError
+        In one sentence that names the node or the part, for what cannot be read right.
+
+    Notes
+    -----
     Reads triangles with base colours, nodes, the first perspective camera, KHR_lights_punctual, and point objects by
-    `extras` (see above). Files that it names must lie in its folder, also through links; nothing is fetched or run.
-
-    allow_outside  let the scene name files outside its folder
-    max_pixels     of one picture; all other limits follow from it (see `files.limits`)
-    notes          called with one sentence for everything that is left out; the default prints it to stderr
-
-    Raises ValueError or OSError, in one sentence that names the node or the part, for what cannot be read right.
+    `extras` (see the module's documentation). Files that the scene names must lie in its folder, also through links.
+    Nothing is fetched or run.
     """
     from .read import load_scene
 
@@ -56,12 +69,22 @@ def load_scene(
 
 
 def save_scene(path: FilePath, scene: Scene) -> None:
-    """Writes a scene as .gltf (with .bin and .png files beside it) or .glb, completely or not at all.
+    """Write a scene as .gltf (with .bin and .png files beside it) or .glb, completely or not at all.
 
-    Frames become folders beside the file, unless they were read by `load_scene` from where the new file can name them.
-    Meshes without a triangle are left out; a node that two parents share is written twice.
+    Parameters
+    ----------
+    path : path
+        The file, .gltf or .glb.
+    scene : Scene
+        Its frames become folders beside the file, unless `load_scene` read them from where the new file can name them.
+        Meshes without a triangle are left out; a node that two parents share is written twice.
 
-    Raises ValueError for another suffix and for what glTF cannot hold, FileNotFoundError when there is no such folder.
+    Raises
+    ------
+    ValueError
+        For another suffix, and for what glTF cannot hold.
+    FileNotFoundError
+        If there is no such folder.
     """
     from .write import save_scene
 

@@ -60,14 +60,25 @@ def check_writable(path: FilePath) -> Path:
 
 
 def save_image(path: FilePath, image: ArrayLike, small: bool = False) -> None:
-    """Writes a picture in the format of the path's suffix, completely or not at all.
+    """Write a picture in the format of the path's suffix, completely or not at all.
 
-    image   (h, w, 3|4) or (h, w) uint8, for .png also uint16; for .npy any array of numbers. JPEG has no alpha: it
-            gets the picture over black.
-    small   spend ten times as long on a PNG of 8 bits that is a little smaller
+    Parameters
+    ----------
+    path : path
+        .png, .jpg, .jpeg, .webp, .tif, .tiff or .npy.
+    image : (h, w, 3|4) or (h, w) uint8
+        For .png also uint16, for .npy any array of numbers. JPEG has no alpha: it gets the picture over black.
+    small : bool
+        Spend ten times as long on a slightly smaller PNG of 8 bits.
 
-    Raises ValueError for an unknown suffix or shape, TypeError for values of another type,
-    FileNotFoundError when the folder does not exist.
+    Raises
+    ------
+    ValueError
+        For an unknown suffix or shape.
+    TypeError
+        For values of another type.
+    FileNotFoundError
+        If the folder does not exist.
     """
     path = check_writable(path)
     if path.suffix.lower() == ".npy":

@@ -30,15 +30,26 @@ def check_depth_path(path: FilePath) -> Path:
 
 
 def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> None:
-    """Writes depth completely or not at all: metres in floats, or millimetres in a .png of 16 bits; missing is 0.
+    """Write depth completely or not at all: metres as floats, or millimetres in a .png of 16 bits; missing is 0.
 
-    A .exr has the channel Z, a .tif float pixels. A .png holds 1 mm to 65.535 m: what lies outside is written as
-    missing, with a note that counts it.
+    Parameters
+    ----------
+    path : path
+        .exr gets the channel Z, .tif and .tiff float pixels, .npy float32. A .png holds 1 mm to 65.535 m: other values
+        are written as missing, and a note counts them.
+    depth : (h, w) float
+        Metres; 0, negative, NaN and infinite mean missing.
+    notes : callable
+        Called with that note; the default prints it to stderr.
 
-    depth  (h, w) float, metres; 0, negative, NaN and infinite mean missing
-
-    Raises what `check_depth_path` raises; ValueError for another shape and if nothing fits into a .png, TypeError for
-    values that are not floating point.
+    Raises
+    ------
+    ValueError
+        For another suffix or shape, for .exr without the extra `exr`, and if nothing fits into a .png.
+    TypeError
+        For values that are not floating point.
+    OSError
+        If the folder does not exist.
     """
     path = check_depth_path(path)
     metres = _known_depth(depth)
@@ -103,17 +114,30 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
 
 
 def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:
-    """Writes normals completely or not at all: as floats to .npy and .exr, as colours to .png, .jpg, .webp and .tif.
+    """Write normals completely or not at all: floats to .npy and .exr, colours to .png, .jpg, .webp and .tif.
 
-    normals  (h, w, 3) float, unit, camera axes, NaN where missing. In pictures and in the RGBA channels of .exr alpha
-             is 0 there.
-    axes     "opencv": the camera's own, x right, y down, z forward. "opengl": green up, blue towards the viewer, as
-             Blender and most normal maps have it. "directx": green down, blue towards the viewer. None is opencv in
-             .npy and opengl elsewhere.
-    bits     8 or, for .png, 16
+    Parameters
+    ----------
+    path : path
+        Its suffix chooses the format.
+    normals : (h, w, 3) float
+        Unit vectors, camera axes; NaN where missing. Alpha is 0 there in pictures and in the RGBA channels of .exr.
+    axes : {"opencv", "opengl", "directx"}, optional
+        "opencv": the camera's own, x right, y down, z forward. "opengl": green up, blue towards the viewer, as in
+        Blender and most normal maps. "directx": green down, blue towards the viewer. The default is "opencv" for .npy
+        and "opengl" otherwise.
+    bits : {8, 16}
+        16 only for .png.
 
-    Raises what `check_normals_path` raises; ValueError for another shape, TypeError for values that are not floating
-    point.
+    Raises
+    ------
+    ValueError
+        For unknown axes, for another shape, for a suffix that names no format or has not so many bits, and for .exr
+        without the extra `exr`.
+    TypeError
+        For values that are not floating point.
+    OSError
+        If the folder does not exist.
     """
     path = check_normals_path(path, axes, bits)
     suffix = path.suffix.lower()

@@ -57,13 +57,32 @@ def check_series(path: Path) -> None:
 
 
 class Film:
-    """A film being written: `with Film("out.mp4", fps=30) as film: film.add(image)`.
+    """A film that is being written: .mp4 for players, .gif for web pages.
 
-    The first picture decides how large the film is (an .mp4 cuts odd sizes by a pixel); others are fitted into it. A
-    .gif keeps its pictures in memory until the end, when it finds the 256 colours that suit all of them. The file
-    appears, complete, when the film is closed; after an error, or without a picture, there is none.
+    Parameters
+    ----------
+    path : path
+        The file, .mp4 or .gif.
+    fps : float
+        Pictures per second, 0.01 to 1000.
 
-    Raises what `check_film` raises, ValueError for fps outside 0.01 to 1000, and OSError if ffmpeg fails.
+    Raises
+    ------
+    ValueError
+        For another suffix, for .mp4 without the extra `video`, and for an impossible fps.
+    OSError
+        If the folder does not exist, or ffmpeg fails.
+
+    Notes
+    -----
+    The first picture sets the size of the film (.mp4 crops odd sizes by a pixel); others are fitted into it. A .gif
+    keeps its pictures in memory until the end, when it finds the 256 colours that suit all of them. The file appears,
+    complete, when the film is closed. After an error, or without a picture, there is none.
+
+    Examples
+    --------
+    >>> with ps.Film("out.mp4", fps=30) as film:
+    ...     film.add(image)
     """
 
     def __init__(self, path: FilePath, fps: float = 25.0):
@@ -73,7 +92,13 @@ class Film:
         self._writer: _Mp4 | _Gif | None = None
 
     def add(self, image: ArrayLike) -> None:
-        """image  (h, w, 3|4) uint8; transparent parts show a dark grey"""
+        """Add a picture.
+
+        Parameters
+        ----------
+        image : (h, w, 3|4) uint8
+            Transparent parts become dark grey.
+        """
         picture = _flattened(image)
         if self._writer is None:
             kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
@@ -85,7 +110,7 @@ class Film:
         self._writer.add(picture)
 
     def close(self) -> None:
-        """Finishes the file and puts it in its place. A second call does nothing."""
+        """Finish the file and put it in its place. A second call does nothing."""
         if self._writer is None:
             return
         try:
@@ -95,7 +120,7 @@ class Film:
             self.discard()
 
     def discard(self) -> None:
-        """Removes what was written so far."""
+        """Remove what was written so far."""
         if self._writer is not None:
             self._writer.abort()
         self._writer = None

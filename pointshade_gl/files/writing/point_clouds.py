@@ -29,12 +29,24 @@ def check_points_path(path: FilePath) -> Path:
 
 
 def save_points(path: FilePath, cloud: PointCloud) -> None:
-    """Writes a point cloud as binary little-endian PLY, completely or not at all.
+    """Write a point cloud as binary little-endian PLY, completely or not at all.
 
-    Its vertices have x y z (float; double where the world's origin is far away), nx ny nz (float) and red green blue
-    (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know.
+    Parameters
+    ----------
+    path : path
+        The file, .ply.
+    cloud : PointCloud
+        Its points become vertices with x y z (float; double where the world's origin is far away), nx ny nz (float) and
+        red green blue (uchar): the names that MeshLab, CloudCompare, Blender and Open3D know.
 
-    Raises what `check_points_path` raises, TypeError for anything but a PointCloud.
+    Raises
+    ------
+    ValueError
+        For another suffix, and without the extra `ply`.
+    TypeError
+        For anything but a PointCloud.
+    OSError
+        If the folder does not exist.
     """
     path = check_points_path(path)
     check_type(cloud, PointCloud, "cloud")

@@ -6,7 +6,6 @@ import os
 import select
 import shlex
 import shutil
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,15 +15,15 @@ import pytest
 from hypothesis import settings
 
 import pointshade_gl as ps
-from pointshade_gl.cli import main as cli
-from pointshade_gl.messages.formatting import option
 
 from .support.browser import Browser, find_chromium
+from .support.children import default_signals
+from .support.command import run
 from .support.compare import compare_images, difference_picture
+from .support.places import FAILURES, GOLDEN, ROOT
 from .support.shader_function import evaluate
 
-HERE = Path(__file__).resolve().parent
-GOLDEN, FAILURES = HERE / "golden", HERE / "failures"
+SYSTEM_TIMEOUT = 600  # seconds for a test marked "system"; for all others: timeout in pyproject.toml
 
 # Properties: the same examples in each run, no clock. For many others: --hypothesis-profile=long.
 settings.register_profile("same", derandomize=True, deadline=None, max_examples=40, database=None)
@@ -33,7 +32,33 @@ settings.load_profile("same")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--update-golden", action="store_true", help="rewrite tests/golden with today's pictures")
+    parser.addoption("--update-golden", action="store_true", help="rewrite the stored pictures with today's pictures")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Tests of the system may take longer than others, unless --timeout says how long any test may take."""
+    if config.getoption("timeout", None) is None:
+        for item in items:
+            if item.get_closest_marker("system"):
+                item.add_marker(pytest.mark.timeout(SYSTEM_TIMEOUT))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def signals_reach_children():
+    """Processes of tests get the default handlers of signals, also in a run that ignores them (`nohup`, `&`)."""
+    with default_signals():
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_shaders(tmp_path_factory):
+    """Mesa keeps compiled shaders for all workers and runs beside pytest's temporary folders.
+
+    Its own place is the user's home. Where that cannot be written, the tests take four times as long.
+    """
+    runs = tmp_path_factory.getbasetemp().parent
+    runs = runs.parent if "PYTEST_XDIST_WORKER" in os.environ else runs
+    os.environ.setdefault("MESA_SHADER_CACHE_DIR", str(runs / "compiled-shaders"))
 
 
 @pytest.fixture(scope="session")
@@ -66,21 +91,10 @@ def gpu(renderer, tmp_path):
 
 
 @pytest.fixture
-def typed(monkeypatch, capsys, tmp_path):
+def typed(monkeypatch, tmp_path):
     """typed("render vase -o out.png") in a folder of the test's own: exit code, stdout, stderr of `pointshade`."""
     monkeypatch.chdir(tmp_path)
-    before = {ending: signal.getsignal(ending) for ending in cli._ENDINGS}
-
-    def run(line):
-        with monkeypatch.context() as shell, pytest.raises(SystemExit) as ended:
-            shell.setattr(sys, "argv", ["pointshade", *shlex.split(line)])
-            cli.main()
-        assert option("fov") == "fov"  # the library speaks Python again
-        return ended.value.code, *capsys.readouterr()
-
-    yield run
-    for ending, handler in before.items():
-        signal.signal(ending, handler)
+    return lambda line: run(*shlex.split(line))
 
 
 @pytest.fixture(scope="session")
@@ -125,7 +139,7 @@ def open_viewer(display):
     made = []
 
     def open_it(source=None, kind=Viewer, **options):
-        viewer = kind(source or frames.sphere(), **({"size": (320, 240)} | options))
+        viewer = kind(source or frames.sphere(), **({"window_size": (320, 240)} | options))
         viewer.samples = 1  # it rests at once
         made.append(viewer)
         viewer.step(wait=False)
@@ -156,7 +170,7 @@ def browser(tmp_path_factory):
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of real frames beside the repository. Without it the test is skipped, except in CI."""
-    folder = Path(os.environ.get("POINTSHADE_DATA", HERE.parent.parent / "shared" / "data"))
+    folder = Path(os.environ.get("POINTSHADE_DATA", ROOT.parent / "shared" / "data"))
     if not folder.is_dir():
         if os.environ.get("CI"):
             pytest.fail(f"no real frames at {folder}: set POINTSHADE_DATA")
@@ -166,9 +180,9 @@ def shared_data() -> Path:
 
 @pytest.fixture
 def golden(request, renderer):
-    """check(name, actual, mirror, stored): the picture agrees with its CPU mirror, and the stored one if asked."""
+    """check(name, actual, mirror, stored): the picture agrees with its CPU mirror and the stored one, as asked."""
 
-    def check(name: str, actual: np.ndarray, mirror: np.ndarray, stored: bool = True) -> None:
+    def check(name: str, actual: np.ndarray, mirror: np.ndarray | None = None, stored: bool = True) -> None:
         path = GOLDEN / f"{name}.png"
         if stored and request.config.getoption("--update-golden"):
             if "llvmpipe" not in renderer.context.renderer:
@@ -177,7 +191,7 @@ def golden(request, renderer):
             pytest.skip(f"rewrote {path.name}")
         from PIL import Image
 
-        expected = {"mirror": mirror}
+        expected = {} if mirror is None else {"mirror": mirror}
         if stored:
             with Image.open(path) as image:
                 expected["stored"] = np.asarray(image)

@@ -12,9 +12,9 @@ import pointshade_gl as ps
 from pointshade_gl.files.access.builtin import asset
 
 from .support import frames
+from .support.places import README
 from .support.small_ray import small_ray
 
-README = Path(__file__).resolve().parent.parent / "README.md"
 EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL) if "Viewer" not in text]
 
 
@@ -36,10 +36,11 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("number", range(len(EXAMPLES)))
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(k, marks=[pytest.mark.system] * ("import ray" in text)) for k, text in enumerate(EXAMPLES)],
+)
 def test_an_example_of_the_readme_runs_and_writes_its_files(renderer, folder, number):
-    if "save_scene" in EXAMPLES[number]:
-        pytest.importorskip("pygltflib")
     if ".mp4" in EXAMPLES[number]:
         pytest.importorskip("imageio_ffmpeg")
     with small_ray() if "import ray" in EXAMPLES[number] else nullcontext():

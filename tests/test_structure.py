@@ -5,12 +5,13 @@ Imports for types alone count, too.
 
 import ast
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
+from .support.places import ROOT as CHECKOUT
+
 PACKAGE = "pointshade_gl"
-ROOT = Path(__file__).resolve().parent.parent / PACKAGE
+ROOT = CHECKOUT / PACKAGE
 
 # What each package at the top may import, besides itself: the arrows of the picture in CONTRIBUTING.md.
 LAYERS = {

@@ -27,7 +27,7 @@ from ..files.access.file_name_patterns import (
     SPARSE,
     TRANSFORMS,
 )
-from ..files.access.folder_listing import LEVELS, Item, kind_of, list_files, natural, words_of
+from ..files.access.folder_listing import LEVELS, Item, Listing, words_of
 from ..files.access.safe_paths import Folder
 from ..files.index.folders import check_folder, find_frames
 from ..files.sources import SCENE_FILES
@@ -49,11 +49,13 @@ class Source(NamedTuple):
     name: PurePosixPath
 
 
-def find_sources(inputs: Sequence[str], output: Path) -> list[Source]:
+def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[Source]:
     """All sources in the inputs: each itself, or those in its folders, however deep. What lies in `output` is not read.
 
     Their names begin with that of their input, and go on as their folders do. Inputs of the same name have those of the
     folders before it that tell them apart.
+
+    listing  looks at each folder once, here and in `parts_of`
 
     Raises OSError for an input that does not exist, ValueError for an empty text.
     """
@@ -65,7 +67,7 @@ def find_sources(inputs: Sequence[str], output: Path) -> list[Source]:
             found.append(Source(path, name))
         else:
             folder = check_folder(path)
-            found += _below(folder, name, {os.path.realpath(output)}) or [Source(path, name)]
+            found += _below(folder, name, {os.path.realpath(output)}, listing) or [Source(path, name)]
     return found
 
 
@@ -92,7 +94,7 @@ def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
     return names
 
 
-def _below(folder: Path, name: PurePosixPath, passed: set[str]) -> list[Source]:
+def _below(folder: Path, name: PurePosixPath, passed: set[str], listing: Listing) -> list[Source]:
     """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders.
 
     passed  real paths of folders that are not entered: those above it, and that of the outputs
@@ -100,20 +102,20 @@ def _below(folder: Path, name: PurePosixPath, passed: set[str]) -> list[Source]:
     real = os.path.realpath(folder)
     if real in passed:
         return []
-    items = list_files(folder, LEVELS)
+    items = listing.files(folder, LEVELS)
     files, inside = _split(items)
     scenes = [item.path for item in files if item.suffix in SCENE_FILES]
     if scenes:
         return [Source(str(path), name / path.stem) for path in scenes]
     parts = [top for top, held in inside.items() if words_of(top) & _OF_SEQUENCES and not _is_whole(held)]
-    if _has_depth(files) or any(_has_depth(_of(items, top)) for top in parts) or _is_listed(folder, files):
+    if _has_depth(files) or any(_has_depth(_of(items, top)) for top in parts) or _is_listed(folder, files, listing):
         return [Source(str(folder), name)]
-    others = [path for path in _folders(folder) if path.name.lower() not in parts]
-    found = [source for path in others for source in _below(path, name / path.name, passed | {real})]
+    others = [path for path in listing.folders(folder) if path.name.lower() not in parts]
+    found = [source for path in others for source in _below(path, name / path.name, passed | {real}, listing)]
     holds_more = files or len(inside) > 1  # perhaps camera and poses, beside the one folder that has frames
     if len(found) > 1 or (found and not holds_more):
         return found
-    if _UNPACKED & {item.name for item in files} or _has_frames(folder):
+    if _UNPACKED & {item.name for item in files} or _has_frames(folder, listing):
         return [Source(str(folder), name)]
     if found:
         return found
@@ -147,23 +149,15 @@ def _has_depth(items: Iterable[Item]) -> bool:
     )
 
 
-def _is_listed(folder: Path, files: list[Item]) -> bool:
+def _is_listed(folder: Path, files: list[Item], listing: Listing) -> bool:
     """Whether a list in the folder names the pictures."""
     names = [item.name for item in files]
     is_list = any(name in _LISTS or TRANSFORMS.fullmatch(name) or PAIR_LISTS.fullmatch(name) for name in names)
-    return is_list and _has_frames(folder)
+    return is_list and _has_frames(folder, listing)
 
 
-def _has_frames(folder: Path) -> bool:
+def _has_frames(folder: Path, listing: Listing) -> bool:
     try:
-        return bool(find_frames(Folder(folder), lambda _: None))
+        return bool(find_frames(Folder(folder, listing=listing), lambda _: None))
     except (ValueError, OSError):
         return True  # told when it is read
-
-
-def _folders(folder: Path) -> list[Path]:
-    try:
-        names = [entry.name for entry in os.scandir(folder) if entry.name[0] != "." and kind_of(entry) == "folder"]
-    except PermissionError:
-        return []
-    return [folder / name for name in sorted(names, key=natural)]

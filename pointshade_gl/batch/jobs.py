@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..files.access.atomic_write import sha256_of
 from ..files.access.builtin import builtin_folder
@@ -19,12 +19,16 @@ from ..files.writing.film import FILM_SUFFIXES
 from ..messages.notes import Note, once, print_note, taken
 from ..rendering.image_sequence import jobs_of, write_series
 from ..rendering.renderer import Renderer
+from ..rendering.request import RenderRequest
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.shading_override import shaded
 from ..scene.view import View
+
+if TYPE_CHECKING:
+    from ..page.parts import QualityName
 
 PICTURES = ("png", "jpg", "webp", "tif")
 FILMS = tuple(suffix[1:] for suffix in FILM_SUFFIXES)
@@ -61,7 +65,7 @@ class Job:
     fps: float = 25.0
     axes: str | None = None
     bits: int = 8
-    quality: str = "exact"
+    quality: QualityName = "exact"
     title: str | None = None
 
 
@@ -144,7 +148,7 @@ def _write_picture(job: Job, device: int) -> str:
     if job.kind == PAGE:
         _write_page(job, renderer, source)
         return renderer.context.renderer
-    image = renderer.render(source, **job.view.of(source))
+    image = renderer.render(RenderRequest.seen(source, job.view))
     if not image.any():
         print_note(f"{job.path.name}: nothing is in view, the picture is empty")
     save_image(job.path, image)
@@ -152,21 +156,19 @@ def _write_picture(job: Job, device: int) -> str:
 
 
 def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
-    from ..page.page_file import LARGEST, write_page  # only here: it is large
+    from ..page.page_file import largest_of, write_page  # only here: it is large
 
-    options, name = job.view.of(source), Path(job.source).stem
-    sides = (LARGEST,) if job.view.size is None else (options["camera"].width, options["camera"].height)
+    request, name = RenderRequest.seen(source, job.view), Path(job.source).stem
     of_frame = f"{name} {job.path.stem}" if job.path.parent.name == name else name
-    chosen = {"quality": job.quality, "title": of_frame if job.title is None else job.title}
-    write_page(renderer, job.path, source, largest=min(max(sides), LARGEST), **chosen, **options)
+    title = of_frame if job.title is None else job.title
+    write_page(renderer, job.path, request, quality=job.quality, largest=largest_of(request), title=title)
 
 
 def _write_normals(job: Job, device: int) -> str:
-    renderer, frame, look = renderer_here(device), read(job), job.view.look
+    renderer, frame = renderer_here(device), read(job)
     if isinstance(frame, Scene):
         raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
-    options = {"max_depth_step": look.max_depth_step, "noise": look.noise, "flying": look.flying}
-    normals = renderer.estimate_normals(frame, str(look.normals), **options)
+    normals = renderer.estimate_normals(RenderRequest.seen(frame, job.view))
     save_normals(job.path, normals, job.axes, job.bits)
     return renderer.context.renderer
 

@@ -12,6 +12,7 @@ import os
 import time
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -116,12 +117,20 @@ def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> boo
 def told(value: Any) -> Any:
     """A value as JSON has it: of a dataclass the fields that are not their default."""
     if is_dataclass(value):
-        plain = type(value)()  # type: ignore[operator]
-        values = {field.name: told(getattr(value, field.name)) for field in fields(value)}
-        return {name: one for name, one in values.items() if one != told(getattr(plain, name))}
+        plain = _defaults(type(value))
+        return {name: one for name, one in _told_fields(value).items() if one != plain[name]}
     if isinstance(value, np.ndarray):
         return value.tolist()
     return [told(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+@cache
+def _defaults(kind: type[Any]) -> Entry:
+    return _told_fields(kind())
+
+
+def _told_fields(value: Any) -> Entry:
+    return {field.name: told(getattr(value, field.name)) for field in fields(value)}
 
 
 def _lines_of(path: Path) -> Iterable[Entry]:

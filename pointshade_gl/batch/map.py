@@ -20,7 +20,7 @@ from ..messages.formatting import shown
 from ..messages.notes import Note, once, print_note, taken
 from ..messages.validation import check_count, check_flag, check_number, check_type
 from ..rendering.notebook import Picture
-from ..rendering.request import FilePath, loaded
+from ..rendering.request import FilePath, RenderRequest, loaded
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
 from ..scene.graph import Scene
@@ -148,8 +148,7 @@ def draw(drawing: Drawing, device: int) -> Drawn:
         source = read(drawing.source) if isinstance(drawing.source, Job) else loaded(drawing.source)
         if not isinstance(source, Scene):
             source = [replace(frame, source=None) for frame in check_frames(source)]
-        first = source if isinstance(source, Scene) else source[0]
-        return Drawn(np.asarray(renderer_here(device).render(source, **drawing.view.of(first))), notes)
+        return Drawn(np.asarray(renderer_here(device).render(RenderRequest.seen(source, drawing.view))), notes)
 
 
 def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:

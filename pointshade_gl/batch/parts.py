@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from ..files.access.builtin import builtin_folder, builtin_scene
 from ..files.access.file_name_patterns import CAMERA_SUFFIXES, POSE_SUFFIXES
-from ..files.access.folder_listing import LEVELS, list_files
+from ..files.access.folder_listing import LEVELS, Listing
 from ..files.access.safe_paths import Folder
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
@@ -35,11 +35,12 @@ class Part(NamedTuple):
     state: str
 
 
-def parts_of(source: Source, reading: dict[str, Any], output: Path) -> list[Part]:
+def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[Part]:
     """The frames of a source in their order; one part for a scene.
 
     reading  options of `load_frame`
     output   the batch's folder: what lies in it is no part of a source
+    listing  looks at each folder once, as `find_sources` did
 
     Raises OSError if there are none, ValueError for files that hold nonsense.
     """
@@ -47,11 +48,11 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path) -> list[Part
     given = [intrinsics] if intrinsics.is_file() else []
     if is_scene(source.path):
         path = builtin_scene(source.path)
-        return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output)]))]
+        return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = builtin_folder(source.path)
-    frames = _frames_of(path, dict(reading))
+    frames = _frames_of(path, dict(reading), listing)
     taken = {file for _, files in frames for file in files}
-    beside = _state([file for file in (*given, *_beside_frames(path, output)) if file not in taken])
+    beside = _state([file for file in (*given, *_beside_frames(path, output, listing)) if file not in taken])
     return [Part(number, str(files[0]), _state(files, beside)) for number, files in frames]
 
 
@@ -62,29 +63,29 @@ def whole_of(source: Source, parts: list[Part]) -> Part:
     return Part(None, source.path, _digest(part.state for part in parts))
 
 
-def _frames_of(path: Path, reading: dict[str, Any]) -> list[tuple[int, list[Path]]]:
+def _frames_of(path: Path, reading: dict[str, Any], listing: Listing) -> list[tuple[int, list[Path]]]:
     """The number of each frame, and its files."""
     outside = reading.pop("allow_outside", False)
     options = ReadOptions(**reading)
     if path.is_dir():
-        found = find_frames(Folder(path, outside), _unheard, options.max_pixels)
+        found = find_frames(Folder(path, outside, listing=listing), _unheard, options.max_pixels)
         if len(found) > 1 or (found and not is_container(found[0].depth)):
             return [(one.number, [file for file in (one.depth, one.color, one.valid) if file]) for one in found]
     opened = open_frames(path, outside, options, _unheard).parts
     return [(one.number, [file for file in (one.path, one.color) if isinstance(file, Path)]) for one in opened]
 
 
-def _beside_frames(path: Path, output: Path) -> list[Path]:
+def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
     """Files of cameras and poses, and lists."""
     folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
-    items = list_files(folder, levels, {*CAMERA_SUFFIXES, *POSE_SUFFIXES})
+    items = listing.files(folder, levels, {*CAMERA_SUFFIXES, *POSE_SUFFIXES})
     return [item.path for item in items if is_about_frames(item) and not item.path.is_relative_to(output)]
 
 
 @lru_cache(1)
-def _beside_scene(folder: Path, output: Path) -> list[Path]:
+def _beside_scene(folder: Path, output: Path, listing: Listing) -> list[Path]:
     """All files that a scene of a folder may name."""
-    items = [item for item in list_files(folder, LEVELS) if item.suffix not in SCENE_FILES]
+    items = [item for item in listing.files(folder, LEVELS) if item.suffix not in SCENE_FILES]
     return [item.path for item in items if not item.path.is_relative_to(output)]
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from ..files.access.folder_listing import Listing
 from .inputs import Source
 from .jobs import FILMS, Job
 from .manifest import Entry, Manifest, differs, is_whole, told
@@ -29,11 +30,12 @@ class Failure(NamedTuple):
 
 
 def plan(
-    sources: Sequence[Source], job_for: Callable[[Source], Job], output: Path, version: str
+    sources: Sequence[Source], job_for: Callable[[Source], Job], output: Path, version: str, listing: Listing
 ) -> tuple[list[Planned], list[Failure]]:
     """The jobs of all sources in their order, and the sources that cannot be listed.
 
     job_for  a job of the source with everything but its frame and its path
+    listing  of their folders, from when they were found
 
     A frame's output is called by the number that it has in its sequence, in a folder of the sequence's name; that of a
     single frame, a scene or a film by the name of the source. Raises ValueError where two outputs have the same name.
@@ -44,7 +46,7 @@ def plan(
         job = job_for(source)
         made_from = {"version": version, "options": _options_of(job)}
         try:
-            parts = parts_of(source, dict(job.reading), output)
+            parts = parts_of(source, dict(job.reading), output, listing)
         except (ValueError, OSError) as error:
             failures.append(Failure(str(source.name), str(error)))
             continue

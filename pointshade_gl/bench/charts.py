@@ -15,6 +15,7 @@ from .stress import CONDITIONS, STRESSES
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 Name = TypeVar("Name")
 WIDTH, DPI = 9.0, 200  # inches and dots: sharp on a page 900 pixels wide
@@ -143,15 +144,20 @@ def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure,
         axes.remove()
     for axes in panels[:count]:
         axes.set(xscale="log", yscale="log")
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.spines[["left", "bottom"]].set_color(PALE)
-        axes.margins(0.08)
+        plain(axes)
         axes.minorticks_off()  # they take most of the drawing time, and nobody reads them
-        axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.grid(True, color="#eeeeee", lw=0.6, zorder=0)
     return figure, panels[:count]
+
+
+def plain(axes: Axes) -> None:
+    """A panel of two pale axes and a grid."""
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(PALE)
+    axes.margins(0.08)
+    axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
+    axes.grid(True, color="#eeeeee", lw=0.6, zorder=0)
 
 
 def title(axes: Axes, text: str) -> None:
@@ -198,19 +204,24 @@ def label_points(axes: Axes, points: Any, words: Sequence[str], methods: Sequenc
             axes.plot(*ends.T, color=color(methods[k]), lw=0.5, alpha=0.6, zorder=2)
 
 
-def legend(figure: Figure, methods: Sequence[str], headline: str, last: dict[str, Any]) -> None:
+def legend(figure: Figure, methods: Sequence[str], text: str, last: dict[str, Any]) -> None:
     """The headline, the families in use, and one more entry."""
     from matplotlib.lines import Line2D
 
     used = [start for start in FAMILIES if any(family(m) == start for m in methods)]
     entries = [Line2D([], [], color=FAMILIES[s][1], lw=3, label=FAMILIES[s][0]) for s in used]
+    headline(figure, text, [*entries, Line2D([], [], **last)])
+
+
+def headline(figure: Figure, text: str, entries: Sequence[Line2D], columns: int = 4) -> None:
+    """The headline, and below it what the lines mean."""
     figure.legend(
-        handles=[*entries, Line2D([], [], **last)],
+        handles=entries,
         loc="outside upper left",
-        title=headline,
+        title=text,
         title_fontproperties={"size": 12, "weight": "bold"},
         alignment="left",
-        ncols=4,
+        ncols=columns,
         fontsize=8,
         frameon=False,
         columnspacing=1.6,

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, cast
 
 from rich.console import Console
 from rich.progress import Progress
@@ -16,7 +17,7 @@ from ..messages.formatting import option
 from ..messages.notes import print_note, silence
 from ..messages.suggestions import did_you_mean
 from ..rendering.renderer import Renderer
-from ..scene.normal_methods import METHODS
+from ..scene.normal_methods import METHODS, Method
 from .charts import check_matplotlib, error_chart, stability_chart
 from .form_chart import form_chart
 from .forms import count_forms, measure_forms
@@ -38,11 +39,9 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     Returns one line about what was written. Raises ValueError for unknown names, or without matplotlib.
     """
     methods, conditions, stresses = select(only)
-    check_matplotlib()
-    check_folder(output)
+    prepare(output)
     plan = QUICK if quick else FULL
     with Renderer(device=device) as renderer:
-        output.mkdir(parents=True, exist_ok=True)  # before the long work: it may be impossible
         results = measure(renderer, plan, methods, conditions, stresses, images, seed)
     results["quick"] = quick
     pictures = {}
@@ -53,9 +52,7 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
     if images:
         pictures["images.png"] = picture_chart(results)
         pictures["forms.png"] = form_chart(results)
-    for name, content in pictures.items():
-        write_bytes(output / name, content)
-    write_bytes(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    write(output, pictures, results)
     show(results)
     where = results["gl"]["renderer"]
     return f"{output}: {', '.join([*pictures, 'results.json'])}: {len(methods)} methods on {where}"
@@ -66,16 +63,11 @@ def bench_speed(output: Path, quick: bool, device: int) -> str:
     from .speed import QUICK_SIZES, SIZES, measure_speed, steps_of
     from .speed_report import show_speed, speed_chart
 
-    check_matplotlib()
-    check_folder(output)
+    prepare(output)
     sizes = SIZES[:QUICK_SIZES] if quick else SIZES
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("measuring", total=steps_of(sizes))
-        results = measure_speed(device, 3 if quick else 9, sizes, lambda: progress.advance(task))
-    output.mkdir(parents=True, exist_ok=True)
-    write_bytes(output / "speed.png", speed_chart(results))
-    write_bytes(output / "speed.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    with progress(steps_of(sizes)) as advance:
+        results = measure_speed(device, 3 if quick else 9, sizes, advance)
+    write(output, {"speed.png": speed_chart(results)}, results, "speed.json")
     show_speed(results, wide_console())
     return f"{output}: speed.png, speed.json: {results['gl']['renderer']}"
 
@@ -88,10 +80,9 @@ def bench_against(against: str, quick: bool, device: int) -> str:
     from .against import compare
     from .speed_report import show_comparison
 
-    console, rounds = Console(stderr=True), 8 if quick else 20
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("measuring", total=None)
-        rows = compare(against, device, rounds, lambda: progress.advance(task))
+    rounds = 8 if quick else 20
+    with progress() as advance:
+        rows = compare(against, device, rounds, advance)
     show_comparison(rows, against, wide_console())
     return f"this version against {against}: medians of {rounds} rounds"
 
@@ -101,27 +92,41 @@ def bench_views(output: Path, quick: bool, seed: int, device: int) -> str:
     from .views import FULL_VIEWS, QUICK_VIEWS, measure_views, steps_of
     from .views_report import show_views, views_chart
 
-    check_matplotlib()
-    check_folder(output)
+    prepare(output)
     plan = QUICK_VIEWS if quick else FULL_VIEWS
     silence()  # poses are wrong on purpose
-    console = Console(stderr=True)
-    output.mkdir(parents=True, exist_ok=True)  # before the long work: it may be impossible
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("measuring", total=steps_of(plan))
-        results = measure_views(device, plan, seed, lambda: progress.advance(task))
-    write_bytes(output / "chart.png", views_chart(results))
-    write_bytes(output / "results.json", json.dumps(shortened(results), indent=1).encode() + b"\n")
+    with progress(steps_of(plan)) as advance:
+        results = measure_views(device, plan, seed, advance)
+    write(output, {"chart.png": views_chart(results)}, results)
     show_views(results, wide_console())
     return f"{output}: chart.png, results.json: up to {max(plan.counts)} views on {results['gl']['renderer']}"
 
 
-def check_folder(output: Path) -> None:
+def prepare(output: Path) -> None:
+    """Makes the folder, before the long work: it may be impossible. Raises ValueError, also without matplotlib."""
+    check_matplotlib()
     if output.exists() and not output.is_dir():
         raise ValueError(f"cannot write to {output}: it is a file, expected a folder")
+    output.mkdir(parents=True, exist_ok=True)
 
 
-def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+@contextmanager
+def progress(total: int | None = None) -> Iterator[Callable[[], None]]:
+    """A bar on stderr, and what moves it."""
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("measuring", total=total)
+        yield lambda: bar.advance(task)
+
+
+def write(output: Path, pictures: dict[str, bytes], results: dict[str, Any], name: str = "results.json") -> None:
+    """Writes each file completely, or not at all; results last."""
+    for file, content in (pictures | {name: json.dumps(shortened(results), indent=1).encode() + b"\n"}).items():
+        with written_whole(output / file) as temporary:
+            temporary.write_bytes(content)
+
+
+def select(only: Sequence[str]) -> tuple[list[Method], list[str], list[str]]:
     """The named methods, conditions and stresses, in their usual order."""
     known = {"methods": METHODS, "conditions": tuple(CONDITIONS), "stresses": tuple(STRESSES)}
     for name in only:
@@ -132,35 +137,31 @@ def select(only: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
     methods, conditions, stresses = ([name for name in names if name in only] for names in known.values())
     if not (conditions or stresses):
         conditions, stresses = list(CONDITIONS), list(STRESSES)
-    return methods or list(METHODS), conditions, stresses
+    return cast("list[Method]", methods) or list(METHODS), conditions, stresses
 
 
 def measure(
     renderer: Renderer,
     plan: Plan,
-    methods: Sequence[str],
+    methods: Sequence[Method],
     conditions: Sequence[str],
     stresses: Sequence[str],
     images: bool,
     seed: int,
 ) -> dict[str, Any]:
     """All measurements, with a progress bar on stderr."""
-    console = Console(stderr=True)
     if renderer.context.is_software:
         name = renderer.context.renderer
         print_note(f"{name} is a software renderer: errors are right, times are those of this CPU")
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("measuring", total=None)
-        measurement = Measurement(renderer, plan, methods, seed, lambda: progress.advance(task))
-        steps, rounds = measurement.steps(conditions, stresses), max(plan.rounds - 1, 1)
-        few = max(rounds // 2, 1)
-        more = count_pictures(methods, rounds) + count_forms(few) if images else 0
-        progress.update(task, total=steps + more)
-        results = measurement.results(conditions, stresses)
+    rounds = max(plan.rounds - 1, 1)
+    few = max(rounds // 2, 1)
+    more = count_pictures(methods, rounds) + count_forms(few) if images else 0
+    with progress(plan.steps(len(methods), conditions, stresses) + more) as advance:
+        results = Measurement(renderer, plan, methods, seed, advance).results(conditions, stresses)
         if images:
-            results["pictures"] = measure_pictures(renderer, plan.size, methods, rounds, seed, measurement.advance)
+            results["pictures"] = measure_pictures(renderer, plan.size, methods, rounds, seed, advance)
             half = plan.size[0] // 8 * 4, plan.size[1] // 8 * 4
-            results["forms"] = measure_forms(renderer, half, few, measurement.advance)
+            results["forms"] = measure_forms(renderer, half, few, advance)
     return results
 
 
@@ -169,9 +170,8 @@ def show(results: dict[str, Any]) -> None:
     console = wide_console()
     methods, errors, clock = results["methods"], results["errors"], results["clock"]
     if results["conditions"]:
-        table = new_table("mean angular error in degrees: all pixels / near depth edges")
-        for name in (clock.replace("_", " "), *results["conditions"]):
-            table.add_column(name, justify="right")
+        title = "mean angular error in degrees: all pixels / near depth edges"
+        table = new_table(title, "method", clock.replace("_", " "), *results["conditions"])
         for method in methods:
             times = [row[clock] for row in results["times"][method].values()]
             cells = [f"{brief(cell['all'])}/{brief(cell['edge'])}" for cell in errors[method].values()]
@@ -180,9 +180,8 @@ def show(results: dict[str, Any]) -> None:
     breaks = {name: found["breaks"] for name, found in results["stability"].items()}
     breaks = {name: row for name, row in breaks.items() if any(row.values())}
     if results["stability"]:
-        table = new_table(f"strength at which the error exceeds {BROKEN:g} degrees; harmless stresses are left out")
-        for name in breaks:
-            table.add_column(f"{name}\n{STRESSES[name].axis}", justify="right")
+        title = f"strength at which the error exceeds {BROKEN:g} degrees; harmless stresses are left out"
+        table = new_table(title, "method", *(f"{name}\n{STRESSES[name].axis}" for name in breaks))
         for method in methods:
             table.add_row(method, *(brief(row[method]) for row in breaks.values()), style=bold(method))
         console.print(table)
@@ -192,23 +191,17 @@ def show(results: dict[str, Any]) -> None:
 
 def show_forms(forms: dict[str, Any], console: Console) -> None:
     """Prints PSNR, holes, spill and outline of each form at the source's size, and where splats are lit."""
-    table = new_table(
-        "forms at the source's size: PSNR dB / holes % / spill % / pixels that the outline is off", "form"
-    )
-    table.add_column("samples", justify="right")
-    table.add_column("ms", justify="right")
     yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
-    for yaw in yaws:
-        table.add_column(f"{yaw}°", justify="right")
+    angles = [f"{yaw}°" for yaw in yaws]
+    title = "forms at the source's size: PSNR dB / holes % / spill % / pixels that the outline is off"
+    table = new_table(title, "form", "samples", "ms", *angles)
     rows = {(row["splat"], row["samples"], row["yaw"]): row for row in forms["rows"] if row["scale"] == 1}
     for splat, samples in dict.fromkeys(key[:2] for key in rows):
         own = [rows[splat, samples, yaw] for yaw in yaws]
         cells = [f"{r['psnr']:.1f}/{100 * r['holes']:.2f}/{100 * r['spill']:.2f}/{r['outline']:.2f}" for r in own]
         table.add_row(splat, str(samples), brief(median(r["ms"] for r in own)), *cells)
     console.print(table)
-    table = new_table("splats by GL points: milliseconds to draw and light them / PSNR dB", "lit")
-    for yaw in yaws:
-        table.add_column(f"{yaw}°", justify="right")
+    table = new_table("splats by GL points: milliseconds to draw and light them / PSNR dB", "lit", *angles)
     for way in dict.fromkeys(row["way"] for row in forms["lit"]):
         table.add_row(way, *(f"{brief(r['ms'])}/{r['psnr']:.1f}" for r in forms["lit"] if r["way"] == way))
     console.print(table)
@@ -221,9 +214,3 @@ def shortened(value: Any) -> Any:
     if isinstance(value, list):
         return [shortened(item) for item in value]
     return float(f"{value:.5g}") if isinstance(value, float) else value
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Writes a file completely, or not at all."""
-    with written_whole(path) as temporary:
-        temporary.write_bytes(content)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .charts import DPI, INK, PALE, WIDTH, png
+from .charts import DPI, INK, WIDTH, headline, plain, png
 from .forms import MADE, PHONG, RESOLVED, SCALES
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def form_chart(results: dict[str, Any]) -> bytes:
     for yaw, axes in zip(yaws, panels[0], strict=True):
         axes.set_title(f"turned by {yaw}°" if yaw else "own camera", fontsize=9, fontweight="bold", color=INK)
     for axes in panels.flat:
-        _plain(axes)
+        _set_clock(axes)
     width, height = forms["size"]
     where = results["gl"]["renderer"].split(" (")[0]
     figure.supxlabel(f"milliseconds for a new view of {width}x{height} points ({where}, wall clock)", fontsize=8.5)
@@ -65,18 +65,14 @@ def _fill(way: str) -> Any:
     return "none" if way == RESOLVED else "full"
 
 
-def _plain(axes: Axes) -> None:
+def _set_clock(axes: Axes) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator
 
+    plain(axes)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
     axes.minorticks_off()
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(PALE)
-    axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
-    axes.grid(True, color="#eeeeee", lw=0.6, zorder=0)
-    axes.margins(0.08)
 
 
 def _legend(figure: Any) -> None:
@@ -88,15 +84,4 @@ def _legend(figure: Any) -> None:
         Line2D([], [], color=LIT, lw=0, marker=mark, ms=5, fillstyle=_fill(way), label=way)
         for way, mark in WAYS.items()
     ]
-    figure.legend(
-        handles=entries,
-        loc="outside upper left",
-        title="Forms of points, and samples, against ray-traced truth",
-        title_fontproperties={"size": 12, "weight": "bold"},
-        alignment="left",
-        ncols=4,
-        fontsize=8,
-        frameon=False,
-        columnspacing=1.6,
-        handlelength=1.4,
-    )
+    headline(figure, "Forms of points, and samples, against ray-traced truth", entries)

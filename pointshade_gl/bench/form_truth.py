@@ -14,7 +14,6 @@ from ..scene.appearance import Material
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.light import Light
-from .scenes import view_rays
 from .shapes import box, pose_at
 from .tracing import Array, Hits, Surface, as_frame, moved, plane, shade, sphere, trace
 
@@ -85,7 +84,7 @@ def _bands(camera: Camera) -> Iterator[Camera]:
 
 
 def _trace_band(camera: Camera, source: Camera, pose: Array, light: Light, material: Material) -> Truth:
-    rays, eye = view_rays(camera) @ pose[:3, :3].T, pose[:3, 3]
+    rays, eye = camera.rays() @ pose[:3, :3].T, pose[:3, 3]
     depth, normals = np.full(rays.shape[:-1], np.inf), np.zeros(rays.shape)
     objects = np.zeros(depth.shape)
     near = [*surfaces(False), WALL]

@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..rendering.renderer import Renderer
-from ..scene.appearance import SPLATS, Material
+from ..scene.appearance import SPLATS, Material, Shading
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from .form_truth import LARGEST, MIDDLE, Truth, source_frames, trace_seen
 from .outlines import outline_distance
+from .picture_scores import decibels
 from .scenes import standard_camera
 from .tracing import Array, encode
 
@@ -111,7 +112,7 @@ def measure_lit(renderer: Renderer, scene: Frame, view: View) -> list[dict[str, 
     steps = renderer.steps
     elsewhere: dict[str, Any] = options | {"pose": orbit_pose(view.pose, MIDDLE, 1)}
 
-    def draw(way: str, names: Sequence[str], shading: str) -> None:
+    def draw(way: str, names: Sequence[str], shading: Shading) -> None:
         steps.laps.clear()
         images[way] = renderer.render(scene, LIGHT, shading=shading, **options)
         laps[way].append(sum(lap.wall_ms for name, lap in steps.laps.items() if name in names))
@@ -151,4 +152,4 @@ def score_form(image: np.ndarray, alone: np.ndarray, truth: Truth) -> dict[str, 
 def psnr(image: np.ndarray, truth: Truth) -> float:
     judged = (truth.known > 1 - 1e-9) & (image[..., 3] > 127)
     error = image[judged][:, :3].astype(float) - np.round(encode(truth.light[judged]))
-    return float(10 * np.log10(255**2 / max((error**2).mean(), 1e-12))) if judged.any() else 0.0
+    return decibels(error) if judged.any() else 0.0

@@ -11,22 +11,23 @@ from typing import Any
 import numpy as np
 
 from ..rendering.renderer import Renderer
-from ..scene.appearance import SHADINGS, Material
+from ..scene.appearance import SHADINGS, Material, Shading, Splat
 from ..scene.camera import orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
+from ..scene.normal_methods import Method
 from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera
 from .stress import CONDITIONS, generator
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
 SPOILED = "clean", "1mm-noise", "kinect"
-SHAPES = "footprint", "round"  # of splats; meshes: forms.py
-LIT = tuple(shading for shading in SHADINGS if shading != "none")
+SHAPES: tuple[Splat, ...] = "footprint", "round"  # of splats; meshes: forms.py
+LIT: tuple[Shading, ...] = tuple(shading for shading in SHADINGS if shading != "none")
 LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
 
 
-def count_pictures(methods: Sequence[str], rounds: int) -> int:
+def count_pictures(methods: Sequence[Method], rounds: int) -> int:
     """How many times `measure_pictures` will call `advance`."""
     return len(SPOILED) * len(methods) * len(LIT) * len(SHAPES) * (rounds + 1)
 
@@ -34,7 +35,7 @@ def count_pictures(methods: Sequence[str], rounds: int) -> int:
 def measure_pictures(
     renderer: Renderer,
     size: tuple[int, int],
-    methods: Sequence[str],
+    methods: Sequence[Method],
     rounds: int,
     seed: int,
     advance: Callable[[], None],
@@ -59,7 +60,7 @@ def measure_pictures(
             for splat in SHAPES
         }
         jobs = list(product(methods, LIT, SHAPES))
-        laps: dict[tuple[str, str, str], list[float]] = {job: [] for job in jobs}
+        laps: dict[tuple[Method, Shading, Splat], list[float]] = {job: [] for job in jobs}
         rows = []
         for turn in range(rounds + 1):  # the first one warms up; its pictures are scored
             for job in jobs:

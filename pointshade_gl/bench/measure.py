@@ -14,7 +14,8 @@ import numpy as np
 from .. import __version__
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
-from .scenes import SCENES, KnownScene, make_scene, standard_camera, view_rays
+from ..scene.normal_methods import Method
+from .scenes import SCENES, KnownScene, make_scene, standard_camera
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 
 BORDER = 8  # pixels along the picture's border that are not scored: windows lack neighbours there
@@ -33,6 +34,15 @@ class Plan:
     rounds: int
     timed_scene: str = "overlap"
 
+    def strengths(self, stress: Stress) -> list[float]:
+        return [float(s) for s in stress.strengths[:: -self.every][::-1]]  # the strongest is always measured
+
+    def steps(self, methods: int, conditions: Sequence[str], stresses: Sequence[str]) -> int:
+        """How many times a `Measurement` calls `advance`."""
+        estimates = len(conditions) * (len(self.scenes) + self.rounds)
+        estimates += sum(len(self.strengths(STRESSES[name])) for name in stresses) * len(self.stress_scenes)
+        return estimates * methods
+
 
 FULL = Plan((640, 480), tuple(SCENES), ("sphere", "stairs", "overlap"), 1, 5)
 QUICK = Plan((320, 240), ("grazing-85", "torus", "stairs", "rods", "overlap"), ("overlap",), 2, 3)
@@ -41,7 +51,9 @@ QUICK = Plan((320, 240), ("grazing-85", "torus", "stairs", "rods", "overlap"), (
 class Measurement:
     """One run: the renderer, the plan, the methods, and the scenes traced so far."""
 
-    def __init__(self, renderer: Renderer, plan: Plan, methods: Sequence[str], seed: int, advance: Callable[[], None]):
+    def __init__(
+        self, renderer: Renderer, plan: Plan, methods: Sequence[Method], seed: int, advance: Callable[[], None]
+    ):
         self.renderer, self.plan, self.methods, self.seed, self.advance = renderer, plan, methods, seed, advance
         self.camera = standard_camera(*plan.size)
         self._scenes: dict[str, KnownScene] = {}
@@ -57,7 +69,7 @@ class Measurement:
         A missing normal counts as one that faces the viewer. Methods run without options: triangles without a depth
         step.
         """
-        facing = -view_rays(scene.camera)
+        facing = -scene.camera.rays()
         facing = (facing / np.linalg.norm(facing, axis=-1, keepdims=True)).astype(np.float32)
         known = np.zeros(scene.depth.shape, bool)
         known[BORDER:-BORDER, BORDER:-BORDER] = True
@@ -94,7 +106,7 @@ class Measurement:
         found: dict[str, Any] = {}
         for name in stresses:
             stress, rows = STRESSES[name], []
-            strengths = self.strengths(stress)
+            strengths = self.plan.strengths(stress)
             for strength in strengths:
                 row = []
                 for scene_name in self.plan.stress_scenes:
@@ -133,15 +145,6 @@ class Measurement:
         depth = spoil(scene.depth.astype(float), strength, generator(self.seed, why, scene.name))
         return Frame(None, np.where(scene.depth > 0, depth, 0), scene.camera)
 
-    def strengths(self, stress: Stress) -> list[float]:
-        return [float(s) for s in stress.strengths[:: -self.plan.every][::-1]]  # the strongest is always measured
-
-    def steps(self, conditions: Sequence[str], stresses: Sequence[str]) -> int:
-        """How many times `advance` will be called."""
-        estimates = len(conditions) * (len(self.plan.scenes) + self.plan.rounds)
-        estimates += sum(len(self.strengths(STRESSES[name])) for name in stresses) * len(self.plan.stress_scenes)
-        return estimates * len(self.methods)
-
     def results(self, conditions: Sequence[str], stresses: Sequence[str]) -> dict[str, Any]:
         """Everything, ready for JSON: what was measured, on which machine, with which versions."""
         times = self.times(conditions)
@@ -167,7 +170,7 @@ class Measurement:
         }
 
 
-def time_normals(renderer: Renderer, frame: Frame, method: str, laps: int) -> tuple[list[float], list[float]]:
+def time_normals(renderer: Renderer, frame: Frame, method: Method, laps: int) -> tuple[list[float], list[float]]:
     """Milliseconds of the surface pass alone, by the GPU's timer ([] without one) and by the wall clock.
 
     The first run, which may compile shaders, is not counted.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..scene.camera import Camera
+from ..scene.rotation import moved
 from .tracing import Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
@@ -26,6 +27,11 @@ class PictureScore:
     spill: float
 
 
+def decibels(error: np.ndarray) -> float:
+    """PSNR of a picture that is off by so many of 255 steps."""
+    return float(10 * np.log10(255**2 / max((error**2).mean(), 1e-12)))
+
+
 def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
     """Pixels within `reach` of another surface or of the empty background."""
     edge = np.zeros(hits.surface.shape, bool)
@@ -43,12 +49,10 @@ def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
 
 def co_visible(hits: Hits, source: Hits, camera: Camera, pose: np.ndarray) -> np.ndarray:
     """Pixels of `hits` that the source saw too: all four source pixels round the point show its surface there."""
-    inside = np.linalg.inv(pose)
-    points = hits.points @ inside[:3, :3].T + inside[:3, 3]
+    points = moved(hits.points, np.linalg.inv(pose))
     seen = (hits.surface >= 0) & (points[..., 2] > 0)
     z = np.where(seen, points[..., 2], 1)
-    u = np.floor(camera.fx * points[..., 0] / z + camera.cx).astype(int)
-    v = np.floor(camera.fy * points[..., 1] / z + camera.cy).astype(int)
+    u, v = (np.floor(part).astype(int) for part in camera.pixel_at(points[..., 0], points[..., 1], z))
     for du, dv in ((0, 0), (1, 0), (0, 1), (1, 1)):
         column, row = np.clip(u + du, 0, camera.width - 1), np.clip(v + dv, 0, camera.height - 1)
         seen &= (column == u + du) & (row == v + dv) & (source.surface[row, column] == hits.surface)
@@ -69,6 +73,5 @@ def score_picture(
     drawn = image[..., 3] > 0
     judged = drawn & seen & ~near_edge(hits)
     error = image[judged][:, :3].astype(float) - np.round(truth[judged])
-    psnr = 10 * np.log10(255**2 / max((error**2).mean(), 1e-12))
     spill = (surface[drawn] != hits.surface[drawn]).mean()
-    return PictureScore(float(psnr), float((seen & ~drawn).sum() / seen.sum()), float(spill))
+    return PictureScore(decibels(error), float((seen & ~drawn).sum() / seen.sum()), float(spill))

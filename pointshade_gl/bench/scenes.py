@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..scene.camera import Camera, check_pose
 from . import vase
-from .shapes import box, grey, pose_at, relief, rod, sheet, torus
+from .shapes import box, pose_at, relief, rod, sheet, torus
+from .solids import grey
 from .tracing import Array, Surface, moved, plane, sphere, trace
 
 MIDDLE = 1.5  # metres to the middle of the scenes
@@ -137,7 +138,7 @@ def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = R
 
     Creases and grazing planes, where depth only changes fast, do not count.
     """
-    rays = view_rays(camera)
+    rays = camera.rays()
     jump = np.zeros(depth.shape, bool)
     off = (normals * rays).sum(-1) * depth  # distance of the tangent plane from the eye
     for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
@@ -152,9 +153,3 @@ def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = R
         grown[:, 1:-1] |= grown[:, :-2] | grown[:, 2:]
     inner = np.s_[reach - 1 : -(reach - 1)] if reach > 1 else np.s_[:]
     return grown[inner, inner] & (depth > 0)
-
-
-def view_rays(camera: Camera) -> Array:
-    """(h, w, 3) the ray through each pixel's centre, camera axes, z = 1."""
-    u, v = np.meshgrid(np.arange(camera.width, dtype=float), np.arange(camera.height, dtype=float))
-    return np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones_like(u)], -1)

@@ -8,14 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..scene.camera import orbit_pose
-from .solids import Sample, solid
+from .solids import Sample, grey, solid
 from .tracing import Array, Surface
 
 HALVINGS = 48  # of the interval in which a ray meets a height field: 1e-15 of a metre
-
-
-def grey(points: Array) -> Array:
-    return np.full(points.shape, 0.6)
 
 
 def pose_at(centre: ArrayLike, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Array:
@@ -78,7 +74,7 @@ def torus(ring: float, tube: float) -> Surface:
 
     def shape(p: Array) -> Sample:
         across = np.hypot(p[..., 0], p[..., 2]) - ring
-        return np.hypot(across, p[..., 1]) - tube, lambda: grey(p)
+        return np.hypot(across, p[..., 1]) - tube, ()
 
     return solid(shape, np.zeros((1, 3)), ring + tube, caution=0.95)
 

@@ -1,29 +1,21 @@
-"""Shapes by their signed distance, sphere-traced, and a few functions to bend and to paint them."""
+"""Shapes by their signed distance, sphere-traced, and a few functions to bend them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from .tracing import Array, Surface, decode
+from .tracing import Array, Surface
 
-LATTICE = np.random.default_rng(2001).random((32, 32, 32))
 Vector = tuple[float, ...] | Array
-Sample = tuple[Array, Callable[[], Array]]  # of points: the signed distances, and a function for their albedos
+Sample = tuple[Array, tuple[Any, ...]]  # of points: the signed distances, and what their paint asks for
+Paint = Callable[..., Array]  # of points and what the shape says of them: their albedos
 
 
-def noise(points: Array, *scale: float) -> Array:
-    """Smooth value noise in [0, 1] with `scale` cells per unit."""
-    points = points * scale
-    cell = np.floor(points).astype(int)
-    share = points - cell
-    share = share * share * (3 - 2 * share)
-    total = np.zeros(points.shape[:-1])
-    for corner in np.ndindex(2, 2, 2):
-        i, j, k = np.moveaxis((cell + corner) % 32, -1, 0)
-        total += np.where(corner, share, 1 - share).prod(-1) * LATTICE[i, j, k]
-    return total
+def grey(points: Array, *_: Any) -> Array:
+    return np.full(points.shape, 0.6)
 
 
 def ramp(x: Array, start: float, end: float) -> Array:
@@ -32,23 +24,15 @@ def ramp(x: Array, start: float, end: float) -> Array:
     return t * t * (3 - 2 * t)
 
 
-def mix(a: Array, b: Array, share: Array) -> Array:
-    """Colours between a and b, one per share."""
-    return a + (b - a) * np.asarray(share)[..., None]
-
-
-def rgb(code: str) -> Array:
-    """Linear RGB of a web colour."""
-    return decode(np.array(list(bytes.fromhex(code)), float))
-
-
 def ellipsoid(p: Array, radii: Vector) -> Array:
     """The approximate distance to an ellipsoid at the origin (Quilez 2008)."""
     k0, k1 = np.linalg.norm(p / radii, axis=-1), np.linalg.norm(p / np.square(radii), axis=-1)
     return k0 * (k0 - 1) / np.maximum(k1, 1e-12)
 
 
-def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4) -> Surface:
+def solid(
+    shape: Callable[[Array], Sample], hull: Array, margin: float, caution: float = 0.4, paint: Paint = grey
+) -> Surface:
     """A sphere-traced surface that stays within `margin` of the points `hull`.
 
     Each step is `caution` times the distance, because the distance of most shapes is only approximate.
@@ -77,7 +61,7 @@ def solid(shape: Callable[[Array], Sample], hull: Array, margin: float, caution:
         normals[hit] = gradient / np.linalg.norm(gradient, axis=-1, keepdims=True)
         return result, normals
 
-    return Surface(meet, lambda p: shape(p)[1]())
+    return Surface(meet, lambda p: paint(p, *shape(p)[1]))
 
 
 def nearest(curve: Array, p: Array) -> tuple[Array, Array, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
 import time
@@ -13,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from tests.reference.rasterizers import merged_splats
-
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_files import save_image
+from ..gpu.core.steps import Lap
 from ..gpu.points.tiling import LARGEST_WHOLE, TILE_POINTS
 from ..messages.errors import ContextError
 from ..rendering.renderer import Renderer
@@ -26,7 +24,8 @@ from ..scene.frame import Frame
 from ..scene.level_of_detail import MERGE
 from ..scene.light import Light
 from .against import measure_jobs
-from .picture_scores import co_visible, score_picture
+from .merged import count_splats
+from .picture_scores import co_visible, decibels, score_picture
 from .tracing import as_frame, encode, shade, sphere_and_wall, trace
 
 # 80 thousand to 100 million points
@@ -51,42 +50,49 @@ def measure_speed(device: int, rounds: int, sizes: Sequence[tuple[int, int]], ad
     results["points"] = measure_points(device, rounds, sizes, advance)
     results["merging"] = measure_merging(device, rounds)
     advance()
-    results["cold_start_s"] = cold_start(device, min(rounds, 5))
-    advance()
     results["jobs"] = measure_jobs(device, rounds)
+    results["cold_start_s"] = results["jobs"]["first picture"]["ms"] / 1e3
     advance()
     return results
 
 
 def steps_of(sizes: Sequence[tuple[int, int]]) -> int:
     """How often `measure_speed` advances."""
-    return len(sizes) + 4
+    return len(sizes) + 3
 
 
 def gpu_bandwidth(renderer: Renderer) -> float:
     """Bytes per second, read and written, at which the driver copies from buffer to buffer: the best of several."""
-    gl, found = renderer.context.gl, []
-    with gl:
+    with renderer.context.gl as gl:
         source, target = gl.buffer(reserve=COPY), gl.buffer(reserve=COPY)
-        for _ in range(8):
-            gl.finish()
-            start = time.perf_counter()
-            gl.copy_buffer(target, source)
-            gl.finish()
-            found.append(2 * COPY / (time.perf_counter() - start))
+        gl.finish()
+        found = bandwidth(lambda: (gl.copy_buffer(target, source), gl.finish()))
         source.release()
         target.release()
-    return max(found)
+    return found
 
 
 def cpu_bandwidth() -> float:
     """The same for NumPy's copy in main memory."""
-    source, target, found = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8), []
-    for _ in range(8):
-        start = time.perf_counter()
-        np.copyto(target, source)
-        found.append(2 * COPY / (time.perf_counter() - start))
-    return max(found)
+    source, target = np.ones(COPY, np.uint8), np.ones(COPY, np.uint8)
+    return bandwidth(lambda: np.copyto(target, source))
+
+
+def bandwidth(copy: Callable[[], object]) -> float:
+    """The best of several copies."""
+    return max(2 * COPY / (clocked(copy) / 1e3) for _ in range(8))
+
+
+def clocked(job: Callable[[], object]) -> float:
+    """Milliseconds by the wall clock."""
+    start = time.perf_counter()
+    job()
+    return (time.perf_counter() - start) * 1e3
+
+
+def timed(lap: Lap) -> float:
+    """Milliseconds by the GPU's timer, if there is one."""
+    return lap.wall_ms if lap.gpu_ms is None else lap.gpu_ms
 
 
 def stage_bytes(points: int, pixels: int) -> dict[str, int]:
@@ -124,7 +130,7 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
 
     def by_step(name: str, step: str) -> None:
         lap = steps.laps[step]
-        laps.setdefault(name, []).append(lap.wall_ms if lap.gpu_ms is None else lap.gpu_ms)
+        laps.setdefault(name, []).append(timed(lap))
         clocks[name] = "wall" if lap.gpu_ms is None else "GPU"
 
     with tempfile.TemporaryDirectory() as folder:
@@ -147,13 +153,13 @@ def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float])
             picture = np.frombuffer(image, np.uint8).reshape(480, 640, 4)
             by_wall("PNG", lambda picture=picture: save_image(Path(folder) / "a.png", picture))
     needed = stage_bytes(frame.points_known, camera.width * camera.height)
-    found = []
-    for name, times in laps.items():
-        rate = bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"]
-        found.append(
-            {"name": name, "ms": median(times[1:]), "clock": clocks[name], "limit_ms": needed[name] / rate * 1e3}
-        )
-    return found
+    limits = {
+        name: size / bandwidth["cpu" if name in ("Frame", "PNG") else "gpu"] * 1e3 for name, size in needed.items()
+    }
+    return [
+        {"name": name, "ms": median(times[1:]), "clock": clocks[name], "limit_ms": limits[name]}
+        for name, times in laps.items()
+    ]
 
 
 def hilly(width: int, height: int) -> Frame:
@@ -207,10 +213,10 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
     laps: dict[str, list[float]] = {"live_ms": [], "view_ms": [], "light_ms": [], "splats_ms": []}
 
     def draw(key: str | None, shown: Frame, view: int, light: float) -> None:
-        start = time.perf_counter()
-        renderer.render(shown, Light(position=(light, -1, 0)), camera=camera, pose=poses[view], normals="star")
+        options: dict[str, Any] = {"camera": camera, "pose": poses[view], "normals": "star"}
+        ms = clocked(lambda: renderer.render(shown, Light(position=(light, -1, 0)), **options))
         if key:
-            laps[key].append((time.perf_counter() - start) * 1e3)
+            laps[key].append(ms)
 
     draw(None, frame, 0, 0)  # compiles the shaders
     for k in range(repeats):
@@ -227,7 +233,7 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
         draw(None, new, 0, 0)
         renderer.steps.timed = False
         if step := renderer.steps.laps.get("splats"):
-            laps["splats_ms"].append(step.wall_ms if step.gpu_ms is None else step.gpu_ms)
+            laps["splats_ms"].append(timed(step))
     return laps
 
 
@@ -274,8 +280,7 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
                 renderer.steps.timed = True
                 renderer.steps.forget("splats")
                 renderer.draw(frame, pose=pose)
-                step = renderer.steps.laps["splats"]
-                times.append(step.wall_ms if step.gpu_ms is None else step.gpu_ms)
+                times.append(timed(renderer.steps.laps["splats"]))
         exact = renderers[0].render(frame, pose=pose)
         normals = np.nan_to_num(renderers[0].estimate_normals(frame))
         for tolerance, times, renderer in zip(TOLERANCES, laps, renderers, strict=True):
@@ -284,8 +289,8 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
                 psnr = truth_psnr(renderer, frame, source, camera)
             else:
                 error = (image.astype(float) - exact)[exact[..., 3] > 0]
-                psnr = float(10 * np.log10(255**2 / (error**2).mean())) if error.any() else None
-            splats = len(merged_splats(frame.depth, normals, frame.camera, tolerance).z)
+                psnr = decibels(error) if error.any() else None
+            splats = count_splats(frame.depth, normals, frame.camera, tolerance)
             row = {"scene": scene, "tolerance": tolerance, "splats": splats, "points": frame.points_known}
             rows.append(row | {"splats_ms": median(times[1:]), "psnr": psnr, "is_default": tolerance == MERGE})
     for renderer in renderers:
@@ -300,15 +305,3 @@ def truth_psnr(renderer: Renderer, frame: Frame, source: Any, camera: Camera) ->
     truth = encode(shade(seen, light, Material(), pose[:3, 3]))
     image = renderer.render(frame, light, pose=pose)
     return score_picture(image, seen.surface, truth, seen, co_visible(seen, source, camera, np.eye(4))).psnr
-
-
-def cold_start(device: int, rounds: int) -> float:
-    """Seconds from a command to its first picture on disk: `pointshade render` of the vase, median."""
-    times = []
-    with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "pointshade_gl", "render", "-o", f"{folder}/a.png", "--device", str(device)]
-        for _ in range(rounds):
-            start = time.perf_counter()
-            subprocess.run(command, check=True, capture_output=True)
-            times.append(time.perf_counter() - start)
-    return median(times)

@@ -18,27 +18,23 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
     name = results["gl"]["renderer"]
     where = f"{name}, a software renderer: these figures are those of the CPU" if results["is_software"] else name
     console.print(where, soft_wrap=True)
-    table = new_table("milliseconds for one new frame of 640x480 points, turned by 15 degrees", "stage")
-    for column in ("ms", "limit ms", "times the limit", "clock"):
-        table.add_column(column, justify="right")
+    title = "milliseconds for one new frame of 640x480 points, turned by 15 degrees"
+    table = new_table(title, "stage", "ms", "limit ms", "times the limit", "clock")
     for stage in results["stages"]:
         ratio = brief(stage["ms"] / stage["limit_ms"])
         table.add_row(stage["name"], brief(stage["ms"]), brief(stage["limit_ms"]), ratio, stage["clock"])
     console.print(table)
     rates = ", ".join(f"{kind.upper()} {rate / 1e9:.3g} GB/s" for kind, rate in results["bandwidth"].items())
     console.print(f"limit: bytes that a stage must move, divided by the bandwidth of a copy ({rates})", soft_wrap=True)
-    table = new_table("milliseconds from frame to NumPy, by number of points", "points")
-    columns = ("rasterizer", "new frame", "million per second", "other view", "other light", "splats", "GPU MB")
-    for column in columns:
-        table.add_column(column, justify="right")
+    columns = "rasterizer", "new frame", "million per second", "other view", "other light", "splats", "GPU MB"
+    table = new_table("milliseconds from frame to NumPy, by number of points", "points", *columns)
     for row in results["points"]:
         rate = row["points"] / row["live_ms"] / 1e3
         cells = [row["live_ms"], rate, row["view_ms"], row["light_ms"], row["splats_ms"], row["memory_mb"]]
         table.add_row(f"{row['points']:,}".replace(",", " "), row["rasterizer"], *map(brief, cells))
     console.print(table)
-    table = new_table("merging pixels of one plane, seen from 15 degrees to the side", "scene")
-    for column in ("tolerance", "splats", "share", "splats ms", "PSNR dB"):
-        table.add_column(column, justify="right")
+    columns = "tolerance", "splats", "share", "splats ms", "PSNR dB"
+    table = new_table("merging pixels of one plane, seen from 15 degrees to the side", "scene", *columns)
     for row in results["merging"]:
         share = f"{100 * row['splats'] / row['points']:.3g} %"
         cells = f"{row['tolerance']:g}", str(row["splats"]), share, brief(row["splats_ms"]), brief(row["psnr"])
@@ -49,9 +45,8 @@ def show_speed(results: dict[str, Any], console: Console) -> None:
 
 def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) -> None:
     """Prints how long each job took before and now. Ratios above 1: it has become slower."""
-    table = new_table(f"milliseconds, {against} and this version", "job")
-    for column in ("before", "now", "now/before", "half of the rounds", "CPU time now/before"):
-        table.add_column(column, justify="right")
+    columns = "before", "now", "now/before", "half of the rounds", "CPU time now/before"
+    table = new_table(f"milliseconds, {against} and this version", "job", *columns)
     for row in rows:
         ratio, cpu = (f"{row[key]:.2f}" if row[key] else "-" for key in ("ratio", "cpu_ratio"))
         spread = f"{row['spread'][0]:.2f} to {row['spread'][1]:.2f}" if row["spread"] else "-"

@@ -15,9 +15,12 @@ def wide_console() -> Console:
     return console if console.is_terminal else Console(width=PLAIN_WIDTH)
 
 
-def new_table(title: str, first: str = "method") -> Table:
+def new_table(title: str, first: str, *numbers: str) -> Table:
+    """A table of a column of names, and columns of numbers."""
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD)
     table.add_column(first, no_wrap=True)
+    for name in numbers:
+        table.add_column(name, justify="right")
     return table
 
 

@@ -12,6 +12,7 @@ from ..scene.appearance import Material
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
+from ..scene.srgb import linear_to_srgb, srgb_to_linear
 
 FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
 Array = NDArray[np.float64]
@@ -93,12 +94,10 @@ def moved(surface: Surface, pose: ArrayLike) -> Surface:
 def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = None) -> Hits:
     """The nearest surface through every pixel's centre."""
     matrix = check_pose(pose)
-    u, v = np.meshgrid(np.arange(camera.width, dtype=float), np.arange(camera.height, dtype=float))
-    rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones_like(u)], -1)
-    rays = rays @ matrix[:3, :3].T  # length along the optical axis stays 1, so t is z
-    depth = np.full(u.shape, np.inf)
+    rays = camera.rays() @ matrix[:3, :3].T  # length along the optical axis stays 1, so t is z
+    depth = np.full(rays.shape[:2], np.inf)
     normals, albedo = np.zeros(rays.shape), np.zeros(rays.shape)
-    number = np.full(u.shape, -1)
+    number = np.full(depth.shape, -1)
     for k, surface in enumerate(surfaces):
         t, n = surface.meet(matrix[:3, 3], rays)
         nearer = t < depth
@@ -159,13 +158,12 @@ def shade(
 
 def encode(linear: Array) -> Array:
     """Linear RGB to sRGB, 0..255, not rounded."""
-    return 255 * np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
+    return 255 * linear_to_srgb(linear)
 
 
 def decode(encoded: Array) -> Array:
     """sRGB, 0..255, to linear RGB."""
-    x = encoded / 255
-    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
+    return srgb_to_linear(encoded / 255)
 
 
 def as_frame(hits: Hits, camera: Camera, pose: ArrayLike | None = None) -> Frame:

@@ -13,11 +13,9 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from tests.reference.picture import sample_picture
-
 from ..estimation.multi_view import COMPARED
 from ..rendering.renderer import Renderer
-from ..scene.appearance import NORMALS_AT, Material
+from ..scene.appearance import NORMALS_AT, Material, NormalsAt
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -25,7 +23,7 @@ from ..scene.light import Light
 from ..scene.node import Node
 from ..scene.point_object import PointObject
 from .measure import angle
-from .picture_scores import SAME_DEPTH, near_edge
+from .picture_scores import SAME_DEPTH, decibels, near_edge
 from .scenes import standard_camera
 from .shapes import box, pose_at
 from .speed import peak_memory_mb
@@ -109,7 +107,7 @@ class Stage:
         """The true picture, sRGB 0..255, from the k-th place of the path."""
         return encode(shade(self.truths[k], LIGHT, MATERIAL, self.path[k][:3, 3]))
 
-    def scene(self, frames: Sequence[Frame], place: str) -> Scene:
+    def scene(self, frames: Sequence[Frame], place: NormalsAt) -> Scene:
         """The frames as one object, seen from the middle of the path."""
         return Scene((Node(PointObject(frames, normals_at=place)),), self.camera, self.path[len(self.path) // 2])
 
@@ -141,7 +139,7 @@ def steps_of(plan: ViewsPlan) -> int:
     return 1 + (len(POSE_ERRORS) + 1) * len(plan.counts)
 
 
-def quality(renderer: Renderer, stage: Stage, frames: Sequence[Frame], place: str) -> dict[str, float]:
+def quality(renderer: Renderer, stage: Stage, frames: Sequence[Frame], place: NormalsAt) -> dict[str, float]:
     """normals: their mean error in degrees; psnr: of the lit picture, dB; flicker, see there. All away from edges."""
     middle = len(stage.path) // 2
     scene, hits = stage.scene(frames, place), stage.truths[middle]
@@ -151,8 +149,8 @@ def quality(renderer: Renderer, stage: Stage, frames: Sequence[Frame], place: st
     found = angle(renderer.render_normals(scene)[judged], truth)
     pictures = [renderer.render(scene, LIGHT, pose=pose) for pose in stage.path]
     errors = [picture[..., :3] - stage.lit(k) for k, picture in enumerate(pictures)]
-    psnr = 10 * np.log10(255**2 / (errors[middle][judged] ** 2).mean())
-    return {"normals": float(found.mean()), "psnr": float(psnr), "flicker": flicker(stage, errors, pictures)}
+    psnr = decibels(errors[middle][judged])
+    return {"normals": float(found.mean()), "psnr": psnr, "flicker": flicker(stage, errors, pictures)}
 
 
 def flicker(stage: Stage, errors: Sequence[Array], pictures: Sequence[np.ndarray]) -> float:
@@ -165,8 +163,20 @@ def flicker(stage: Stage, errors: Sequence[Array], pictures: Sequence[np.ndarray
         place = nearest[..., 1], nearest[..., 0]
         known = (np.abs(after.depth[place] - seen[..., 2]) < SAME_DEPTH * seen[..., 2]) & ~near_edge(before, 3)
         known &= (pictures[k][..., 3] > 0) & (pictures[j][..., 3] > 0)[place] & ~near_edge(after, 3)[place]
-        changes.append(((sample_picture(errors[j], at[known]) - errors[k][known]) ** 2).mean())
+        changes.append(((between_pixels(errors[j], at[known]) - errors[k][known]) ** 2).mean())
     return float(np.sqrt(np.mean(changes)))
+
+
+def between_pixels(picture: Array, at: Array) -> np.ndarray:
+    """Return the values (n, 3) of a picture at places (n, 2), bilinear; outside, those of its border."""
+    corner = np.floor(at)
+    last = np.array(picture.shape[1::-1]) - 1
+    (left, top), (right, bottom) = (np.clip(corner.astype(int) + k, 0, last).T for k in (0, 1))
+    x, y = (at - corner).astype(np.float32).T[..., None]
+    values, one = picture.astype(np.float32), np.float32(1)
+    above = values[top, left] * (one - x) + values[top, right] * x
+    below = values[bottom, left] * (one - x) + values[bottom, right] * x
+    return above * (one - y) + below * y
 
 
 def measure_cost(
@@ -181,9 +191,8 @@ def measure_cost(
     rows = []
     with Renderer(device=device) as renderer:
         for count in plan.counts:
-            laps = [lap(renderer, stage, frames[:count], turn) for turn in range(plan.rounds + 1)][
-                1:
-            ]  # first: compiles
+            turns = range(plan.rounds + 1)  # the first one compiles
+            _, *laps = [lap(renderer, stage, frames[:count], turn) for turn in turns]
             row = {"count": count, "pairs": count * min(count - 1, COMPARED), "gpu_mb": gpu_bytes(renderer) / 1e6}
             rows.append(row | {name: median(one[name] for one in laps) for name in laps[0]})
             advance()

@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 
 from ..scene.appearance import NORMALS_AT
-from .charts import DPI, INK, PALE, WIDTH, png, title
+from .charts import DPI, INK, WIDTH, headline, plain, png, title
 from .tables import brief, new_table
 
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ def show_views(results: dict[str, Any], console: Console) -> None:
     console.print(where, soft_wrap=True)
     conditions = results["quality"]
     for quality, label in QUALITIES.items():
-        table = new_table(f"{' '.join(label.split())}: source / target", "views")
-        for condition in conditions:
-            table.add_column(condition, justify="right")
+        table = new_table(f"{' '.join(label.split())}: source / target", "views", *conditions)
         for k, count in enumerate(results["counts"]):
             cells = (
                 " / ".join(f"{rows[place][k][quality]:.2f}" for place in NORMALS_AT) for rows in conditions.values()
@@ -49,9 +47,8 @@ def show_views(results: dict[str, Any], console: Console) -> None:
             table.add_row(str(count), *cells)
         console.print(table)
     width, height = results["size"]
-    table = new_table(f"milliseconds and memory for views and pictures of {width}x{height} pixels", "views")
-    for column in ("new view, source", "new view, target", "once: upload, normals", "once: votes", "pairs", "GPU MB"):
-        table.add_column(column, justify="right")
+    columns = "new view, source", "new view, target", "once: upload, normals", "once: votes", "pairs", "GPU MB"
+    table = new_table(f"milliseconds and memory for views and pictures of {width}x{height} pixels", "views", *columns)
     for row in results["cost"]:
         keys = (*NORMALS_AT, *ONCE, "pairs", "gpu_mb")
         table.add_row(str(row["count"]), *(brief(row[key]) for key in keys))
@@ -77,7 +74,8 @@ def views_chart(results: dict[str, Any]) -> bytes:
         title(axes, f"Kinect noise, {condition}")
     for row, (quality, label) in zip(rows, QUALITIES.items(), strict=False):
         for axes, found in zip(row, conditions.values(), strict=True):
-            _plain(axes, label if axes is row[0] else "")
+            plain(axes)
+            axes.set_ylabel(label if axes is row[0] else "", fontsize=8)
             for place in NORMALS_AT:
                 axes.plot(counts, [cell[quality] for cell in found[place]], "o-", color=COLORS[place], ms=3.5, lw=1.5)
             axes.set_xscale("log", base=2)
@@ -95,7 +93,7 @@ def views_chart(results: dict[str, Any]) -> bytes:
 
 def _draw_costs(axes: Axes, text: str, names: Sequence[str], results: dict[str, Any]) -> None:
     """Costs over the number of views; a pale line is the straight one, that of votes straight over the pairs."""
-    _plain(axes, "")
+    plain(axes)
     title(axes, text)
     rows = results["cost"]
     for name in names:
@@ -112,14 +110,6 @@ def _draw_costs(axes: Axes, text: str, names: Sequence[str], results: dict[str, 
     axes.set_ylim(0, 1.25 * axes.get_ylim()[1])  # room for the legend
     axes.set_xlabel("views", fontsize=8)
     axes.legend(fontsize=7, frameon=False, loc="upper left")
-
-
-def _plain(axes: Axes, label: str) -> None:
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(PALE)
-    axes.tick_params(labelsize=7, color=PALE, labelcolor=INK)
-    axes.grid(True, color="#eeeeee", lw=0.6, zorder=0)
-    axes.set_ylabel(label, fontsize=8)
 
 
 def _share_height(row: np.ndarray, from_zero: bool) -> None:
@@ -139,14 +129,5 @@ def _headline(figure: Any, results: dict[str, Any]) -> None:
     ]
     entries.append(Line2D([], [], color=INK, alpha=0.25, lw=4, label="straight lines through the costs"))
     width, height = results["size"]
-    figure.legend(
-        handles=entries,
-        loc="outside upper left",
-        title=f"Where normals of several views are estimated, {width}x{height} pixels",
-        title_fontproperties={"size": 12, "weight": "bold"},
-        alignment="left",
-        ncols=3,
-        fontsize=8,
-        frameon=False,
-    )
+    headline(figure, f"Where normals of several views are estimated, {width}x{height} pixels", entries, 3)
     figure.supxlabel(results["gl"]["renderer"].split(" (")[0], fontsize=8, color=INK)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +14,22 @@ from ..batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
 from ..files.access.atomic_write import check_place
+from ..files.access.folder_listing import Listing
 from ..files.pictures.picture_files import check_writable
 from ..files.sources import is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
 from ..files.writing.film import check_film
 from ..messages.formatting import option
 from ..messages.validation import check_choice, check_fps
-from ..scene.graph import Scene
 from ..scene.view import View
 from .inputs import check_look
 from .look_options import LookOptions
-from .options import FilmOptions, ReadingOptions
+from .options import FilmOptions, ReadingOptions, ViewOptions
 from .page_options import NAMES, PageOptions
-from .picture_options import PictureOptions
+from .picture_options import PictureOptions, view_of
 
 if TYPE_CHECKING:
-    from .commands.batch import BatchOptions
+    from .batch_options import BatchOptions
 
 UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
 
@@ -42,7 +42,7 @@ class Asked:
     how: BatchOptions
     reading: ReadingOptions
     look: LookOptions
-    view: View
+    place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
     page: PageOptions
@@ -54,31 +54,40 @@ class Asked:
         part = self.how.part()
         self._check()
         folder = Path(os.path.realpath(self.output))  # resolve() fails where a link leads to itself
-        sources = find_sources(inputs, folder)
+        views = {is_one: self._view(folder, is_one) for is_one in (False, True)}
+        listing = Listing()
+        sources = find_sources(inputs, folder, listing)
         self._check_apart(sources, folder)
         if any(is_scene(source.path) for source in sources):
-            check_look(self.view.look)
+            check_look(self.look.look())
         _make_folder(self.output)
         self._check_writable(folder)
         given = tuple(told(self.reading).items())
-        planned, failures = plan(sources, lambda source: self._job(source, folder, given), folder, __version__)
+        planned, failures = plan(
+            sources, lambda one: self._job(one, folder, given, views[is_scene(one.path)]), folder, __version__, listing
+        )
         if failures and not planned:
             raise ValueError(failures[0].sentence)
         return shard_of(planned, part), failures
 
-    def _job(self, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...]) -> Job:
+    def _view(self, folder: Path, of_scene: bool) -> View:
+        """From where, under which lights and how frames or scenes are drawn."""
+        kind, turns = self.how.to, self.film.turntable == "camera"
+        if kind in NORMALS:
+            return self.place.view(self.look.look(), self.look.lights(shadow=of_scene))
+        return view_of(
+            self.look, self.place, self.picture, folder / f"*.{kind}",
+            is_scene=of_scene, is_film=kind in FILMS, is_changed=turns,
+        )  # fmt: skip
+
+    def _job(self, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
         """The job of a source, without frame and path."""
-        kind, film, view, is_one_scene = self.how.to, self.film, self.view, is_scene(source.path)
-        if self.picture.ground or is_one_scene:
-            view = replace(view, lights=self.look.lights(shadow=True))
-        if kind not in NORMALS:
-            stand_in, turns = Scene(()) if is_one_scene else None, film.turntable == "camera"
-            view = replace(view, finish=self.picture.finish(folder / f"*.{kind}", view, stand_in, kind in FILMS, turns))
+        kind, film = self.how.to, self.film
         moving = {"turntable": film.turntable, "frames": film.frames, "fps": film.fps}
         writing = {
             "axes": self.axes,
             "bits": self.bits,
-            "quality": self.page.quality or NAMES[0],
+            "quality": self.page.exactness,
             "title": self.page.title,
         }
         return Job(source.path, folder, kind, None, view, reading, **moving, **writing)
@@ -96,7 +105,7 @@ class Asked:
         else:
             self._check_still()
         if kind == PAGE:
-            check_choice(option("quality"), self.page.quality or NAMES[0], NAMES)
+            check_choice(option("quality"), self.page.exactness, NAMES)
         else:
             self.page.check_none(Path(f"*.{kind}"))
         if kind in NORMALS:
@@ -109,7 +118,7 @@ class Asked:
         films = f"{option('to', 'mp4')} or {option('to', 'gif')}"
         if self.film.turntable is not None:
             raise ValueError(f"{option('turntable')} makes films: add {films}")
-        if self.view.look.temporal:
+        if self.look.temporal:
             raise ValueError(
                 f"{option('temporal', True)} filters over time, and each picture is drawn alone: add {films}"
             )

@@ -24,7 +24,7 @@ from ..messages.notes import once, print_note
 from .output import SOFTWARE, progress
 
 if TYPE_CHECKING:
-    from .commands.batch import BatchOptions
+    from .batch_options import BatchOptions
 
 FAILED = 3  # exit code
 

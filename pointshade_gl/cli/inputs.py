@@ -77,7 +77,7 @@ def load_views(frame: FrameOptions, look: Look, views: str) -> tuple[Scene, list
 
 def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[Any]:
     """More sources of frames of what the first shows, read with its options. Raises ValueError without poses."""
-    from ..viewer.viewable_sources import check_posed
+    from ..files.sources import check_posed
 
     if inputs and (frame.depth or frame.color):
         raise ValueError(f"pass {option('depth')} or {option('color')} with one INPUT")

@@ -6,9 +6,9 @@ import re
 from dataclasses import Field, fields
 from typing import Any
 
-from ..messages.css_colors import linear_color
 from ..messages.formatting import option, shown
 from ..messages.suggestions import did_you_mean
+from ..scene.css_colors import linear_color
 from ..scene.light import Light
 
 FIELDS: dict[str, Field[Any]] = {field.name: field for field in fields(Light)}

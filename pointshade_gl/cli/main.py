@@ -14,11 +14,12 @@ import typer
 
 from ..messages.formatting import as_command_line, option
 from ..messages.notes import few_notes
+from ..scene.view import View
 from .commands.batch import batch
 from .commands.render import render
 from .commands.view import view
 from .inputs import check_frame, check_look, load
-from .look_options import LookOptions, NormalOptions
+from .look_options import NormalOptions
 from .options import Axes, BenchOptions, Bits, Device, Explain, FrameOptions, Output, Quiet, ViewOptions, spread
 from .output import fail, open_renderer
 from .usage_errors import Commands, UsageError, sentence_of
@@ -75,7 +76,7 @@ def normals(
     from .written_maps import write_normals
 
     check_normals_path(first_of(output), axes, bits)
-    view = ViewOptions().view(LookOptions(**vars(options)))
+    view = View(look=options.look())
     write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)
 
 
@@ -99,7 +100,7 @@ def depth(
     from .written_maps import write_depth
 
     check_depth_path(first_of(output))
-    view = place.view(LookOptions(**vars(options)))
+    view = place.view(options.look())
     source = load(frame, sequence=is_numbered(output), scene=True)
     if isinstance(source, Scene):
         check_look(view.look)

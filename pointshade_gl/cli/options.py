@@ -6,26 +6,26 @@ A command takes whole groups as parameters; `spread` shows their fields to Typer
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from ..files.access.limits import MAX_PIXELS
 from ..files.depth.depth_kinds import KINDS
-from ..messages.notes import silence
+from ..messages.notes import note_new_name, silence
+from ..scene.appearance import Look
+from ..scene.light import Light
+from ..scene.option_fields import FILM, FRAME, VIEW
+from ..scene.render_settings import SIMPLE, Finish
+from ..scene.view import SIZES, View
 from .completion import complete_input, one_of
-from .parse import picture_size_from, pose_from
+from .option_groups import group_of, typed
+from .parse import pose_from, size_from
 from .usage_errors import check_exist, check_input
-
-if TYPE_CHECKING:
-    from ..scene.view import View
-    from .look_options import LookOptions
-
-FRAME, LIGHT, VIEW, FILM = "Frame", "Light and surface", "View", "Film"
 
 Output = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write, such as out.png.")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
@@ -146,43 +146,16 @@ class FrameOptions(ReadingOptions, InputOptions):
 
 
 @dataclass(frozen=True)
-class ViewOptions:
+class ViewOptions(group_of(typed(View, (VIEW,)))):
     """From where objects are seen, and how large the picture is."""
 
-    yaw: Annotated[
-        float, typer.Option(metavar="DEG", help="Degrees to the right around the object.", rich_help_panel=VIEW)
-    ] = 0.0
-    pitch: Annotated[
-        float, typer.Option(metavar="DEG", help="Degrees upwards around the object.", rich_help_panel=VIEW)
-    ] = 0.0
-    dolly: Annotated[
-        float,
-        typer.Option(metavar="N", help="Share of the way to the object; below 0 moves away.", rich_help_panel=VIEW),
-    ] = 0.0
-    pose: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE|tx,ty,tz,qx,qy,qz,qw",
-            help="Camera-to-world, instead of yaw, pitch and dolly: a matrix of 4x4 or 3x4, or a place and a "
-            "quaternion, in a file or here.",
-            rich_help_panel=VIEW,
-        ),
-    ] = None
-    size: Annotated[
-        str | None,
-        typer.Option(
-            metavar="WxH|NAME",
-            help="Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
-            rich_help_panel=VIEW,
-        ),
-    ] = None
-
-    def view(self, look: LookOptions) -> View:
-        """The View, with a look and its lights. Raises ValueError or OSError."""
-        from ..scene.view import View
-
-        pose = None if self.pose is None else pose_from(self.pose)
-        return View(look.lights(), pose, self.yaw, self.pitch, self.dolly, picture_size_from(self.size), look.look())
+    def view(self, look: Look, lights: Sequence[Light] = (), finish: Finish = SIMPLE) -> View:
+        """The View, with a look, lights and a finish. Raises ValueError or OSError."""
+        place = self.values_of(View) | {
+            "pose": None if self.pose is None else pose_from(self.pose),
+            "picture_size": size_from(self.picture_size, "picture_size", SIZES),
+        }
+        return View(lights, look=look, finish=finish, **place)
 
 
 @dataclass(frozen=True)
@@ -214,7 +187,9 @@ class FilmOptions:
 class WindowOptions:
     """The window of `pointshade view`."""
 
-    size: Annotated[str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)] = None
+    window_size: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)
+    ] = field(default=None, metadata={"was": "size"})
     panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
     fps: Annotated[
         str,
@@ -254,24 +229,36 @@ class BenchOptions:
 
 
 def spread(command: Callable[..., None]) -> Callable[..., None]:
-    """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group."""
+    """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
+
+    A field may say what it was called: that option is understood, but not in the help.
+    """
     groups: dict[str, Any] = {}
     options: list[inspect.Parameter] = []
+    older: dict[str, str] = {}
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
         if is_dataclass(parameter.annotation):
             group = groups[parameter.name] = parameter.annotation
             types = get_type_hints(group, include_extras=True)
-            for field in fields(group):
-                option = inspect.Parameter(field.name, parameter.KEYWORD_ONLY, annotation=types[field.name])
-                options.append(option.replace(default=field.default))
+            for one in fields(group):
+                option = inspect.Parameter(one.name, parameter.KEYWORD_ONLY, annotation=types[one.name])
+                options.append(option.replace(default=one.default))
+                older |= {was: one.name} if (was := one.metadata.get("was")) else {}
         else:
             options.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+    hidden = Annotated[str | None, typer.Option(hidden=True, help="An older name.")]
+    options += [
+        inspect.Parameter(was, inspect.Parameter.KEYWORD_ONLY, annotation=hidden, default=None) for was in older
+    ]
 
     @wraps(command)
     def with_options(**given: Any) -> None:
+        for was, now in older.items():
+            if (text := given.pop(was)) is not None:
+                note_new_name(f"--{was}", f"--{now.replace('_', '-')}")
+                given[now] = text if given[now] is None else given[now]
         made = {
-            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
-            for name, group in groups.items()
+            name: group(**{one.name: given.pop(one.name) for one in fields(group)}) for name, group in groups.items()
         }
         command(**given, **made)
 

@@ -6,17 +6,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from ..messages.formatting import option
+from ..scene.option_fields import PICTURE
 from .completion import one_of
 from .options import FilmOptions, FrameOptions
 from .output import open_renderer, report, spinner
-from .picture_options import PICTURE
 
 if TYPE_CHECKING:
+    from ..page.parts import QualityName
     from ..rendering.renderer import Renderer
     from ..scene.view import View
 
@@ -46,6 +47,11 @@ class PageOptions:
         str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PICTURE)
     ] = None
 
+    @property
+    def exactness(self) -> QualityName:
+        """The quality that was typed, or the first."""
+        return cast("QualityName", self.quality or NAMES[0])
+
     def check(self, output: Path, film: FilmOptions) -> None:
         """Raises ValueError or OSError unless a page can be written there, of a frame that no option moves."""
         from ..page.page_file import check_page_path
@@ -71,15 +77,15 @@ class PageOptions:
         tell: Callable[[Renderer], None],
     ) -> None:
         """Writes the page. A size smaller than that of the source is that of the points in the page, too."""
-        from ..page.page_file import LARGEST, write_page
+        from ..page.page_file import largest_of, write_page
+        from ..rendering.request import RenderRequest
 
-        options = view.of(source)
-        largest = LARGEST if view.size is None else max(options["camera"].width, options["camera"].height)
+        request = RenderRequest.seen(source, view)
         named = Path(str(frame.input or frame.depth or "vase")).stem
         title = named if self.title is None else self.title
         start = time.perf_counter()
         with open_renderer(device) as renderer, spinner("writing"):
-            chosen = {"quality": self.quality or NAMES[0], "largest": min(largest, LARGEST), "title": title}
-            write_page(renderer, output, source, **chosen, **options)
+            largest = largest_of(request)
+            write_page(renderer, output, request, quality=self.exactness, largest=largest, title=title)
             tell(renderer)
             report(output, f"a page of {output.stat().st_size / 1e6:.2f} MB", renderer, time.perf_counter() - start)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +15,16 @@ from ..messages.formatting import option
 from .usage_errors import check_exist
 
 
-def size_from(text: str | None, names: Sequence[str] = ()) -> tuple[int, int] | None:
-    """Width and height of WxH; None without a text. Errors also offer the names."""
-    if text is None:
-        return None
-    expected = f"{option('size')} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
+def size_from(text: str | None, name: str, names: Sequence[str] = ()) -> Any:
+    """Width and height of WxH, or one of the names; None without a text. Errors name the option and what it takes."""
+    if text is None or text in names:
+        return text
+    expected = f"{option(name)} takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480"
     expected += f", or {', '.join(names)}" if names else ""
     width, height = _numbers(text, 2, "x", expected)
     if width < 1 or height < 1 or width % 1 or height % 1:
         raise ValueError(f"{expected}, got {text!r}")
     return int(width), int(height)
-
-
-def picture_size_from(text: str | None) -> tuple[int, int] | str | None:
-    """The same, or one of the sizes that a View knows by name."""
-    from ..scene.view import SIZES
-
-    return text if text in SIZES else size_from(text, SIZES)
 
 
 def views_from(text: str) -> int | tuple[int, ...] | None:
@@ -74,25 +68,6 @@ def rates_from(text: str, count: int) -> list[float]:
     expected += ", or one for each INPUT" if count > 1 else ""
     rates = _numbers(text, count if "," in text else 1, ",", expected)
     return rates * (count if len(rates) == 1 else 1)
-
-
-def noise_from(text: str | None) -> float | str | None:
-    """Metres if the text is a number, else the name of a sensor or noise in words."""
-    try:
-        return None if text is None else float(text)
-    except ValueError:
-        return text
-
-
-def point_size_from(text: str | None) -> float | str | None:
-    """Source pixels if the text is a number; or "fill"."""
-    if text is None or text == "fill":
-        return text
-    expected = f"{option('point_size')} takes pixels of the frame, 0 or above, or fill"
-    (size,) = _numbers(text, 1, ",", expected)
-    if size < 0:
-        raise ValueError(f"{expected}, got {text!r}")
-    return size
 
 
 def _numbers(text: str, count: int, separator: str, expected: str) -> list[float]:

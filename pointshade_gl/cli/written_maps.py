@@ -16,7 +16,7 @@ from ..files.writing.point_clouds import save_points
 from ..messages.notes import once, print_note
 from ..rendering.image_sequence import jobs_of, write_numbered
 from ..rendering.renderer import Renderer
-from ..scene.appearance import SWITCHES
+from ..rendering.request import RenderRequest
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.noise import describe
@@ -25,7 +25,6 @@ from .inputs import check_stream
 from .output import open_renderer, progress, report, spinner, warn_skipped
 
 Source = Frame | Scene | Sequence[Frame]
-Arguments = dict[str, Any]  # of Renderer.render, by name
 
 
 def write_normals(
@@ -33,9 +32,8 @@ def write_normals(
 ) -> None:
     """Writes normals by the method and the options of a view's look, as `save_normals` does."""
 
-    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        options = _chosen(arguments, "max_depth_step", "noise", "flying", "temporal")
-        normals = renderer.estimate_normals(frame, arguments["normals"], **options)
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        normals = renderer.estimate_normals(request)
         if explain and renderer.choice:
             print(describe(renderer.choice))
         return normals
@@ -49,20 +47,8 @@ def write_normals(
 def write_depth(source: Source, view: View, output: Path, device: int) -> None:
     """Writes the depth that a view shows, as `save_depth` does."""
 
-    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = (
-            "camera",
-            "pose",
-            "normals",
-            "size",
-            "splat",
-            "max_depth_step",
-            "noise",
-            "upsample",
-            "flying",
-            "temporal",
-        )
-        depth = renderer.render_depth(frame, **_chosen(arguments, *names))
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        depth = renderer.render_depth(request)
         if not depth.any():
             note("nothing is in view, the depth is empty")
         return depth
@@ -86,9 +72,8 @@ def write_points(
 ) -> None:
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
-    def draw(renderer: Renderer, frame: Any, arguments: Arguments) -> Any:
-        names = "light", "material", "pose", "normals", "shading", "max_depth_step", "noise", "flying", *SWITCHES
-        cloud = renderer.render_points(frame, **_chosen(arguments, *names))
+    def draw(renderer: Renderer, request: RenderRequest) -> Any:
+        cloud = renderer.render_points(request)
         tell(renderer)
         return cloud
 
@@ -102,7 +87,7 @@ def _write_files(
     source: Any,
     view: View,
     output: Path,
-    draw: Callable[[Renderer, Any, Arguments], Any],
+    draw: Callable[[Renderer, RenderRequest], Any],
     save: Callable[[Path, Any], None],
     what: Callable[[Any], str],
     device: int,
@@ -131,12 +116,8 @@ def _write_files(
             text = f"{count} files, the first of {what(first)}"
         else:
             with spinner("rendering"):
-                made = draw(renderer, source, view.of(source))
+                made = draw(renderer, RenderRequest.seen(source, view))
                 spent = time.perf_counter() - start
                 save(output, made)
             text = what(made)
         report(output, text, renderer, spent)
-
-
-def _chosen(arguments: Arguments, *names: str) -> Arguments:
-    return {name: arguments[name] for name in names if name in arguments}

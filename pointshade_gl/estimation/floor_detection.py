@@ -43,10 +43,9 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
 
 def _samples(frame: Frame) -> Points:
     """Some of the points, evenly spread over the picture."""
-    c, known = frame.camera, np.argwhere(frame.depth > 0)
+    known = np.argwhere(frame.depth > 0)
     v, u = known[:: max(len(known) // SAMPLES, 1)].T
-    z = frame.depth[v, u].astype(np.float64)
-    return np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)
+    return frame.camera.unproject(frame.depth[v, u], np.stack([u, v], -1))
 
 
 def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> NDArray[np.float64] | None:

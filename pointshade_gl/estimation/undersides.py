@@ -36,7 +36,7 @@ def lowest_point(frame: Frame, along: Array) -> float:
     depth, camera = frame.depth, frame.camera
     if not (depth > 0).any():
         return 0.0
-    rays = (np.arange(camera.width) - camera.cx) / camera.fx, (np.arange(camera.height) - camera.cy) / camera.fy
+    rays = camera.ray_at(np.arange(camera.width), np.arange(camera.height))
     heights = depth * (rays[0] * along[0] + rays[1][:, None] * along[1] + along[2])
     lowest = float(np.quantile(heights[depth > 0], SUNK))
     up, length = along / np.linalg.norm(along), float(np.linalg.norm(along))

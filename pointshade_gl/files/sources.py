@@ -186,3 +186,10 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
             yield frame
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def check_posed(sources: Iterable[Any]) -> None:
+    """Raises ValueError for a sequence without poses among several sources."""
+    for source in sources:
+        if isinstance(source, FrameSequence) and not source.posed:
+            raise ValueError(f"{source.folder} has no poses: several INPUTs are merged by their poses")

@@ -29,6 +29,7 @@ class _Told:
 
 
 _told: _Told | None = None  # in Python all notes are printed
+_renamed: set[tuple[str, str]] = set()  # what was said already
 _taken: ContextVar[list[str] | None] = ContextVar("taken", default=None)  # instead of being printed
 
 
@@ -54,6 +55,13 @@ def few_notes() -> Iterator[None]:
         if more > 0:
             tail = "see all with pointshade info INPUT, none with --quiet"
             print_note(f"{more} more note{'s' if more > 1 else ''}: {tail}")
+
+
+def note_new_name(old: str, new: str) -> None:
+    """Print once that an option has another name now."""
+    if (old, new) not in _renamed:
+        _renamed.add((old, new))
+        print_note(f"{old} is called {new} now: the older name goes with the next version")
 
 
 def silence() -> None:

@@ -17,7 +17,7 @@ _ELSEWHERE = {  # what options are called in other programs
     "focal": "--intrinsics",
     "fx": "--intrinsics",
     "gpu": "--device",
-    "height": "--size",
+    "height": "--picture-size",
     "image": "--color",
     "inverse": "--depth-kind inverse",
     "method": "--normals",
@@ -25,7 +25,7 @@ _ELSEWHERE = {  # what options are called in other programs
     "rgb": "--color",
     "shadow": '--light "X,Y,Z shadow"',
     "units": "--depth-scale",
-    "width": "--size",
+    "width": "--picture-size",
 }
 
 

@@ -9,7 +9,7 @@ import math
 import os
 import sys
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,15 @@ ABOVE_0 = math.nextafter(0, 1)  # the smallest float that is not 0
 LARGEST_SIZE = 2**31 - 1  # pixels: the largest integer of OpenGL
 FPS = 0.01, 1000.0  # a GIF cannot show a picture for longer than 655 seconds
 _T = TypeVar("_T")
+
+
+class HasArray(Protocol):
+    """What NumPy makes an array of, such as a tensor of PyTorch."""
+
+    def __array__(self) -> NDArray[Any]: ...
+
+
+Numbers = NDArray[Any] | HasArray | list[Any] | tuple[Any, ...]  # ArrayLike without texts
 
 
 def items_of(value: Any) -> list[Any] | None:
@@ -110,7 +119,7 @@ def check_count(value: Any, name: str, low: int = 0, unit: str = "") -> int:
     return int(number)
 
 
-def check_size(value: Any, name: str = "size") -> tuple[int, int]:
+def check_size(value: Any, name: str) -> tuple[int, int]:
     """Width and height of a picture or a window. Raises ValueError unless both are whole and above 0."""
     complaint = f"{name} must be a width and a height in whole pixels above 0"
     sides = items_of(value)

@@ -15,6 +15,7 @@ from ..gpu.drawables import Drawable
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.points.point_objects import Points, ShownPoints, ShownSet
 from ..scene.level_of_detail import bridged_stride
+from ..scene.srgb import linear_to_bytes, srgb_to_linear
 
 AROUND = 2  # pixels beside the known ones that are kept: rims look so far
 
@@ -48,7 +49,7 @@ def _read(
     shown: ShownPoints | ShownGrid, trusted: NDArray[np.bool_] | None = None, gain: NDArray[Any] | None = None
 ) -> Surface:
     points = shown.points
-    values = read_texture(points.surface.texture.ctx, points.surface.texture, np.float32)
+    values = read_texture(points.surface.texture.ctx, points.surface.texture)
     depth = values[..., 3] if trusted is None else np.where(trusted, values[..., 3], 0)
     colors = _read_colors(shown.colors.texture)
     if gain is not None:
@@ -76,25 +77,19 @@ def _read(
 
 
 def _read_colors(texture: moderngl.Texture) -> NDArray[np.uint8]:
-    dtype = np.uint16 if texture.dtype == "nu2" else np.uint8
-    values = np.frombuffer(texture.read(alignment=1), dtype).reshape(texture.height, texture.width, -1)[..., :3]
-    return (values if dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
+    values = read_texture(texture.ctx, texture)[..., :3]
+    return (values if values.dtype == np.uint8 else np.rint(values / 257)).astype(np.uint8)
 
 
 def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | None:
     if texture is None:
         return None
-    values = np.frombuffer(texture.read(alignment=1), np.uint16).reshape(texture.height, -1)
-    return (values / 65535).astype(np.float32)
+    return (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
 
 
 def _brightened(colors: NDArray[np.uint8], gain: NDArray[Any]) -> NDArray[np.uint8]:
     """The colours times a gain (3,) of their linear light."""
-    encoded = colors / 255
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4) * gain
-    linear = np.clip(linear, 0, 1)
-    encoded = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.rint(encoded * 255).astype(np.uint8)
+    return linear_to_bytes(np.clip(srgb_to_linear(colors / 255) * gain, 0, 1))
 
 
 def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import html
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..messages.validation import check_count
 from ..rendering.renderer import Renderer
-from .page_file import Source, draw_page
+from ..rendering.request import GROUPS, RequestOptions, Source
+from ..scene.option_fields import takes
+from .page_file import draw_page
+from .parts import QualityName
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 HEIGHT = 480  # CSS pixels
 LOWEST = 120
@@ -31,14 +37,15 @@ class Cell:
         return f"Cell({len(self.html) / 1e6:.1f} MB, {self._height} pixels high)"
 
 
+@takes(RequestOptions, *GROUPS)
 def draw_cell(
     renderer: Renderer,
     source: Source,
     *,
     height: int = HEIGHT,
-    quality: str | None = None,
+    quality: QualityName | None = None,
     title: str = "pointshade",
-    **options: Any,
+    **options: Unpack[RequestOptions],
 ) -> Cell:
     """Shows a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
 

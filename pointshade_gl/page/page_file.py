@@ -6,34 +6,33 @@ import base64
 import html
 import io
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from collections.abc import Iterator
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
 from ..files.access.atomic_write import check_place, written_whole
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..messages.formatting import option, shown
 from ..messages.notes import print_note
 from ..messages.validation import check_choice, check_count, check_path
 from ..rendering.renderer import Renderer
-from ..rendering.request import FilePath, Scenes, loaded, seen_by
-from ..scene.appearance import Look
-from ..scene.frame import Frame
+from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
-from ..scene.light import check_lights
-from ..scene.render_settings import Finish
+from ..scene.option_fields import takes
 from .contents import surfaces_of
 from .page_scene import Showing, look_of
-from .parts import QUALITIES, Part, Quality, mesh_part, surface_part
+from .parts import QUALITIES, Part, Quality, QualityName, mesh_part, surface_part
 from .picture_coding import pack
 from .reduced_frames import reduced
 from .shaders import shader_texts
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
@@ -50,20 +49,18 @@ SCRIPTS = (
 SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
-STRAIGHT = 0.0, 0.0, 0.0  # not turned
-
-Source = Frame | Sequence[Frame] | Scene | FilePath
 
 
+@takes(RequestOptions, *GROUPS)
 def write_page(
     renderer: Renderer,
     path: FilePath,
     source: Source,
     *,
-    quality: str = "exact",
+    quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
-    **options: Any,
+    **options: Unpack[RequestOptions],
 ) -> None:
     """Writes a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
 
@@ -98,14 +95,15 @@ def check_page_path(path: FilePath) -> Path:
     return check_place(path)
 
 
+@takes(RequestOptions, *GROUPS)
 def draw_page(
     renderer: Renderer,
     source: Source,
     *,
-    quality: str = "exact",
+    quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
-    **options: Any,
+    **options: Unpack[RequestOptions],
 ) -> str:
     """The text of the page that `save_page` writes."""
     check_choice(option("quality"), quality, tuple(QUALITIES))
@@ -113,9 +111,10 @@ def draw_page(
     named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     if not isinstance(title, str | None):
         raise TypeError(f"title must be a text, got {shown(title)}")
-    source = reduced(loaded(source), largest)
-    still = renderer.render(source, **options)
-    showing = arranged(source, options)
+    request = RenderRequest.of(source, **options)
+    request = replace(request, source=reduced(request.source, largest))
+    still = renderer.render(request)
+    showing = arranged(request)
     for sentence in showing.left_out:
         print_note(f"in the page {sentence}")
     parts = list(_parts(renderer, showing, QUALITIES[quality]))
@@ -123,20 +122,21 @@ def draw_page(
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
 
 
-def arranged(source: Frame | Sequence[Frame] | Scene, options: dict[str, Any]) -> Showing:
-    """What a page of these options of `Renderer.render` shows first."""
-    given = {name: value for name, value in options.items() if value is not None}
-    look = Look(**{field.name: given[field.name] for field in fields(Look) if field.name in given})
-    scene = Scenes().of(source, tuple(look.options.values()))
-    finish = Finish(**{field.name: given[field.name] for field in fields(Finish) if field.name in given})
-    lights = given.get("light", scene.lights or (GROUND_LIGHT if finish.ground else None))
-    turn = given.get("yaw", 0.0), given.get("pitch", 0.0), given.get("dolly", 0.0)
-    camera, seen = seen_by(source, scene, given.get("camera"), given.get("pose"), *turn)
-    if isinstance(source, Scene):
-        return Showing(scene, scene, camera, seen, STRAIGHT, check_lights(lights), "phong", finish)
+def largest_of(request: RenderRequest) -> int:
+    """Return how many pixels a side a page of this request has at most: a smaller picture makes it smaller."""
+    camera = request.camera
+    return LARGEST if camera is None else min(max(camera.width, camera.height), LARGEST)
+
+
+def arranged(request: RenderRequest) -> Showing:
+    """Return what a page shows first."""
+    scene = Scenes().of(request)
+    lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
+    if isinstance(request.source, Scene):
+        return Showing(scene, scene, camera, seen, STRAIGHT, lights, "phong", request.finish)
     frame = scene.things[0].content.frame
-    home, turn = (seen, STRAIGHT) if "pose" in given else (frame.pose, turn)
-    return Showing(frame, scene, camera, home, turn, check_lights(lights), look.shading, finish)
+    home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
+    return Showing(frame, scene, camera, home, turns, lights, request.look.shading, request.finish)
 
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:

@@ -17,6 +17,7 @@ from ..scene.orbit_state import State
 from ..scene.orbit_target import Stage
 from ..scene.placed import Placed
 from ..scene.render_settings import Finish
+from ..scene.srgb import linear_to_srgb
 from ..scene.visible_scene import is_alone, material_of
 from .unsupported import left_out
 
@@ -119,10 +120,9 @@ class Showing:
 
     def _background(self) -> str | None:
         """As CSS writes colours."""
-        if self.finish.background is None:
+        if self.finish.behind is None:
             return None
-        encoded = (12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055 for c in self.finish.background)
-        return f"rgb({', '.join(f'{255 * c:.0f}' for c in encoded)})"
+        return f"rgb({', '.join(f'{255 * linear_to_srgb(c):.0f}' for c in self.finish.behind)})"
 
     def _distance(self) -> float | None:
         """How far everything is taken to be for the near plane; None if it depends on who looks."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ class Quality(NamedTuple):
     jpeg: int | None
 
 
+QualityName = Literal["exact", "small"]
 QUALITIES = {"exact": Quality(1e-6, 14, None), "small": Quality(2e-5, 10, 95)}
 
 

@@ -8,7 +8,6 @@ nothing is kept: they repeat their left neighbour, in the first column the one a
 from __future__ import annotations
 
 import zlib
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +15,6 @@ from numpy.typing import NDArray
 Whole = NDArray[np.int64]
 Known = NDArray[np.bool_]
 MISSING, POINT, RIM = 0, 1, 2  # what a pixel of a surface is
-
-
-class Precision(NamedTuple):
-    """How exactly surfaces are kept."""
-
-    depth_step: float  # as a share of the depth
-    normal_bits: int  # of each of two coordinates
 
 
 def code_depth(depth: NDArray[np.floating], step: float) -> tuple[Whole, float]:
@@ -33,11 +25,6 @@ def code_depth(depth: NDArray[np.floating], step: float) -> tuple[Whole, float]:
     depth = np.asarray(depth, np.float64)
     nearest = float(depth.min()) if depth.size else 1.0
     return np.rint(np.log(depth / nearest) / step).astype(np.int64), nearest
-
-
-def decode_depth(codes: Whole, nearest: float, step: float) -> NDArray[np.float64]:
-    """The mirror of decode.js."""
-    return nearest * np.exp(codes * step)
 
 
 def code_normals(normals: NDArray[np.floating], bits: int) -> Whole:
@@ -52,16 +39,6 @@ def code_normals(normals: NDArray[np.floating], bits: int) -> Whole:
     u = np.where(away, (1 - np.abs(y)) * sign[0], x)
     v = np.where(away, (1 - np.abs(x)) * sign[1], y)
     return np.rint((np.stack([u, v], -1) * 0.5 + 0.5) * (2**bits - 1)).astype(np.int64)
-
-
-def decode_normals(codes: Whole, bits: int) -> NDArray[np.float64]:
-    """The mirror of decode.js."""
-    u, v = (codes / (2**bits - 1) * 2 - 1).T
-    z = np.abs(u) + np.abs(v) - 1
-    inward = np.maximum(z, 0)
-    x, y = (a - np.where(a >= 0, inward, -inward) for a in (u, v))
-    n = np.stack([x, y, z], -1)
-    return n / np.linalg.norm(n, axis=1, keepdims=True)
 
 
 def repeated(values: Whole, known: Known) -> Whole:

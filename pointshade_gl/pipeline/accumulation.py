@@ -39,7 +39,7 @@ class Accumulator:
         """The finished picture."""
         self._develop = self._develop or ResolveSamplesPass(self._gl)
         self._add_samples(target, visible, drawables, self._develop, finish)
-        self._develop.develop(target, finish.samples, finish.background)
+        self._develop.develop(target, finish.samples, finish.behind)
 
     def forget(self, target: Target) -> None:
         """Lets go of a scene that is no longer shown."""
@@ -76,9 +76,9 @@ class Accumulator:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
             self._frame_pass.draw(target, develop.canvas(sums), sample, drawables, light_set)
-            if not isinstance(finish.ground, bool) and light_set.shadow_map is not None:
+            if finish.up is not None and light_set.shadow_map is not None:
                 self._draw_ground(
-                    target, sample, light_set, develop.ground_canvas(sums), finish.ground, finish.ground_height
+                    target, sample, light_set, develop.ground_canvas(sums), finish.up, finish.ground_height
                 )
         sums.content, sums.count = content, finish.samples
 

@@ -19,7 +19,7 @@ from ..gpu.points.tiles import TiledPoints, TileStore
 from ..gpu.points.tiling import needs_tiles
 from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
-from ..scene.appearance import LIT_EARLY, Look, check_sizes
+from ..scene.appearance import LIT_EARLY, Look
 from ..scene.frame import Frame
 from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from ..scene.mesh import Mesh
@@ -159,7 +159,7 @@ def _as_splats(
     p: Placed, drawn: DrawnPoints, textures: FrameTextures, step: int, bridged: PointSurface | None
 ) -> ShownPoints:
     look, (surface, lit, source, colors) = p.content.look, drawn
-    sizes = check_sizes(look.size, p.content.frame.depth.shape)
+    sizes = look.sizes_for(p.content.frame.depth)
     sizes = sizes if step == 1 else np.array([coarser_size(float(sizes[0]), step)], np.float32)
     points = Points(surface, source, *p.rigid_axes, sizes, look.splat, bridged)
     light = lit if look.shading in LIT_EARLY else None

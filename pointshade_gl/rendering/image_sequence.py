@@ -8,9 +8,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
-from typing import Any, TypeVar
-
-import numpy as np
+from typing import TypeVar
 
 from ..files.access.numbered_names import is_numbered, numbered
 from ..files.pictures.picture_files import save_image
@@ -23,10 +21,11 @@ from ..scene.graph import Scene
 from ..scene.turntable import TURN, TURNTABLES, views_of_turn
 from ..scene.view import View
 from .renderer import Renderer
+from .request import RenderRequest
 
 # to decode, and as many to encode; more than cores, because they often wait for Python's lock, which drawing holds
 THREADS = min(16, 2 * (os.cpu_count() or 2))
-Job = tuple[int, Frame | Scene, dict[str, Any]]  # number, frame, arguments of Renderer.render
+Job = tuple[int, RenderRequest]  # number of the picture
 Made = TypeVar("Made")  # of a job: a picture, depth, normals or points
 
 
@@ -50,7 +49,7 @@ def jobs_of(
             raise ValueError(f"a single frame cannot become a film: pass {turn}, or write a single picture")
         check_choice(option("turntable"), turntable, tuple(TURNTABLES))
         views = views_of_turn(source, view, turntable, count or TURN)
-        return ((k, source, seen.of(source)) for k, seen in enumerate(views)), count or TURN
+        return ((k, RenderRequest.seen(source, view)) for k, view in enumerate(views)), count or TURN
     source = source[:count]
     return sequence_jobs(source, view, skipped), len(source)
 
@@ -71,7 +70,7 @@ def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], 
         for frame in frames:
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
-            yield number, frame, view.of(frame, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
+            yield number, RenderRequest.seen(frame, view, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])
             number += 1
 
 
@@ -87,21 +86,17 @@ def write_series(
     path  a film, or a name in which each job's number replaces %04d
     done  called after each picture
     """
-
-    def draw(frame: Frame | Scene, arguments: dict[str, Any]) -> np.ndarray:
-        return renderer.render(frame, **arguments)
-
     if is_numbered(path):
-        count, first = write_numbered(jobs, draw, save_image, path, done)
+        count, first = write_numbered(jobs, renderer.render, save_image, path, done)
     else:
         with Film(path, fps) as film:
-            count, first = _write_all(jobs, draw, lambda _, image: film.add(image), 1, path, done)
+            count, first = _write_all(jobs, renderer.render, lambda _, image: film.add(image), 1, path, done)
     return count, (first.shape[1], first.shape[0])
 
 
 def write_numbered(
     jobs: Generator[Job, None, None],
-    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    draw: Callable[[RenderRequest], Made],
     save: Callable[[Path, Made], None],
     path: Path,
     done: Callable[[], None],
@@ -112,7 +107,7 @@ def write_numbered(
 
 def _write_all(
     jobs: Generator[Job, None, None],
-    draw: Callable[[Frame | Scene, dict[str, Any]], Made],
+    draw: Callable[[RenderRequest], Made],
     write: Callable[[int, Made], None],
     workers: int,
     path: Path,
@@ -122,8 +117,8 @@ def _write_all(
     count, first = 0, None
     waiting: deque[Future[None]] = deque()
     with closing(jobs), ThreadPoolExecutor(workers) as pool:
-        for number, frame, arguments in jobs:
-            made = draw(frame, arguments)
+        for number, request in jobs:
+            made = draw(request)
             first = made if first is None else first
             waiting.append(pool.submit(write, number, made))
             while waiting and (len(waiting) > workers + 1 or waiting[0].done()):

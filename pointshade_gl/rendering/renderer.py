@@ -7,39 +7,51 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from os import PathLike
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import moderngl
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
 from ..estimation.ground_plane import up_of
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.errors import ContextError
 from ..messages.formatting import shown
-from ..messages.validation import check_choice, check_count, check_type
+from ..messages.validation import Numbers, check_choice, check_count, check_type
 from ..pipeline.findings import findings, highlights, lights, weights
 from ..pipeline.pipeline import Pipeline
 from ..pipeline.report import explain, explain_lights
-from ..scene.appearance import SHADINGS, Look, Material
+from ..scene.appearance import Look, Material, Shading, SurfaceOptions
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.level_of_detail import MERGE, check_merge
 from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
-from ..scene.normal_methods import check_method
+from ..scene.normal_methods import Method, check_method
+from ..scene.option_fields import takes
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
-from ..scene.render_settings import Finish
-from ..scene.view import viewing_pose
 from .notebook import Picture
-from .request import FilePath, Scenes, loaded, seen_by
+from .request import (
+    GROUPS,
+    DepthOptions,
+    FilePath,
+    PointsOptions,
+    RenderOptions,
+    RenderRequest,
+    Scenes,
+    Source,
+    loaded,
+)
 
-RASTERIZERS = ("auto", "points", "compute")
-UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Rasterizer = Literal["auto", "points", "compute"]
+RASTERIZERS: tuple[Rasterizer, ...] = get_args(Rasterizer)
 
 
 class Renderer:
@@ -63,7 +75,11 @@ class Renderer:
     """
 
     def __init__(
-        self, context: moderngl.Context | None = None, device: int = 0, rasterizer: str = "auto", merge: float = MERGE
+        self,
+        context: moderngl.Context | None = None,
+        device: int = 0,
+        rasterizer: Rasterizer = "auto",
+        merge: float = MERGE,
     ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         check_merge(merge)
@@ -102,174 +118,123 @@ class Renderer:
             drawn = self._pipeline.gpu_scene.drawn
             return explain(findings(drawn), names) + explain_lights(lights(drawn), highlights(drawn))
 
+    @takes(RenderOptions, *GROUPS)
     def render(
         self,
-        frame: Frame | Sequence[Frame] | Scene | FilePath,
+        frame: Source,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
-        pose: ArrayLike | None = None,
-        normals: str | ArrayLike = "auto",
-        shading: str = "phong",
-        size: float | ArrayLike | str | None = None,
-        *,
-        splat: str = "footprint",
-        max_depth_step: float | str | None = None,
-        noise: float | ArrayLike | str | None = None,
-        yaw: float = 0.0,
-        pitch: float = 0.0,
-        dolly: float = 0.0,
-        upsample: str = "vote",
-        normals_at: str = "source",
-        flying: str = "keep",
-        temporal: bool = False,
-        unlight: bool = False,
-        remove_highlights: bool = False,
-        samples: int = 1,
-        background: str | Sequence[float] | None = None,
-        ground: bool | Sequence[float] = False,
-        ground_height: float | None = None,
+        pose: Numbers | None = None,
+        normals: Method | Numbers = "auto",
+        shading: Shading = "phong",
+        point_size: float | Numbers | Literal["fill"] | None = None,
+        **options: Unpack[RenderOptions],
     ) -> NDArray[np.uint8]:
-        """The frame, lit, seen by a camera: (h, w, 4) uint8 sRGB; alpha is 0 where nothing was drawn.
+        """Draw a frame, lit, as a camera sees it.
 
         Several frames of one thing, in a sequence, are drawn as one object, by their poses: where they see the same
         they are averaged, points that others see through are left out, and exposures are matched. A frame whose depth
         contradicts the others only fills gaps, and a note names it. Unless others are given, camera and pose are those
         of the first. See `live_set` for several streams.
 
-        The array is a Picture: a notebook shows it. A Scene may take the place of the frame. With a scene only light
-        (which replaces its own) and who looks may be passed, because its objects have a look of their own. A path or a
-        built-in name is read each time, as on the command line: load once what is drawn often.
+        A Scene may take the place of the frame. With a scene only light (which replaces its own) and who looks may be
+        passed, because its objects have a look of their own. A path or a built-in name is read each time, as on the
+        command line: load once what is drawn often.
 
-        light    one Light or several; None is the default Light
-        camera   who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its
-                 size is the picture's.
-        pose     (4, 4) camera-to-world of that camera; None is the frame's own pose
-        normals  a method (see `estimate_normals`), or (h, w, 3) floats in the frame's camera axes
-        shading  "none", "flat", "gouraud" or "phong"
-        size     splat size in source pixels: a number, or (h, w), 1 = the point's own pixel, 0 hides it; None is 1;
-                 "fill" is 1 and closes gaps, see `Look`
-        splat    "footprint" carries the pixel's square into the view, and ends where the surface does; "round" the
-                 circle round it; "mesh" draws the triangles between neighbouring pixels (see `Look`)
-        max_depth_step, noise  as for `estimate_normals`
-        yaw, pitch, dolly  move the frame's own camera around its pivot, as in `orbit_pose`; not with a pose
-        upsample "vote" brings a depth that is smaller than the colours to their size; "none" draws its own points
-        normals_at  of several frames: "source" estimates normals in each and mixes them, "target" in the view
-        flying   "snap" puts pixels that hang between two surfaces onto the nearer one; "keep" draws them where they
-                 hang, see `Look`
-        temporal True filters noisy depth and its normals over time, for the frames of a stream: less flicker where
-                 neither has changed, see `Look`
-        unlight  True divides the light in the picture out of its colours, as far as the picture tells it, see `Look`
-        remove_highlights  True takes the highlights in the picture out of its colours, as far as it tells them, see
-                 `Look`
-        samples  how many pictures are averaged, each seen from another place within the pixels (and from other places
-                 of lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture,
-                 seen from the middle of each pixel: unlit and from the frame's own camera it is the photograph.
-        background  a colour: a name, "#rrggbb", or linear RGB; None is transparent. Alpha is the share of the pixel
-                 that is covered, and colours are not multiplied by it.
-        ground   True puts a ground under the object, on which only shadows are seen: those of lights that cast them.
-                 Without a light there is one that does, with soft shadows. Where the frame itself shows a floor, the
-                 ground goes on from there. Up is up from that floor, else up in the frame's picture, as no frame says
-                 more, and the world's y in a scene; (3,) in world axes says it otherwise.
-        ground_height  where the ground lies along up, metres (world units) from the world's origin: -1.2 is 1.2 m below
-                 the frame's camera; None finds a floor, or what lies lowest
+        Parameters
+        ----------
+        frame : Frame, sequence of Frame, Scene, path or RenderRequest
+            what is drawn. A request has all other options.
+        light : Light or sequence of Light, default None
+            None is the default Light
+        camera : Camera, default None
+            who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
+            is the picture's.
 
-        Averages and backgrounds are mixed in linear light. Over a transparent background shadows are black, and their
-        alpha is the share of the light that they take.
+        Returns
+        -------
+        (h, w, 4) uint8
+            sRGB; alpha is 0 where nothing was drawn. The array is a Picture: a notebook shows it. Averages and
+            backgrounds are mixed in linear light. Over a transparent background shadows are black, and their alpha is
+            the share of the light that they take.
 
-        Raises ValueError or TypeError for arguments that do not fit, before anything is drawn, and OSError for a path
-        that cannot be read.
+        Raises
+        ------
+        ValueError, TypeError
+            for arguments that do not fit, before anything is drawn
+        OSError
+            for a path that cannot be read
         """
-        frame = loaded(frame)
+        request = RenderRequest.of(
+            frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
+            point_size=point_size, **options,
+        )  # fmt: skip
         with self._in_use():
-            self.draw(
-                frame, light, material, camera, pose, normals, shading, size,
-                splat=splat, max_depth_step=max_depth_step, noise=noise, upsample=upsample, normals_at=normals_at,
-                flying=flying, temporal=temporal, unlight=unlight, remove_highlights=remove_highlights, yaw=yaw,
-                pitch=pitch, dolly=dolly, samples=samples, background=background, ground=ground,
-                ground_height=ground_height,
-            )  # fmt: skip
+            self.draw(request)
             return self._pipeline.read().view(Picture)
 
+    @takes(RenderOptions, *GROUPS)
     def draw(
         self,
-        frame: Frame | Sequence[Frame] | Scene | FilePath,
+        frame: Source,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
         camera: Camera | None = None,
-        pose: ArrayLike | None = None,
-        normals: str | ArrayLike = "auto",
-        shading: str = "phong",
-        size: float | ArrayLike | str | None = None,
-        *,
-        splat: str = "footprint",
-        max_depth_step: float | str | None = None,
-        noise: float | ArrayLike | str | None = None,
-        yaw: float = 0.0,
-        pitch: float = 0.0,
-        dolly: float = 0.0,
-        upsample: str = "vote",
-        normals_at: str = "source",
-        flying: str = "keep",
-        temporal: bool = False,
-        unlight: bool = False,
-        remove_highlights: bool = False,
-        samples: int = 1,
-        background: str | Sequence[float] | None = None,
-        ground: bool | Sequence[float] = False,
-        ground_height: float | None = None,
+        pose: Numbers | None = None,
+        normals: Method | Numbers = "auto",
+        shading: Shading = "phong",
+        point_size: float | Numbers | Literal["fill"] | None = None,
+        **options: Unpack[RenderOptions],
     ) -> moderngl.Texture:
-        """As `render`, but the picture stays on the GPU: an RGBA8 texture, top row first.
+        """Draw as `render` does, but leave the picture on the GPU: an RGBA8 texture, top row first.
 
         It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
         only those are drawn that are missing.
         """
-        finish = Finish(samples, background, ground, ground_height)
-        material = Material() if material is None else material
-        frame = loaded(frame)
-        geometry = normals, shading, size, splat, max_depth_step, noise, upsample, normals_at, flying
-        options = material, *geometry, temporal, unlight, remove_highlights
-        scene = self._scenes.of(frame, options)
-        lights = check_lights(light if light is not None else scene.lights or (GROUND_LIGHT if finish.ground else None))
+        request = RenderRequest.of(
+            frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
+            point_size=point_size, **options,
+        )  # fmt: skip
+        scene, finish = self._scenes.of(request), request.finish
+        lights = request.lights_of(scene)
         if finish.ground is True:
-            source = scene if isinstance(frame, Scene) else scene.things[0].content.frame
+            source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
             finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
-        seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        seen = request.seen_by(scene)
         with self._in_use():
             return self._pipeline.draw(scene, lights, *seen, finish).color
 
+    @takes(DepthOptions, *GROUPS)
     def render_depth(
         self,
-        frame: Frame | Sequence[Frame] | Scene | FilePath,
+        frame: Source,
         camera: Camera | None = None,
-        pose: ArrayLike | None = None,
-        normals: str | ArrayLike = "auto",
-        size: float | ArrayLike | str | None = None,
-        *,
-        yaw: float = 0.0,
-        pitch: float = 0.0,
-        dolly: float = 0.0,
-        splat: str = "footprint",
-        max_depth_step: float | str | None = None,
-        noise: float | ArrayLike | str | None = None,
-        upsample: str = "vote",
-        flying: str = "keep",
-        temporal: bool = False,
+        pose: Numbers | None = None,
+        normals: Method | Numbers = "auto",
+        point_size: float | Numbers | Literal["fill"] | None = None,
+        **options: Unpack[DepthOptions],
     ) -> NDArray[np.float32]:
-        """The depth of the picture that `render` draws: (h, w) float32 metres along the axis; 0 where nothing is seen.
+        """Return the depth of the picture that `render` draws.
 
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
         `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
+
+        Returns
+        -------
+        (h, w) float32
+            metres along the axis; 0 where nothing is seen
         """
-        frame = loaded(frame)
-        geometry = normals, "phong", size, splat, max_depth_step, noise, upsample, "source", flying
-        scene = self._scenes.of(frame, (Material(), *geometry, temporal, False, False))
-        seen = seen_by(frame, scene, camera, pose, yaw, pitch, dolly)
+        request = RenderRequest.of(
+            frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
+        )  # fmt: skip
+        scene = self._scenes.of(request)
+        seen = request.seen_by(scene)
         with self._in_use():
             return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()
 
     def find_surface(
-        self, x: float, y: float, camera: Camera, pose: ArrayLike, reach: int = 4
+        self, x: float, y: float, camera: Camera, pose: Numbers, reach: int = 4
     ) -> tuple[int, int, float] | None:
         """The pixel nearest to (x, y), `reach` pixels away at most, that shows a surface of what was drawn last, and
         the depth there: metres along the axis of a camera at a pose (4, 4). None if there is none.
@@ -293,82 +258,75 @@ class Renderer:
         """Unit normals of what a scene's camera sees: (h, w, 3) float32, its axes; NaN where nothing is to be lit."""
         framed = check_type(scene, Scene, "scene").framed()
         with self._in_use():
-            surfaces = self._pipeline.read_surfaces(framed, *seen_by(framed, framed, None, None, 0, 0, 0))
+            surfaces = self._pipeline.read_surfaces(framed, *RenderRequest(framed).seen_by(framed))
         return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
 
+    @takes(PointsOptions, *GROUPS)
     def render_points(
         self,
-        frame: Frame | FilePath,
+        frame: Frame | FilePath | RenderRequest,
         light: Light | Sequence[Light] | None = None,
         material: Material | None = None,
-        pose: ArrayLike | None = None,
-        normals: str | ArrayLike = "auto",
-        shading: str = "flat",
-        *,
-        yaw: float = 0.0,
-        pitch: float = 0.0,
-        dolly: float = 0.0,
-        max_depth_step: float | str | None = None,
-        noise: float | ArrayLike | str | None = None,
-        flying: str = "keep",
-        temporal: bool = False,
-        unlight: bool = False,
-        remove_highlights: bool = False,
+        pose: Numbers | None = None,
+        normals: Method | Numbers = "auto",
+        shading: Shading = "phong",
+        **options: Unpack[PointsOptions],
     ) -> PointCloud:
-        """All points of a frame in the world, with the depth and the light that `render` draws them with.
+        """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
 
-        pose     (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the
-                 frame's own pose
-        shading  "none" keeps the picture's own colours; any other lights each point once, as "flat" does
-        The other arguments, and the errors, are those of `render`.
+        The arguments that are not listed here, and the errors, are those of `render`.
+
+        Parameters
+        ----------
+        pose : Numbers, default None
+            (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
+            pose
+        shading : Shading, default 'phong'
+            "none" keeps the picture's own colours; any other lights each point once, as "flat" does
         """
-        frame = check_type(loaded(frame), Frame, "frame")
-        check_choice("shading", shading, SHADINGS)
-        material = UNLIT if shading == "none" else Material() if material is None else material
-        options = {"max_depth_step": max_depth_step, "noise": noise, "upsample": "none", "flying": flying}
-        options |= {"temporal": temporal, "unlight": unlight, "remove_highlights": remove_highlights}
-        scene = self._scenes.of_frames((frame,), Look(material, normals, "flat", **options))
-        lights, pose = check_lights(light), viewing_pose(frame, pose, yaw, pitch, dolly)
+        request = RenderRequest.of(
+            _single(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
+            **options,
+        )  # fmt: skip
+        frame = check_type(request.source, Frame, "frame")
+        scene = self._scenes.of_frames((frame,), request.look.of_points)
+        _, pose = request.seen_by(scene)
         with self._in_use():
-            return cloud_of(frame, *self._pipeline.read_points(scene, lights, pose))
+            return cloud_of(frame, *self._pipeline.read_points(scene, check_lights(request.lights), pose))
 
+    @takes(SurfaceOptions, Look)
     def estimate_normals(
-        self,
-        frame: Frame | FilePath,
-        method: str = "auto",
-        *,
-        max_depth_step: float | str | None = None,
-        noise: float | ArrayLike | str | None = None,
-        flying: str = "keep",
-        temporal: bool = False,
+        self, frame: Frame | FilePath | RenderRequest, method: Method = "auto", **options: Unpack[SurfaceOptions]
     ) -> NDArray[np.float32]:
-        """Unit normals of a frame or its folder: (h, w, 3) float32, camera axes, towards the camera; NaN without
-        depth, and where depths are so far apart that float32 has no normal for them.
+        """Estimate the normals of a frame, or of its folder.
 
-        method          "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or
-                        "adaptive" (planes as wide as the noise requires); where most depths are missing, as of LiDAR in
-                        a picture, "sparse" (planes across the gaps, noise or not). "star-borrow" is a little better and
-                        slower than "star". Classical: "triangles-1", "-2", "-4", "-8" (the mean over at most that many
-                        triangles), "central", "one-sided", "plane-fit-3" to "plane-fit-13".
-        max_depth_step  for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the
-                        pixel's depth; None is no limit. The others find edges by themselves.
-        noise           for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a
-                        sensor's name ("kinect"); or what `describe` and --explain print, such as
-                        "1.5mm,shared=2,steps=1mm"; None measures it
-        flying          for auto and adaptive: "snap" estimates pixels between two surfaces on one of them, see `Look`
-        temporal        for auto and adaptive: True filters the frames of a stream over time, see `Look`
+        Parameters
+        ----------
+        method : Method, default 'auto'
+            "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or "adaptive"
+            (planes as wide as the noise requires); where most depths are missing, as of LiDAR in a picture, "sparse"
+            (planes across the gaps, noise or not). "star-borrow" is a little better and slower than "star". Classical:
+            "triangles-1", "-2", "-4", "-8" (the mean over at most that many triangles), "central", "one-sided",
+            "plane-fit-3" to "plane-fit-13".
 
-        Raises ValueError for an unknown method and for invalid noise or step. `choice` says what ran, and why.
+        Returns
+        -------
+        (h, w, 3) float32
+            unit normals, camera axes, towards the camera; NaN without depth, and where depths are so far apart that
+            float32 has no normal for them
+
+        Raises
+        ------
+        ValueError
+            for an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         if isinstance(frame, str | PathLike):
             from ..files.frames.frame_files import load_frame
 
             frame = load_frame(frame)
-        check_type(frame, Frame, "frame")
-        look = Look(
-            normals=check_method(method), max_depth_step=max_depth_step, noise=noise, flying=flying, temporal=temporal
-        )
-        look = look.for_frame(frame.depth)
+        request = RenderRequest.of(_single(frame), normals=check_method(method), **options)
+        frame = check_type(request.source, Frame, "frame")
+        look = request.look.for_frame(frame.depth)
         with self._in_use():
             normals = self._pipeline.gpu_scene.read_normals(frame, look)[..., :3].copy()
         normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
@@ -408,3 +366,8 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
+
+
+def _single(source: Any) -> Frame | RenderRequest:
+    """Return a frame, or a request. Raises TypeError for anything else."""
+    return source if isinstance(source, RenderRequest) else check_type(source, Frame, "frame")

@@ -1,25 +1,125 @@
-"""The arguments of a picture: what is drawn, and who looks. Checked here, before anything is drawn."""
+"""What is drawn, by whom it is seen and how: made and checked at one door, `RenderRequest.of`, and handed on whole."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
 from ..messages.formatting import shown
-from ..messages.validation import check_type
-from ..scene.appearance import Look, Material
+from ..messages.validation import Numbers, check_type
+from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.light import Light, check_lights
 from ..scene.node import Node
+from ..scene.option_fields import takes
 from ..scene.point_object import PointObject, check_frames
-from ..scene.view import viewing_pose
+from ..scene.render_settings import SIMPLE, Finish, FinishOptions
+from ..scene.view import MoveOptions, View, viewing_pose
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 FilePath = str | PathLike[str]
+Turns = tuple[float, float, float]
+STRAIGHT: Turns = 0.0, 0.0, 0.0
+
+
+class RenderOptions(NamedOptions, MoveOptions, FinishOptions, total=False):
+    """The options of `render` that are passed by name only."""
+
+
+class DepthOptions(MoveOptions, FormOptions, SurfaceOptions, total=False):
+    """Those of `render_depth`."""
+
+
+class PointsOptions(MoveOptions, SurfaceOptions, ColorOptions, total=False):
+    """Those of `render_points`."""
+
+
+class RequestOptions(LookOptions, MoveOptions, FinishOptions, total=False):
+    """All options of a request."""
+
+    light: Light | Sequence[Light] | None
+    material: Material | None
+    camera: Camera | None
+    pose: Numbers | None
+
+
+GROUPS = Look, View, Finish  # whose fields these options are
+
+
+@dataclass(frozen=True, eq=False)
+class RenderRequest:
+    """One picture: all that decides how it looks.
+
+    source  what is drawn: the same objects that the caller passed, so that the pipeline knows what has not changed
+    lights  None: the scene's own, or the default light
+    look    of frames; the objects of a scene have their own
+    camera  who looks; None: the source's own camera
+    pose    (4, 4) of that camera; None: the source's own, moved by `turns`
+    turns   yaw, pitch and dolly
+    finish  what is made of the light
+    """
+
+    source: Frame | Sequence[Frame] | Scene
+    lights: Sequence[Light] | None = None
+    look: Look = Look()
+    camera: Camera | None = None
+    pose: Numbers | None = None
+    turns: Turns = STRAIGHT
+    finish: Finish = SIMPLE
+
+    @classmethod
+    @takes(RequestOptions, *GROUPS)
+    def of(cls, source: Source, **options: Unpack[RequestOptions]) -> RenderRequest:
+        """Return the request for what `render` takes: the one door at which its arguments are checked.
+
+        A request is returned as it is; a path or a built-in name is read. Raises TypeError or ValueError for anything
+        that does not fit, OSError for a path that cannot be read.
+        """
+        given: dict[str, Any] = {name: value for name, value in options.items() if _is_given(name, value)}
+        if isinstance(source, RenderRequest):
+            if given:
+                raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
+            return source
+        source = source if isinstance(source, Frame | Scene) else check_source(loaded(source))
+        look, view, finish = (_made_of(group, given) for group in GROUPS)
+        if isinstance(source, Scene) and look is not _PLAIN[Look]:
+            names = (name for name in given if name in _NAMES[Look])
+            raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(names)}")
+        lights = check_lights(given["light"]) if "light" in given else None
+        camera = check_type(given["camera"], Camera, "camera") if "camera" in given else None
+        return cls(source, lights, look, camera, view.pose, (view.yaw, view.pitch, view.dolly), finish)
+
+    @classmethod
+    def seen(cls, source: Frame | Sequence[Frame] | Scene, view: View, pivot: Numbers | None = None) -> RenderRequest:
+        """Return the request for a source that a view shows. The camera turns around pivot, (3,) world."""
+        first = source if isinstance(source, Frame | Scene) else source[0]
+        camera, pose = view.seen(first, pivot)
+        look = Look() if isinstance(source, Scene) else view.look
+        return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
+
+    def lights_of(self, scene: Scene) -> list[Light]:
+        """Return the lights: those given, else the scene's own; a ground has one that casts shadows."""
+        own = scene.lights or (GROUND_LIGHT if self.finish.ground else None)
+        return check_lights(own if self.lights is None else self.lights)
+
+    def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
+        """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
+        camera = check_type(scene.camera if self.camera is None else self.camera, Camera, "camera")
+        mover = scene if isinstance(self.source, Scene) else scene.things[0].content.frame  # of several the first
+        return camera, viewing_pose(mover, self.pose, *self.turns)
+
+
+Source = Frame | Sequence[Frame] | Scene | FilePath | RenderRequest
 
 
 class Scenes:
@@ -28,17 +128,14 @@ class Scenes:
     def __init__(self) -> None:
         self._last: tuple[tuple[Frame, ...], Look, Scene] | None = None
 
-    def of(self, frame: Frame | Sequence[Frame] | Scene, options: tuple[Any, ...]) -> Scene:
-        """What is drawn; options as in Look. Raises TypeError or ValueError."""
-        if isinstance(frame, Scene):
-            _check_plain(options)
-            return frame.framed()
-        if isinstance(frame, Frame | Sequence) and not isinstance(frame, bytes):
-            return self.of_frames(check_frames(frame), Look(*options))
-        raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(frame)}")
+    def of(self, request: RenderRequest) -> Scene:
+        """Return what a request draws, with a camera."""
+        if isinstance(request.source, Scene):
+            return request.source.framed()
+        return self.of_frames(check_frames(request.source), request.look)
 
     def of_frames(self, frames: tuple[Frame, ...], look: Look) -> Scene:
-        """The scene of one object; the last one again if nothing has changed."""
+        """Return the scene of one object; the last one again if nothing has changed."""
         if self._last is None or self._last[0] != frames or not look.is_uniform or self._last[1] != look:
             first = frames[0]
             scene = Scene((Node(PointObject(frames, look=look)),), first.picture_camera, first.pose)
@@ -47,37 +144,38 @@ class Scenes:
         return self._last[2]
 
 
-def loaded(frame: Frame | Sequence[Frame] | Scene | FilePath) -> Frame | Sequence[Frame] | Scene:
-    """The frame or scene itself; of a path or a built-in name, what is there."""
-    if not isinstance(frame, str | PathLike):
-        return frame
+def loaded(source: Any) -> Any:
+    """Return the frame or scene itself; of a path or a built-in name, what is there."""
+    if not isinstance(source, str | PathLike):
+        return source
     from ..files.sources import load_any  # which imports the readers of all files
 
-    return load_any(frame)
+    return load_any(source)
 
 
-def seen_by(
-    frame: Frame | Sequence[Frame] | Scene,
-    scene: Scene,
-    camera: Camera | None,
-    pose: ArrayLike | None,
-    yaw: float,
-    pitch: float,
-    dolly: float,
-) -> tuple[Camera, NDArray[np.float64]]:
-    """Who looks: the scene's own camera and pose unless others are given. Raises TypeError or ValueError."""
-    camera = check_type(scene.camera if camera is None else camera, Camera, "camera")
-    mover = scene if isinstance(frame, Scene) else scene.things[0].content.frame  # of several frames the first
-    return camera, viewing_pose(mover, pose, yaw, pitch, dolly)
+def check_source(source: Any) -> Frame | Sequence[Frame] | Scene:
+    """Return the source. Raises TypeError or ValueError for anything but a frame, several, or a scene."""
+    if isinstance(source, Frame | Scene):
+        return source
+    if isinstance(source, Sequence) and not isinstance(source, bytes):
+        return check_frames(source)
+    raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(source)}")
 
 
-def _check_plain(options: tuple[Any, ...]) -> None:
-    """Raises ValueError for options of a Look that were passed with a scene: its objects have their own."""
-    plain = Look().options
-    changed = [
-        name
-        for (name, before), value in zip(plain.items(), options, strict=True)
-        if not (value is before or (isinstance(value, str | Material) and value == before))
-    ]
-    if changed:
-        raise ValueError(f"the objects of a scene have a look of their own: leave out {', '.join(changed)}")
+_DEFAULTS: dict[str, Any] = {one.name: one.default for group in GROUPS for one in fields(group)}
+_NAMES = {group: [one.name for one in fields(group)] for group in GROUPS}
+_PLAIN = {group: group() for group in GROUPS}  # shared, so that a picture without options makes none
+
+
+def _is_given(name: str, value: Any) -> bool:
+    """Whether a value is another than the default."""
+    default = _DEFAULTS.get(name)
+    if value is default or (value is None and name == "material"):
+        return False
+    return not (isinstance(value, str | Material) and value == default)
+
+
+def _made_of(group: type, given: dict[str, Any]) -> Any:
+    """Return a group with those of the options that are its fields."""
+    own = {name: given[name] for name in _NAMES[group] if name in given}
+    return group(**own) if own else _PLAIN[group]

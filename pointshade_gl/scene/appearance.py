@@ -3,25 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, as_array, check_choice, check_flag, check_float, check_number, check_type
-from .noise import check_noise, check_noise_text, parse_noise
-from .normal_methods import check_method, check_normals, parse_max_depth_step
+from ..messages.validation import (
+    LARGEST,
+    Numbers,
+    as_array,
+    check_choice,
+    check_flag,
+    check_float,
+    check_number,
+    check_type,
+)
+from .noise import SENSORS, check_noise, check_noise_text, parse_noise
+from .normal_methods import METHODS, Method, check_method, check_normals, parse_max_depth_step
+from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
 
-SHADINGS = ("none", "flat", "gouraud", "phong")
-LIT_EARLY = ("flat", "gouraud")  # of these: light points or corners, and mix that light
-SPLATS = ("footprint", "round", "mesh")
-UPSAMPLINGS = ("vote", "none")
-NORMALS_AT = ("source", "target")
-FLYING = ("keep", "snap")
-SWITCHES = ("temporal", "unlight", "remove_highlights")  # the options that are True or False
+Shading = Literal["none", "flat", "gouraud", "phong"]
+Splat = Literal["footprint", "round", "mesh"]
+Upsampling = Literal["vote", "none"]
+NormalsAt = Literal["source", "target"]
+Flying = Literal["keep", "snap"]
+SHADINGS: tuple[Shading, ...] = get_args(Shading)
+SPLATS: tuple[Splat, ...] = get_args(Splat)
+UPSAMPLINGS: tuple[Upsampling, ...] = get_args(Upsampling)
+NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
+FLYING: tuple[Flying, ...] = get_args(Flying)
+LIT_EARLY = ("flat", "gouraud")  # of the shadings: light points or corners, and mix that light
 
 
+@option_class
 @dataclass(frozen=True)
 class Material:
     """How the surface answers light (Phong 1975): strengths of the three terms and the highlight's exponent.
@@ -31,10 +46,10 @@ class Material:
     of normals that are estimated in the view (normals_at).
     """
 
-    ambient: float = 0.1
-    diffuse: float = 0.9
-    specular: float = 0.3
-    shininess: float = 32.0
+    ambient: float = opt(0.1, "strength of the ambient light", metavar="N", panel=LIGHT)
+    diffuse: float = opt(0.9, "strength of the diffuse reflection", metavar="N", panel=LIGHT)
+    specular: float = opt(0.3, "strength of the highlight", metavar="N", panel=LIGHT)
+    shininess: float = opt(32.0, "exponent of the highlight", metavar="N", panel=LIGHT)
 
     def __post_init__(self) -> None:
         for name in ("ambient", "diffuse", "specular"):
@@ -49,77 +64,151 @@ class Material:
         return self.ambient, self.diffuse, self.specular, self.shininess
 
 
+@option_class
 @dataclass(frozen=True)
 class Look:
     """All choices about how one point object is drawn, except its place and the light.
 
-    material  how its surface answers light
-    normals   a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes
-    shading   "none", "flat", "gouraud" or "phong"
-    size      splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1. "fill"
-              is 1 too, but gaps between points of one surface are filled: with planes through the points around them,
-              and with the picture's colours. Where depth is sparse, as of LiDAR in a picture, these points may be 32
-              pixels away, elsewhere 8. Outlines stay where they are. A mesh is filled too; several frames of one thing
-              are not, as they fill each other.
-    splat     "footprint" carries the pixel's square into the view; where a surface ends, footprints of size 1 bend with
-              it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles between
-              neighbouring pixels instead, which have no size. The mesh ends at the middle of the last pixels: from the
-              frame's own camera its colours are exact, but the outer half pixel is missing. It also ends where
-              max_depth_step says, or without it where neither of two neighbours lies on the other's tangent plane, to
-              2 % of 1/z.
-    max_depth_step, noise  as for `Renderer.estimate_normals`
-    upsample  where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide
-              where surfaces end; "none" draws the depth's own points. Points of another size than 1 are never enlarged.
-    normals_at  of several frames of one thing: "source" estimates normals in each frame and mixes them in the view;
-              "target" estimates them in the view, on the depth that the frames give together, in every new view. Only
-              phong shading shows the difference, and of a single frame there is none.
-    flying    pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" puts
-              them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in noisy
-              depth; clean depth does not change.
-    temporal  True averages the depth and the normals of a stream over time: of the frames that are drawn one after
-              another at the same place among a scene's point objects. Each pixel rests on up to 16 frames, as far as
-              they agree within the measured noise; poses tell how the camera has moved. What moves or has just
-              appeared is drawn as without it, and so is the first frame: a single picture does not change. The stream
-              begins anew where the size or the camera's intrinsics change, and where the same frame is estimated
-              again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 64 bytes a pixel on the
-              GPU, of several streams 40 for each more.
-    unlight   True estimates the light in the picture, one direction and ambient light, and divides it out of the
-              colours, so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.
-    remove_highlights  True takes the highlights that the light in the picture makes out of its colours. Where the
-              picture does not tell them from white paint, they stay.
-
-    Raises ValueError for unknown names and for impossible numbers, TypeError for values of another kind. Arrays are
-    checked by `for_frame`, which knows their shape.
+    Raises
+    ------
+    ValueError, TypeError
+        for unknown names, for impossible numbers, and for values of another kind. Arrays are checked by `for_frame`,
+        which knows their shape.
     """
 
-    material: Material = Material()
-    normals: str | ArrayLike = "auto"
-    shading: str = "phong"
-    size: float | ArrayLike | str | None = None
-    splat: str = "footprint"
-    max_depth_step: float | str | None = None
-    noise: float | ArrayLike | str | None = None
-    upsample: str = "vote"
-    normals_at: str = "source"
-    flying: str = "keep"
-    temporal: bool = False
-    unlight: bool = False
-    remove_highlights: bool = False
+    material: Material = opt(Material(), "how the surface answers light; None is the default Material")
+    normals: Method | Numbers = opt(
+        "auto",
+        "a method (see `Renderer.estimate_normals`), or (h, w, 3) floats in the frame's camera axes",
+        f"How normals are estimated: {', '.join(METHODS)}.",
+        metavar="METHOD",
+        known=METHODS,
+        panel=FRAME,
+    )
+    shading: Shading = opt(
+        "phong",
+        'how surfaces are lit: "none" shows their own colours',
+        f"How surfaces are lit: {', '.join(SHADINGS)}.",
+        metavar="MODEL",
+        known=SHADINGS,
+        panel=LIGHT,
+    )
+    point_size: float | Numbers | Literal["fill"] | None = opt(
+        None,
+        "splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1. "
+        '"fill" is 1 too, but gaps between points of one surface are filled: with planes through the points '
+        "around them, and with the picture's colours. Where depth is sparse, as of LiDAR in a picture, these "
+        "points may be 32 pixels away, elsewhere 8. Outlines stay where they are. A mesh is filled too; several "
+        "frames of one thing are not, as they fill each other.",
+        "Size of the points in pixels of the frame, or fill: close the gaps between them. Default: 1.",
+        metavar="N|fill",
+        was="size",
+        known=("fill",),
+        read=number_or_text,
+        panel=VIEW,
+    )
+    splat: Splat = opt(
+        "footprint",
+        '"footprint" carries the pixel\'s square into the view; where a surface ends, footprints of size 1 bend '
+        'with it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles '
+        "between neighbouring pixels instead, which have no size. The mesh ends at the middle of the last pixels:"
+        " from the frame's own camera its colours are exact, but the outer half pixel is missing. It also ends "
+        "where max_depth_step says, or without it where neither of two neighbours lies on the other's tangent "
+        "plane, to 2 % of 1/z.",
+        f"What is drawn of each point: {', '.join(SPLATS)} (triangles between pixels).",
+        metavar="SHAPE",
+        known=SPLATS,
+        panel=VIEW,
+        place=0,
+    )
+    max_depth_step: float | str | None = opt(
+        None,
+        'for triangles: a neighbour further in depth belongs to another surface. Metres, or "3%" of the pixel\'s '
+        "depth; None is no limit. The other methods find edges by themselves.",
+        "A larger depth step ends a surface: metres, or '3%'.",
+        metavar="M",
+        panel=FRAME,
+    )
+    noise: float | Numbers | str | None = opt(
+        None,
+        "for auto and adaptive: standard deviation of the depth in metres, a number or (h, w), or a sensor's name "
+        '("kinect"); or what `describe` and --explain print, such as "1.5mm,shared=2,steps=1mm"; None measures it',
+        f"Noise of the depth: metres, what --explain prints, or {', '.join(SENSORS)}. Default: measured.",
+        metavar="M|SENSOR",
+        known=tuple(SENSORS),
+        read=number_or_text,
+        panel=FRAME,
+    )
+    upsample: Upsampling = opt(
+        "vote",
+        'where the colours are larger than the depth: "vote" brings the depth to their size, and lets them decide'
+        ' where surfaces end; "none" draws the depth\'s own points. Points of another size than 1 are never '
+        "enlarged.",
+        "Where color is larger than depth: vote (bring depth to its size) or none.",
+        metavar="METHOD",
+        known=UPSAMPLINGS,
+        panel=VIEW,
+    )
+    normals_at: NormalsAt = opt(
+        "source",
+        'of several frames of one thing: "source" estimates normals in each frame and mixes them in the view; "target" '
+        "estimates them in the view, on the depth that the frames give together, in every new view. Only phong shading "
+        "shows the difference, and of a single frame there is none.",
+        "Of --views, normals are estimated in each view (source) or in the picture (target).",
+        metavar="PLACE",
+        known=NORMALS_AT,
+        panel=VIEW,
+    )
+    flying: Flying = opt(
+        "keep",
+        'pixels that hang between two surfaces because the sensor mixed them: "keep" draws them there, "snap" '
+        'puts them onto the nearer of the two (Sabov, Krueger 2008). Only "auto" and "adaptive" look for them, in'
+        " noisy depth; clean depth does not change.",
+        "Pixels that hang between two surfaces: keep, or snap (put them onto the nearer one).",
+        metavar="METHOD",
+        known=FLYING,
+        panel=FRAME,
+    )
+    temporal: bool = opt(
+        False,
+        "True averages the depth and the normals of a stream over time: of the frames that are drawn one after "
+        "another at the same place among a scene's point objects. Each pixel rests on up to 16 frames, as far as "
+        "they agree within the measured noise; poses tell how the camera has moved. What moves or has just "
+        "appeared is drawn as without it, and so is the first frame: a single picture does not change. The stream"
+        " begins anew where the size or the camera's intrinsics change, and where the same frame is estimated "
+        'again, otherwise. Only "auto" and "adaptive" filter, in noisy depth. It takes 64 bytes a pixel on the '
+        "GPU, of several streams 40 for each more.",
+        "Filter noisy depth of a sequence over time: less flicker.",
+        panel=FRAME,
+    )
+    unlight: bool = opt(
+        False,
+        "True estimates the light in the picture, one direction and ambient light, and divides it out of the colours, "
+        "so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.",
+        "Divide the light in the picture out of its colours, if the picture tells it.",
+        panel=LIGHT,
+        place=2,
+    )
+    remove_highlights: bool = opt(
+        False,
+        "True takes the highlights that the light in the picture makes out of its colours. Where the picture does not "
+        "tell them from white paint, they stay.",
+        "Take the highlights in the picture out of its colours, if the picture tells them.",
+        panel=LIGHT,
+        place=2,
+    )
 
     def __post_init__(self) -> None:
         check_type(self.material, Material, "material")
-        check_choice(option("shading"), self.shading, SHADINGS)
-        check_choice(option("splat"), self.splat, SPLATS)
-        check_choice(option("upsample"), self.upsample, UPSAMPLINGS)
-        check_choice(option("normals_at"), self.normals_at, NORMALS_AT)
-        check_choice(option("flying"), self.flying, FLYING)
+        for name, known in VOCABULARIES.items():
+            check_choice(option(name), getattr(self, name), known)
         for name in SWITCHES:
             object.__setattr__(self, name, check_flag(getattr(self, name), option(name)))
         if isinstance(self.normals, str):
             check_method(self.normals)
         elif _is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
-        object.__setattr__(self, "size", _checked_size(self.size, self.splat))
+        object.__setattr__(self, "point_size", _checked_size(self.point_size, self.splat))
         if isinstance(self.noise, str):
             check_noise_text(self.noise)
         elif self.noise is not None and _is_single(self.noise):
@@ -134,61 +223,139 @@ class Look:
         changes: dict[str, Any] = {}
         if not isinstance(self.normals, str):
             changes["normals"] = _frozen(check_normals(self.normals, depth.shape))
-        sizes = check_sizes(self.size, depth.shape)
+        sizes = self.sizes_for(depth)
         if sizes.size > 1:
-            changes["size"] = _frozen(sizes.reshape(depth.shape))
+            changes["point_size"] = _frozen(sizes.reshape(depth.shape))
         if self.noise is not None and not isinstance(self.noise, str):
             noise = parse_noise(self.noise, depth)
             if np.ndim(self.noise):
                 changes["noise"] = _frozen(noise)
         return replace(self, **changes) if changes else self
 
+    def sizes_for(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return the splats' sizes in source pixels, (1,) or (h*w,), for a depth picture (h, w)."""
+        return check_sizes(self.point_size, depth.shape)
+
+    @property
+    def has_own_sizes(self) -> bool:
+        """Some points have another size than 1."""
+        return not (self.point_size is None or self.fills or np.all(np.asarray(self.point_size) == 1))
+
     @property
     def is_uniform(self) -> bool:
         """No option is an array: each holds for every pixel."""
-        return all(isinstance(value, str | int | float | None) for value in (self.normals, self.size, self.noise))
+        return all(isinstance(value, str | int | float | None) for value in (self.normals, self.point_size, self.noise))
 
     @property
     def fills(self) -> bool:
         """Gaps between points are filled."""
-        return isinstance(self.size, str)
+        return isinstance(self.point_size, str)
 
     @property
     def farthest_reach(self) -> float:
         """Source pixels that the largest splat reaches from its middle."""
-        size = 1.0 if self.size is None or self.fills else float(np.max(np.asarray(self.size)))
+        size = 1.0 if self.point_size is None or self.fills else float(np.max(np.asarray(self.point_size)))
         return size * (0.5**0.5 if self.splat == "round" else 0.5)
 
     @property
     def options(self) -> dict[str, Any]:
         """By name, as arguments of `Renderer.render`."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @property
+    def is_plain(self) -> bool:
+        """The frame's own camera sees its photograph, to the bit."""
+        has_own_colors = self.shading == "none" and not self.unlight and not self.remove_highlights
+        return has_own_colors and self.splat == "footprint" and self.is_uniform and self.point_size in (None, 1)
+
+    @property
+    def alone(self) -> Look:
+        """The look of a single picture: nothing is filtered over time."""
+        return replace(self, temporal=False)
+
+    @property
+    def as_taken(self) -> Look:
+        """The look without light, in the photograph's own colours."""
+        return replace(self, shading="none", unlight=False, remove_highlights=False)
+
+    @property
+    def of_points(self) -> Look:
+        """The look of single points, each lit once: what only splats show has its default."""
+        material = UNLIT if self.shading == "none" else self.material
+        kept = {name: getattr(self, name) for name in ("normals", *keys_of(SurfaceOptions), *keys_of(ColorOptions))}
+        return Look(material, shading="flat", upsample="none", **kept)
 
 
-def check_sizes(size: float | ArrayLike | str | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
+class SurfaceOptions(TypedDict, total=False):
+    """The options of a Look about the surface that is found in the depth."""
+
+    max_depth_step: float | str | None
+    noise: float | Numbers | str | None
+    flying: Flying
+    temporal: bool
+
+
+class FormOptions(TypedDict, total=False):
+    """The options of a Look about what is drawn of each point."""
+
+    splat: Splat
+    upsample: Upsampling
+
+
+class ColorOptions(TypedDict, total=False):
+    """The options of a Look about the colours in the picture."""
+
+    unlight: bool
+    remove_highlights: bool
+
+
+class NamedOptions(FormOptions, SurfaceOptions, ColorOptions, total=False):
+    """The options of a Look that functions take by name only."""
+
+    normals_at: NormalsAt
+
+
+class LookOptions(NamedOptions, total=False):
+    """The options of a Look, except its material."""
+
+    normals: Method | Numbers
+    shading: Shading
+    point_size: float | Numbers | Literal["fill"] | None
+
+
+VOCABULARIES: dict[str, tuple[str, ...]] = {
+    name: get_args(kind) for name, kind in get_type_hints(LookOptions).items() if get_origin(kind) is Literal
+}
+SWITCHES = tuple(one.name for one in fields(Look) if one.default is False)
+UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
+
+
+def check_sizes(size: float | Numbers | str | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
     """Splat sizes in source pixels as (1,) or (h*w,) float32; None and "fill" are 1.
 
     Raises ValueError for an impossible size.
     """
-    complaint = f"size is the splats' size in source pixels, one number or an array of {shape}"
+    name = option("point_size")
+    complaint = f"{name} is the splats' size in source pixels, one number or an array of {shape}"
     sizes = np.atleast_1d(as_array(1.0 if size is None or isinstance(size, str) else size, complaint, np.float32))
     if sizes.shape not in ((1,), shape):
         raise ValueError(f"{complaint}, got {sizes.shape}")
     if not ((sizes >= 0) & (sizes <= LARGEST)).all():
-        raise ValueError("size must be finite and not negative everywhere")
+        raise ValueError(f"{name} must be finite and not negative everywhere")
     return sizes.ravel()
 
 
 def _checked_size(size: Any, splat: str) -> Any:
     """The size, a single number as a float. Raises ValueError for one that cannot be drawn."""
+    name = option("point_size")
     if isinstance(size, str):
         if size != "fill":
-            raise ValueError(f"size must be a number of source pixels, or 'fill', got {shown(size)}")
+            raise ValueError(f"{name} must be a number of source pixels, or 'fill', got {shown(size)}")
     elif size is not None and _is_single(size):
-        size = check_float(size, "size must be a number of source pixels, 0 or above", 0)
+        size = check_float(size, f"{name} must be a number of source pixels, 0 or above", 0)
     if splat == "mesh" and not (size is None or (np.ndim(size) == 0 and size in (1, "fill"))):
         others = option("splat", *SPLATS[:-1])
-        raise ValueError(f"size is that of splats, and a mesh has none: leave it out, or use {others}")
+        raise ValueError(f"{name} is that of splats, and a mesh has none: leave it out, or use {others}")
     return size
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .rotation import rotation_of
+
 Matrices = NDArray[np.float64]  # (n, 4, 4)
 
 OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])  # y up and z backwards, to ours and back
@@ -27,15 +29,8 @@ def from_matrices(rows: NDArray[np.float64]) -> Matrices:
 @np.errstate(invalid="ignore", over="ignore", divide="ignore")  # (0, 0, 0, 0) becomes NaN, which the check refuses
 def from_quaternions(places: NDArray[np.float64], turns: NDArray[np.float64]) -> Matrices:
     """(n, 4, 4) from (n, 3) x y z and (n, 4) qx qy qz qw of any length."""
-    x, y, z, w = (turns / np.linalg.norm(turns, axis=1, keepdims=True)).T
     poses = np.tile(np.eye(4), (len(places), 1, 1))
-    poses[:, :3, :3] = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    ).transpose(2, 0, 1)
+    poses[:, :3, :3] = rotation_of(turns / np.linalg.norm(turns, axis=1, keepdims=True))
     poses[:, :3, 3] = places
     return poses
 

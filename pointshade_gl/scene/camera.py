@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..messages.formatting import option
-from ..messages.validation import ABOVE_0, LARGEST, as_array, check_count, check_float, check_point
+from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point
+from .rotation import check_matrix, is_orthogonal, moved
 
 NEAR = 0.001  # share of the distance to what is looked at
 SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
@@ -87,6 +88,94 @@ class Camera:
         focal = height / 2 / math.tan(math.radians(fov) / 2)
         return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
+    def rays(self) -> NDArray[np.float64]:
+        """Return the ray through the centre of every pixel.
+
+        Returns
+        -------
+        ndarray of shape (h, w, 3), float64
+            Camera axes (x right, y down, z forward). z is 1, so that `rays() * depth[..., None]` are points.
+        """
+        return self.unproject(np.ones((self.height, self.width)))
+
+    def unproject(
+        self, depth: ArrayLike, pixels: ArrayLike | None = None, pose: ArrayLike | None = None
+    ) -> NDArray[np.float64]:
+        """Return the points that pixels show.
+
+        Parameters
+        ----------
+        depth : array of shape (h, w), or (...) with `pixels`
+            z along the optical axis, in any unit. Where it is 0, as where depth is missing, the point is the
+            camera's own place.
+        pixels : array of shape (..., 2), optional
+            Columns and rows (u, v) to which the depths belong, whole or between two pixels; pixel centres are at
+            integers. Without them the depths are those of the whole picture.
+        pose : array of shape (4, 4), optional
+            Camera-to-world; the points are in the world. Without it they are in camera axes.
+
+        Returns
+        -------
+        ndarray of shape (h, w, 3) or (..., 3), float64
+            Points x, y, z in the unit of the depth.
+
+        Raises
+        ------
+        TypeError
+            For anything but real numbers.
+        ValueError
+            For other shapes, and for a pose that is not a rotation and a translation.
+        """
+        z = as_array(depth, "depth must be numbers of shape (h, w)")
+        if pixels is None:
+            v, u = np.ogrid[0 : self.height, 0 : self.width]
+        else:
+            u, v = np.moveaxis(_check_last(pixels, "pixels", 2), -1, 0)
+        shape = np.broadcast_shapes(u.shape, v.shape)
+        if z.shape != shape:
+            raise ValueError(f"depth must have shape {shape}, a value for each pixel, got {z.shape}")
+        x, y = self.ray_at(u, v)
+        points = np.stack([x * z, y * z, z], -1)
+        return points if pose is None else moved(points, check_pose(pose))
+
+    def project(self, points: ArrayLike, pose: ArrayLike | None = None) -> NDArray[np.float64]:
+        """Return where points appear in the picture.
+
+        Parameters
+        ----------
+        points : array of shape (..., 3)
+            x, y, z in camera axes, or in the world with `pose`; any unit.
+        pose : array of shape (4, 4), optional
+            Camera-to-world.
+
+        Returns
+        -------
+        ndarray of shape (..., 2), float64
+            Columns and rows (u, v) in pixels, pixel centres at integers; outside the picture as well. NaN for points
+            that are not in front of the camera.
+
+        Raises
+        ------
+        TypeError
+            For anything but real numbers.
+        ValueError
+            For other shapes, and for a pose that is not a rotation and a translation.
+        """
+        places = _check_last(points, "points", 3)
+        if pose is not None:
+            places = moved(places, np.linalg.inv(check_pose(pose)))
+        x, y, z = np.moveaxis(places, -1, 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.stack(self.pixel_at(x, y, np.where(z > 0, z, np.nan)), -1)
+
+    def ray_at(self, u: Any, v: Any) -> tuple[Any, Any]:
+        """Return x and y, where z is 1, of the ray through a column and a row of pixels: numbers or arrays."""
+        return (u - self.cx) / self.fx, (v - self.cy) / self.fy
+
+    def pixel_at(self, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
+        """Return the column and the row at which a point in front of the camera appears: numbers or arrays."""
+        return self.fx * x / z + self.cx, self.fy * y / z + self.cy
+
     @property
     def intrinsics(self) -> tuple[float, float, float, float]:
         """Return (fx, fy, cx, cy), pixels."""
@@ -120,6 +209,13 @@ class Camera:
         return Camera(self.fx * scale, self.fy * scale, cx, cy, width, height)
 
 
+def _check_last(value: ArrayLike, name: str, count: int) -> NDArray[np.float64]:
+    array = as_array(value, f"{name} must be numbers of shape (..., {count})")
+    if array.shape[-1:] != (count,):
+        raise ValueError(f"{name} must have shape (..., {count}), got {array.shape}")
+    return array
+
+
 def _check_side(value: int, name: str) -> int:
     return check_count(value, f"camera {name}", 1, "of pixels ")
 
@@ -143,15 +239,9 @@ def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64
     Raises ValueError unless it is a rotation and a translation (to 1 %, so that rounded text files pass), TypeError for
     anything but numbers.
     """
-    matrix = np.eye(4) if pose is None else as_array(pose, f"{name} must be numbers of shape (4, 4)")
-    if matrix.shape != (4, 4):
-        raise ValueError(f"{name} must have shape (4, 4), got {matrix.shape}")
-    if not np.isfinite(matrix).all():
-        raise ValueError(f"{name} must be finite, got {np.count_nonzero(~np.isfinite(matrix))} NaN or infinite entries")
-    if np.abs(matrix).max() > LARGEST:
-        raise ValueError(f"{name} must be finite, its translation below {LARGEST:g}, got {np.abs(matrix).max():g}")
+    matrix = np.eye(4) if pose is None else check_matrix(pose, name)
     rotation = matrix[:3, :3]
-    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or np.abs(rotation.T @ rotation - np.eye(3)).max() > 0.01:
+    if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6 or not is_orthogonal(rotation, 0.01):
         raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")

@@ -166,11 +166,10 @@ class Frame(Preview):
         self, box: tuple[int, int, int, int], depths: tuple[float, float], reach: float = 0.5
     ) -> NDArray[np.float64]:
         """Of the box round the part of the view that these pixels and depths limit; none where there are no pixels."""
-        (left, top, right, bottom), c = box, self.camera
+        left, top, right, bottom = box
         if not right:
             return np.zeros((0, 3))
-        x = (np.array([left - reach, right - 1 + reach]) - c.cx) / c.fx
-        y = (np.array([top - reach, bottom - 1 + reach]) - c.cy) / c.fy
+        x, y = self.camera.ray_at(*np.array([[left - reach, right - 1 + reach], [top - reach, bottom - 1 + reach]]))
         at = np.array([[x_ * z, y_ * z, z] for z in depths for x_ in x for y_ in y])
         return box_corners(at.min(0), at.max(0))
 
@@ -196,9 +195,8 @@ class Frame(Preview):
         known = z > 0
         if not known.any():
             return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
-        c, z = self.camera, z[known]
-        x, y = (u[known] - c.cx) / c.fx * z, (v[known] - c.cy) / c.fy * z
-        return self.pose[:3, :3] @ [median(x), median(y), median(z)] + self.pose[:3, 3]
+        (x, y), z = self.camera.ray_at(u[known], v[known]), z[known]
+        return self.pose[:3, :3] @ [median(x * z), median(y * z), median(z)] + self.pose[:3, 3]
 
     @cached_property
     def scale(self) -> float:

@@ -10,6 +10,7 @@ from .appearance import Look
 from .camera import Camera, Eye
 from .frame import Frame
 from .placed import Placed
+from .rotation import moved
 
 MOST_COARSE, FEWEST = 32, 4  # of how many pixels one is drawn, at most; how many are drawn on each side, at least
 PLACES = 160  # in a row of the surface that a frame hides, about
@@ -29,7 +30,7 @@ def coarser_step(placed: Placed, eye: Eye) -> int:
     pixels are left on each side of the frame.
     """
     view, corners, frame = np.linalg.inv(eye.pose), placed.main_corners, placed.content.frame
-    depth = (corners @ view[:3, :3].T + view[:3, 3])[:, 2]
+    depth = moved(corners, view)[:, 2]
     nearest = float(depth.min()) if len(depth) else 0.0
     if nearest <= 0:
         return 1
@@ -61,8 +62,7 @@ def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
     larger, and where the look asks for the depth's own points. It does not depend on the pose: moving costs nothing.
     """
     small, large = frame.camera, frame.picture_camera
-    is_own = look.upsample == "none" or not (look.size is None or look.fills or np.all(np.asarray(look.size) == 1))
-    if is_own or large == small:
+    if look.upsample == "none" or look.has_own_sizes or large == small:
         return small
     width = int(np.clip(round(small.width * camera.fx / small.fx), small.width, large.width))
     height = int(np.clip(round(small.height * abs(camera.fy / small.fy)), small.height, large.height))

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..messages.formatting import shown
-from ..messages.validation import LARGEST, as_array, check_flag, items_of
+from ..messages.validation import check_flag, items_of
 from .light import Light
 from .mesh import Mesh
 from .point_object import PointObject
+from .rotation import check_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +59,7 @@ class Node:
             if not isinstance(item, PointObject | Mesh | Light | None):
                 got = shown(item)
                 raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
-        matrix = as_array(self.transform, f"{where}: its transform must be numbers of shape (4, 4)")
-        if matrix.shape != (4, 4):
-            raise ValueError(f"{self.title}: its transform must have shape (4, 4), got {matrix.shape}")
-        if not np.isfinite(matrix).all():
-            raise ValueError(f"{where}: its transform holds NaN or infinite numbers")
-        if np.abs(matrix).max() > LARGEST:
-            raise ValueError(f"{where}: its transform must be below {LARGEST:g}, got {np.abs(matrix).max():g}")
+        matrix = check_matrix(self.transform, f"{where}: its transform")
         if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
             raise ValueError(
                 f"{self.title}: the last row of its transform must be (0, 0, 0, 1), got {matrix[3].tolist()}"

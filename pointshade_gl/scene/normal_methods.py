@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,15 +15,19 @@ TRIANGLES = {"triangles-1": 1, "triangles-2": 2, "triangles-4": 4, "triangles-8"
 PLANE_FITS = {f"plane-fit-{window}": window for window in range(3, 14, 2)}
 SPARSE_LEVELS = 6  # "sparse" looks at cells of up to 2**6 pixels
 SPARSE_TILTS = (0.02, 0.08, 0.32)  # radians of error: the first that some cells reach is good enough
-METHODS = ("auto", "adaptive", "star", "star-borrow", "sparse", *TRIANGLES, "central", "one-sided", *PLANE_FITS)
+Method = Literal[
+    "auto", "adaptive", "star", "star-borrow", "sparse", "triangles-1", "triangles-2", "triangles-4", "triangles-8",
+    "central", "one-sided", "plane-fit-3", "plane-fit-5", "plane-fit-7", "plane-fit-9", "plane-fit-11", "plane-fit-13",
+]  # fmt: skip
+METHODS: tuple[Method, ...] = get_args(Method)
 Step = tuple[float, float]
 NO_LIMIT: Step = (3.0e38, 0.0)
 
 
-def check_method(method: str) -> str:
+def check_method(method: str) -> Method:
     """The method's name, or a ValueError that lists the known ones."""
     check_choice(f"{option('normals')} method", method, METHODS)
-    return method
+    return cast("Method", method)
 
 
 def parse_max_depth_step(value: float | str | None) -> Step:
@@ -57,11 +62,3 @@ def check_normals(normals: ArrayLike, shape: tuple[int, int]) -> NDArray[np.floa
         raise ValueError(f"normals must be finite and below {LARGEST:g}, NaN where missing, got {longest:g}")
     length = np.linalg.norm(array, axis=-1, keepdims=True)
     return np.where(length > 0, array / np.where(length > 0, length, 1), 0).astype(np.float32)
-
-
-def check_normals_option(normals: str | ArrayLike, shape: tuple[int, int]) -> None:
-    """Raises ValueError unless it is a method's name or (h, w, 3) normals."""
-    if isinstance(normals, str):
-        check_method(normals)
-    else:
-        check_normals(normals, shape)

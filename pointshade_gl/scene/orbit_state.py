@@ -91,12 +91,15 @@ class State:
             checked(check_flag, name)
         check_type(self.look, Look, "state look")
         if not self.look.is_uniform:
-            raise ValueError("the viewer's look must have one value for all pixels: no arrays for normals, size, noise")
+            raise ValueError(
+                "the viewer's look must have one value for all pixels: no arrays for normals, point_size, noise"
+            )
 
     @property
     def point_size(self) -> float:
         """The splats' size in source pixels."""
-        return 1.0 if self.look.size is None or self.look.fills else float(np.asarray(self.look.size))
+        size = self.look.point_size
+        return 1.0 if size is None or self.look.fills else float(np.asarray(size))
 
     def with_look(self, **changes: Any) -> State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""

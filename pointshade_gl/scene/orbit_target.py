@@ -34,11 +34,10 @@ class Stage:
         step = max(1, round((h * w / PROBE) ** 0.5))
         v, u = np.mgrid[0:h:step, 0:w:step]
         z = frame.depth[::step, ::step].astype(np.float64)
-        c, known = frame.camera, z > 0
-        points = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)[known]
+        points = frame.camera.unproject(z, np.stack([u, v], -1))[z > 0]
         extent = np.quantile(np.linalg.norm(points - pivot, axis=1), 0.8) if len(points) else 0.0
         radius = float(np.clip(1.5 * extent, 0.5 * pivot[2], pivot[2]))
-        upright = np.diag([1.0, np.sign(c.fy), 1.0])
+        upright = np.diag([1.0, np.sign(frame.camera.fy), 1.0])
         return cls(upright @ pivot, radius, upright)
 
     def is_as(self, other: Stage) -> bool:

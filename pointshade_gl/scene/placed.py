@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .mesh import Mesh
 from .node import Node
 from .point_object import PointObject
+from .rotation import is_rotation, moved
 
 Matrix = NDArray[np.float64]
 ROUNDING = 1e-12  # a scale this near to 1 is 1
@@ -83,7 +84,7 @@ class Placed:
         return seen
 
     def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return points @ self.axes[:3, :3].T + self.axes[:3, 3]
+        return moved(points, self.axes)
 
     @cached_property
     def rigid_axes(self) -> tuple[Matrix, float]:
@@ -93,7 +94,7 @@ class Placed:
         """
         linear = self.world[:3, :3]
         scale = float(np.cbrt(np.linalg.det(linear)))
-        if scale <= 0 or np.abs(linear.T @ linear / scale**2 - np.eye(3)).max() > 0.01:
+        if scale <= 0 or not is_rotation(linear / scale, 0.01):
             raise ValueError(
                 f"{self.node.title}: a point object takes rotation, translation and one scale for all axes, "
                 f"got {np.round(linear, 4).tolist()}"

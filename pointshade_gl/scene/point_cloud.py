@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..messages.validation import as_array, as_given
 from .frame import Frame
+from .rotation import moved
+from .srgb import linear_to_bytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,12 +64,11 @@ def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float
     """
     v, u = np.nonzero(surface[..., 3])
     normals, z = surface[v, u, :3], surface[v, u, 3].astype(np.float64)
-    c, rotation = frame.camera, frame.pose[:3, :3]
-    seen = np.stack([(u - c.cx) / c.fx * z, (v - c.cy) / c.fy * z, z], -1)
-    turned = normals @ rotation.T
+    x, y = frame.camera.ray_at(u, v)
+    turned = normals @ frame.pose[:3, :3].T
     turned /= np.linalg.norm(turned, axis=-1, keepdims=True)  # poses of text files are rotations to 1 % only
     return PointCloud(
-        seen @ rotation.T + frame.pose[:3, 3],
+        moved(np.stack([x * z, y * z, z], -1), frame.pose),
         turned,
         _srgb()[np.rint(np.clip(light[v, u, :3], 0, 1) * 65535).astype(np.uint16)],
     )
@@ -76,7 +76,5 @@ def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float
 
 @cache
 def _srgb() -> NDArray[np.uint8]:
-    """(65536,) sRGB of linear light over 65535 (IEC 61966-2-1)."""
-    linear: NDArray[Any] = np.arange(65536) / 65535
-    encoded = np.where(linear < 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.rint(encoded * 255).astype(np.uint8)
+    """Return the sRGB, (65536,), of linear light over 65535."""
+    return linear_to_bytes(np.arange(65536) / 65535)

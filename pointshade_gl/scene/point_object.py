@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..messages.formatting import counted, option, shown
 from ..messages.validation import check_type, items_of
-from .appearance import SPLATS, Look, Material
+from .appearance import SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 MOST_FRAMES = 200  # of one object
 
@@ -55,7 +58,7 @@ class PointObject:
         *,
         look: Look | None = None,
         others: Sequence[Frame] = (),
-        **options: Any,
+        **options: Unpack[LookOptions],
     ):
         if look is not None and (material is not None or options):
             raise TypeError("pass a look, or its values one by one, not both")
@@ -67,7 +70,7 @@ class PointObject:
             raise TypeError(f"others must be a sequence of frames, got {shown(others)}")
         frame, *rest = check_frames((*check_frames(frame), *more))
         if rest and not look.is_uniform:
-            raise ValueError("normals, size and noise of several frames must hold for all: arrays belong to one frame")
+            raise ValueError("options of several frames hold for all of them: arrays belong to one frame")
         if rest and look.splat == "mesh":
             forms = option("splat", *SPLATS[:-1])
             raise ValueError(f"a mesh is that of one frame, got {1 + len(rest)}: merge them with {forms}")

@@ -4,44 +4,94 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypedDict, cast
 
-from ..messages.css_colors import linear_color
 from ..messages.formatting import option
 from ..messages.validation import LARGEST, check_color, check_direction, check_number
+from .css_colors import linear_color
+from .option_fields import PICTURE, opt, option_class
 from .sample_pattern import check_samples
 
+STILL, FILM = 16, 4  # samples of a picture of the command line, and of each picture of a film, unless given
 Vector = tuple[float, float, float]
 
 
+class FinishOptions(TypedDict, total=False):
+    """The options of a Finish."""
+
+    samples: int
+    background: str | Sequence[float] | None
+    ground: bool | Sequence[float]
+    ground_height: float | None
+
+
+@option_class
 @dataclass(frozen=True)
 class Finish:
     """What is made of the light that a picture shows.
 
-    samples     how many pictures are averaged
-    background  linear RGB, a name or "#rrggbb"; None or "transparent" is transparent
-    ground      whether a ground below the object shows shadows; or which way is up, (3,) world axes
-    ground_height  of the ground along up, metres, from the world's origin; None finds it
+    Averages and backgrounds are mixed in linear light. Over a transparent background shadows are black, and their alpha
+    is the share of the light that they take.
 
-    Raises ValueError or TypeError for anything else.
+    Raises
+    ------
+    ValueError, TypeError
+        for anything else
     """
 
-    samples: int = 1
-    background: Vector | None = None
-    ground: bool | Vector = False
-    ground_height: float | None = None
+    samples: int = opt(
+        1,
+        "how many pictures are averaged, each seen from another place within the pixels (and from other places of"
+        " lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture, seen "
+        "from the middle of each pixel: unlit and from the frame's own camera it is the photograph.",
+        f"Average N pictures, for smooth outlines and soft shadows. Default: {STILL}, in a film {FILM}, and 1 for a "
+        "photograph seen as it was taken.",
+        metavar="N",
+        panel=PICTURE,
+    )
+    background: str | Sequence[float] | None = opt(
+        None,
+        'a colour: a name, "#rrggbb", or linear RGB; None or "transparent" is transparent. Alpha is the share of the '
+        "pixel that is covered, and colours are not multiplied by it.",
+        "What lies behind: white, '#102030' or transparent. Default: transparent, in .jpg black, in films dark grey.",
+        metavar="COLOR|transparent",
+        panel=PICTURE,
+    )
+    ground: bool | Sequence[float] = opt(
+        False,
+        "True puts a ground under the object, on which only shadows are seen: those of lights that cast them. "
+        "Without a light there is one that does, with soft shadows. Where the frame itself shows a floor, the "
+        "ground goes on from there. Up is up from that floor, else up in the frame's picture, as no frame says "
+        "more, and the world's y in a scene; (3,) in world axes says it otherwise.",
+        "Put a ground below, on which only shadows are seen.",
+        panel=PICTURE,
+    )
+    ground_height: float | None = opt(
+        None,
+        "where the ground lies along up, metres (world units) from the world's origin: -1.2 is 1.2 m below the frame's "
+        "camera; None finds a floor, or what lies lowest",
+        "Where the ground lies, metres along up from the world's origin: -1.2 is 1.2 m below the camera. Default:"
+        " a floor that is shown, or what lies lowest.",
+        metavar="M",
+        kind=float,
+        panel=PICTURE,
+    )
 
-    def __init__(
-        self,
-        samples: int = 1,
-        background: str | Sequence[float] | None = None,
-        ground: bool | Sequence[float] = False,
-        ground_height: float | None = None,
-    ):
-        object.__setattr__(self, "samples", check_samples(samples))
-        object.__setattr__(self, "background", _check_background(background))
-        object.__setattr__(self, "ground", _check_ground(ground))
-        object.__setattr__(self, "ground_height", _check_height(ground_height, self.ground))
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "samples", check_samples(self.samples))
+        object.__setattr__(self, "background", _check_background(self.background))
+        object.__setattr__(self, "ground", _check_ground(self.ground))
+        object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
+
+    @property
+    def behind(self) -> Vector | None:
+        """The background in linear RGB; None is transparent."""
+        return cast("Vector | None", self.background)
+
+    @property
+    def up(self) -> Vector | None:
+        """Which way is up on the ground, world axes; None is not known, or there is no ground."""
+        return None if isinstance(self.ground, bool) else cast("Vector", self.ground)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -66,7 +116,7 @@ def _check_ground(ground: Any) -> bool | Vector:
     return ground if isinstance(ground, bool) else check_direction(ground, "ground")
 
 
-def _check_height(height: Any, ground: bool | Vector) -> float | None:
+def _check_height(height: Any, ground: bool | Sequence[float]) -> float | None:
     if height is None:
         return None
     if ground is False:

@@ -3,82 +3,120 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Literal, TypedDict, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..messages.formatting import option
-from ..messages.validation import check_choice, check_size, check_type
+from ..messages.validation import Numbers, check_choice, check_size, check_type
 from .appearance import Look
 from .camera import Camera, check_pose, check_turns, orbit_pose
 from .frame import Frame
 from .graph import Scene
 from .light import Light, check_lights
+from .option_fields import VIEW, opt, option_class
 from .render_settings import SIMPLE, Finish
 
-SIZES = ("depth", "color", "half")
+SizeName = Literal["depth", "color", "half"]
+SIZES: tuple[SizeName, ...] = get_args(SizeName)
 
 
+class MoveOptions(TypedDict, total=False):
+    """The options of a View that move its camera."""
+
+    yaw: float
+    pitch: float
+    dolly: float
+
+
+@option_class
 @dataclass(frozen=True)
 class View:
     """From where, under which lights and how everything is drawn; the same for all pictures of a film.
 
-    lights  empty: the default light, or a scene's own
-    pose    (4, 4) camera-to-world for all frames; None: each frame's own, moved by yaw, pitch and dolly as in
-            `orbit_pose`
-    size    (width, height) of the picture in pixels; "depth" or "color": as large as that; None: as the larger of the
-            two; "half": half as wide and high as the larger one
-    look    how frames are drawn; the objects of a scene have their own
-    finish  how many samples are averaged, and what lies behind and below
-
-    Raises TypeError or ValueError for anything else.
+    Raises
+    ------
+    TypeError, ValueError
+        for anything else
     """
 
-    lights: Sequence[Light] = ()
-    pose: NDArray[np.float64] | None = None
-    yaw: float = 0.0
-    pitch: float = 0.0
-    dolly: float = 0.0
-    size: tuple[int, int] | str | None = None
-    look: Look = field(default_factory=Look)
-    finish: Finish = SIMPLE
+    lights: Sequence[Light] = opt((), "empty: the default light, or a scene's own")
+    pose: Numbers | None = opt(
+        None,
+        "(4, 4) camera-to-world of the camera that looks; None: the frame's own, moved by yaw, pitch and dolly",
+        "Camera-to-world, instead of yaw, pitch and dolly: a matrix of 4x4 or 3x4, or a place and a quaternion, "
+        "in a file or here.",
+        metavar="FILE|tx,ty,tz,qx,qy,qz,qw",
+        panel=VIEW,
+        place=2,
+    )
+    yaw: float = opt(
+        0.0,
+        "degrees to the right by which the frame's own camera moves around its pivot, as in `orbit_pose`; not "
+        "with a pose",
+        "Degrees to the right around the object.",
+        metavar="DEG",
+        panel=VIEW,
+    )
+    pitch: float = opt(0.0, "degrees upwards, as yaw", "Degrees upwards around the object.", metavar="DEG", panel=VIEW)
+    dolly: float = opt(
+        0.0,
+        "share of the way to the pivot, as yaw; below 0 moves away",
+        "Share of the way to the object; below 0 moves away.",
+        metavar="N",
+        panel=VIEW,
+    )
+    picture_size: tuple[int, int] | SizeName | None = opt(
+        None,
+        '(width, height) of the picture in pixels; "depth" or "color": as large as that; None: as the larger of '
+        'the two; "half": half as wide and high as the larger one',
+        "Size of the picture: WxH, depth, color, or half; default: the larger of depth and color.",
+        metavar="WxH|NAME",
+        was="size",
+        panel=VIEW,
+        place=2,
+    )
+    look: Look = opt(Look(), "how frames are drawn; the objects of a scene have their own")
+    finish: Finish = opt(SIMPLE, "how many samples are averaged, and what lies behind and below")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
         _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
-        if isinstance(self.size, str):
-            check_choice(option("size"), self.size, SIZES)
-        elif self.size is not None:
-            object.__setattr__(self, "size", check_size(self.size))
+        size, name = self.picture_size, option("picture_size")
+        if isinstance(size, str):
+            check_choice(name, size, SIZES)
+        elif size is not None:
+            object.__setattr__(self, "picture_size", check_size(size, name))
         check_type(self.look, Look, "look")
 
-    def of(self, frame: Frame | Scene, pivot: ArrayLike | None = None) -> dict[str, Any]:
+    def of(self, frame: Frame | Scene, pivot: Numbers | None = None) -> dict[str, Any]:
         """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
-        frame = frame.framed() if isinstance(frame, Scene) else frame
-        pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
-        camera = None if self.size is None else _sized_camera(frame, self.size)
+        camera, pose = self.seen(frame, pivot)
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look, **self.finish.options}
 
+    def seen(self, frame: Frame | Scene, pivot: Numbers | None = None) -> tuple[Camera | None, NDArray[np.float64]]:
+        """Return the camera that looks, None for the frame's or scene's own, and its pose."""
+        frame = frame.framed() if isinstance(frame, Scene) else frame
+        pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
+        return None if self.picture_size is None else _sized_camera(frame, self.picture_size), pose
+
     def shows_photograph(self, source: Frame | Scene | Sequence[Frame]) -> bool:
         """Whether frames are seen unlit as their cameras saw them: one sample gives their colours back exactly."""
-        look = self.look
-        is_plain = look.shading == "none" and look.splat == "footprint" and look.size in (None, 1)
-        is_plain = is_plain and not look.unlight and not look.remove_highlights
-        is_moved = self.pose is not None or any((self.yaw, self.pitch, self.dolly)) or self.size is not None
-        return is_plain and not is_moved and not isinstance(source, Scene)
+        is_moved = self.pose is not None or any((self.yaw, self.pitch, self.dolly)) or self.picture_size is not None
+        return self.look.is_plain and not is_moved and not isinstance(source, Scene)
 
 
 def viewing_pose(
     frame: Frame | Scene,
-    pose: ArrayLike | None = None,
+    pose: Numbers | None = None,
     yaw: float = 0.0,
     pitch: float = 0.0,
     dolly: float = 0.0,
-    pivot: ArrayLike | None = None,
+    pivot: Numbers | None = None,
 ) -> NDArray[np.float64]:
     """The pose, (4, 4); None is that of the frame or framed scene, moved round pivot, (3,) world, as in `orbit_pose`.
 
@@ -92,7 +130,7 @@ def viewing_pose(
     return orbit_pose(frame.pose, frame.pivot if pivot is None else pivot, *turns, upright_of(frame))
 
 
-def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
+def _check_one_way(pose: Numbers | None, yaw: float, pitch: float, dolly: float) -> tuple[float, float, float]:
     turns = check_turns(yaw, pitch, dolly)
     if pose is not None and any(turns):
         given = " and ".join(option(name) for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True) if turn)
@@ -100,7 +138,7 @@ def _check_one_way(pose: ArrayLike | None, yaw: float, pitch: float, dolly: floa
     return turns
 
 
-def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
+def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | SizeName) -> Camera:
     """The frame's or scene's own camera, for a picture of this size. Raises ValueError for a size that it has not."""
     own = frame.picture_camera if isinstance(frame, Frame) else frame.camera
     assert own is not None, "only scenes without a frame have none"
@@ -109,11 +147,11 @@ def _sized_camera(frame: Frame | Scene, size: tuple[int, int] | str) -> Camera:
     if size == "half":
         return own.resized(max(own.width // 2, 1), max(own.height // 2, 1))
     if isinstance(frame, Scene):
-        raise ValueError(f"{option('size', size)} is the size of a frame's picture: for a scene pass width and height")
+        raise ValueError(f"{option('picture_size', size)} is of a frame's picture: for a scene pass width and height")
     if size == "depth":
         return frame.camera
     if frame.color is None:
-        raise ValueError(f"{option('size', size)} needs a colour picture, this frame has none")
+        raise ValueError(f"{option('picture_size', size)} needs a colour picture, this frame has none")
     height, width = frame.color.shape[:2]
     return frame.camera.resized(width, height)
 

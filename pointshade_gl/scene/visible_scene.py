@@ -14,6 +14,7 @@ from .graph import Scene
 from .light import Light, at_upper_left
 from .placed import Placed
 from .point_object import PointObject
+from .rotation import moved
 
 Matrix = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
     if not len(corners):
         return False
     view, camera = np.linalg.inv(eye.pose), eye.camera
-    x, y, z = (corners @ view[:3, :3].T + view[:3, 3]).T
+    x, y, z = moved(corners, view).T
     u, v = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
     outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < eye.near)
     return not any(side.all() for side in outside)

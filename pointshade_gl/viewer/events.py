@@ -1,9 +1,17 @@
-"""The window's events as small plain values, independent of the window library."""
+"""Events of the window, and the effects that they ask for beyond another state: small plain values.
+
+Events are independent of the window library. Effects are performed by Session and Viewer alone.
+"""
 
 from __future__ import annotations
 
-import time
+from collections.abc import Hashable
 from dataclasses import dataclass, field
+from enum import Enum
+from time import perf_counter
+
+from .history import PAUSE
+from .views import Shown
 
 
 @dataclass(frozen=True)
@@ -31,4 +39,109 @@ class Event:
     ctrl: bool = False
     shift: bool = False
     paths: tuple[str, ...] = ()
-    time: float = field(default_factory=time.perf_counter, compare=False)
+    time: float = field(default_factory=perf_counter, compare=False)
+
+
+class Command(Enum):
+    """What needs no number, and what it does."""
+
+    DROP_STEP = "make the last step a part of the one that follows"
+    UNDO = "take back the last change of view or lights"
+    REDO = "make the change again that was undone last"
+    RESET = "bring back view and lights as at the start"
+    SAVE_PICTURE = "write the picture to a new file"
+    TOGGLE_PANEL = "open or close the panel"
+    REDRAW = "draw the window, which lost its content"
+    CLOSE = "close the window"
+
+
+class PlayCommand(Enum):
+    """What needs no number either, and what it is to frames that play: a verb."""
+
+    TOGGLE_PAUSE = "play"
+    TOGGLE_LOOP = "repeat"
+    TOGGLE_MERGE = "merge"
+
+    @property
+    def verb(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class Seek:
+    """Show the frame of a sequence with this number, counted from the end if it is below 0."""
+
+    index: int
+    verb = "jump to"
+
+
+@dataclass(frozen=True)
+class StepFrames:
+    """Pause, and step one frame forwards (1) or back (-1)."""
+
+    direction: int
+    verb = "step through"
+
+
+@dataclass(frozen=True)
+class ChangeRate:
+    """Play frames faster (a factor above 1) or slower."""
+
+    factor: float
+    verb = "play"
+
+
+@dataclass(frozen=True)
+class Scrub:
+    """Show the frame of a sequence with this number before the next picture."""
+
+    index: int
+
+
+@dataclass(frozen=True)
+class ShowMessage:
+    """Show a line of text for a few seconds."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Remember:
+    """Make what has changed a step that can be undone, as `History.act` says."""
+
+    kind: Hashable = None
+    time: float = 0.0
+    pause: float = PAUSE
+
+
+@dataclass(frozen=True)
+class TakeLight:
+    """Let the mouse take the light with this number."""
+
+    number: int
+
+
+@dataclass(frozen=True)
+class TurnAround:
+    """Let drags turn around the point that is seen at a pixel."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class ShowFrame:
+    """Show something else of what is open."""
+
+    frame: Shown
+
+
+@dataclass(frozen=True)
+class Open:
+    """Show what files or folders hold."""
+
+    paths: tuple[str, ...]
+
+
+PlayEffect = Seek | StepFrames | ChangeRate | PlayCommand
+Effect = Command | PlayEffect | Scrub | ShowMessage | Remember | TakeLight | TurnAround | ShowFrame | Open

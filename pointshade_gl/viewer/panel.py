@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..gpu.core.steps import Lap
-from .events import Event
-from .panel_facts import show_facts
-from .panel_input import PanelInput
-from .panel_sections import show_light, show_points, show_surface
-from .panel_things import ViewsList, show_nodes
+from .events import Effect, Event
+from .history import Moment
+from .panel_sections import Facts, ViewsList, show_facts, show_light, show_nodes, show_points, show_surface
 from .panel_widgets import Widgets
-
-if TYPE_CHECKING:
-    from .viewer import Viewer
-    from .window import Window
+from .picture import Picture
+from .window import Window
 
 MISSING = "the panel needs the extra 'gui': pip install 'pointshade-gl[gui]'"
 WIDTH, NARROWEST = 210.0, 150.0  # pixels at scale 1
 SHARE = 1 / 3  # of the window's width, at most, unless that is too narrow
 TALL = 900  # a window that is higher, in pixels at scale 1, has room for all sections
+SETTLE = 3  # pictures after an event, or after another height, until the panel stops changing
+MOST = 60  # that it waits for: it takes one key, or one click, a picture
+BUTTONS = {"left": 0, "right": 1, "middle": 2}  # as imgui counts them
+NAMED = {
+    "LEFT": "left_arrow", "RIGHT": "right_arrow", "UP": "up_arrow", "DOWN": "down_arrow", "HOME": "home", "END": "end",
+    "BACKSPACE": "backspace", "DELETE": "delete", "ENTER": "enter", "TAB": "tab", "ESCAPE": "escape", "SPACE": "space",
+}  # fmt: skip
+LETTERS = "ACVXYZ"  # that mean something with Ctrl, where text is typed
 
 
 class Panel:
@@ -75,9 +78,9 @@ class Panel:
         self._imgui.set_current_context(self._context)
         return self._input.handle(event, event.x >= self._left and event.y < self._height)
 
-    def draw(self, viewer: Viewer, width: int, height: int, present: Lap | None) -> None:
-        """Draws the panel over a window of that size, and sets viewer.state to what the user chose."""
-        imgui = self._imgui
+    def draw(self, picture: Picture, facts: Facts) -> tuple[Moment, list[Effect]]:
+        """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
+        imgui, width, height = self._imgui, picture.camera.width, picture.camera.height
         imgui.set_current_context(self._context)
         self._io.display_size = imgui.ImVec2(width, height)
         imgui.backends.opengl3_new_frame()
@@ -90,25 +93,115 @@ class Panel:
         flags = imgui.WindowFlags_
         fixed = flags.no_move | flags.no_resize | flags.always_auto_resize
         was_open, self._is_open = self._is_open, imgui.begin("pointshade", None, fixed)[0]
+        chosen = picture.now, []
         if self._is_open:
-            self._show(viewer, height > TALL * self.scale, present)
+            chosen = self._show(picture, facts, height > TALL * self.scale)
         before, self._height = self._height, imgui.get_window_size().y
         imgui.end()
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
         self._input.drawn((before, was_open) != (self._height, self._is_open))
+        return chosen
 
-    def _show(self, viewer: Viewer, has_room: bool, present: Lap | None) -> None:
-        ui = self._widgets
-        show_facts(ui, viewer, present, has_room)
-        self._views.show(ui, viewer)
-        show_light(ui, viewer)
-        show_surface(ui, viewer)
-        show_points(ui, viewer, has_room)
-        show_nodes(ui, viewer)
+    def _show(self, picture: Picture, facts: Facts, has_room: bool) -> tuple[Moment, list[Effect]]:
+        ui, now, shown = self._widgets, picture.now, picture.shown
+        show_facts(ui, shown, facts, has_room)
+        effects = self._views.show(ui, now, shown, facts)
+        now, taken = show_light(ui, now, facts)
+        state = show_surface(ui, now.state, shown)
+        state = show_points(ui, state, shown, has_room)
+        effects += [*taken, *show_nodes(ui, shown)]
         ui.note("Ctrl and a click on a number: type it")
+        return now._replace(state=state), effects
 
     def release(self) -> None:
         self._imgui.set_current_context(self._context)
         self._imgui.backends.opengl3_shutdown()
         self._imgui.destroy_context(self._context)
+
+
+class PanelInput:
+    """Passes events on to Dear ImGui, whose context is current.
+
+    settling   how many more pictures it needs until it has answered them all
+    """
+
+    def __init__(self, imgui: Any, window: Window):
+        self._imgui, self._io = imgui, imgui.get_io()
+        self._io.config_mac_osx_behaviors = False  # an Event's ctrl is Command already
+        self._io.config_input_text_cursor_blink = False  # the window sleeps while nothing changes
+        clipboard = imgui.get_platform_io()
+        clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
+        clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
+        self.settling = SETTLE
+        self.is_deciding = False  # it was clicked on, and what the click opens, which may take keys, is not drawn yet
+        self._has_popup = False
+
+    @property
+    def takes_keys(self) -> bool:
+        """A field is written into, or a list or a colour is open."""
+        return self._io.want_text_input or self._has_popup
+
+    def handle(self, event: Event, is_over: bool) -> bool:
+        """Passes an event on. Returns whether it was meant for the panel.
+
+        is_over  the pointer is over the panel: imgui itself knows only after the next picture
+        """
+        io = self._io
+        if event.kind in ("key", "text"):
+            return self._handle_key(event)
+        self.settling = max(self.settling, SETTLE)
+        if event.kind == "leave":
+            io.add_mouse_pos_event(-1e9, -1e9)
+        if event.kind in ("move", "press", "release", "wheel"):
+            io.add_mouse_pos_event(event.x, event.y)
+        if event.kind in ("press", "release"):
+            self._press_ctrl(event.ctrl, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
+        if event.kind == "wheel":
+            io.add_mouse_wheel_event(0.0, event.steps)
+        if event.kind == "press":
+            self.is_deciding = is_over or io.want_capture_mouse
+        return (is_over or io.want_capture_mouse) and event.kind in ("move", "press", "wheel")
+
+    def _handle_key(self, event: Event) -> bool:
+        if not self.takes_keys:
+            return False
+        if event.kind == "text":
+            self._io.add_input_characters_utf8(event.key)
+        elif (key := self._key(event)) is not None:
+            self._press_ctrl(event.ctrl, lambda: self._press(key), event.shift)
+        self._wait_for(2)
+        return True
+
+    def _key(self, event: Event) -> Any:
+        if event.key in NAMED:
+            return getattr(self._imgui.Key, NAMED[event.key])
+        return getattr(self._imgui.Key, event.key.lower()) if event.ctrl and event.key in LETTERS else None
+
+    def _press(self, key: Any) -> None:
+        self._io.add_key_event(key, True)
+        self._io.add_key_event(key, False)
+
+    def _press_ctrl(self, ctrl: bool, do: Any, shift: bool = False) -> None:
+        """Holds modifiers while something else happens."""
+        held = [(self._imgui.Key.mod_ctrl, ctrl), (self._imgui.Key.mod_shift, shift)]
+        for key, is_held in held:
+            self._io.add_key_event(key, is_held)
+        do()
+        for key, is_held in held:
+            if is_held:
+                self._io.add_key_event(key, False)
+        self._wait_for(2 if ctrl or shift else 0)
+
+    def _wait_for(self, pictures: int) -> None:
+        self.settling = min(max(self.settling, SETTLE) + pictures, MOST)
+
+    def drawn(self, has_changed: bool) -> None:
+        """To be called after each picture. While something is open, keys move through it, and Esc closes it."""
+        imgui = self._imgui
+        self._has_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        flag = imgui.ConfigFlags_.nav_enable_keyboard
+        flags = self._io.config_flags & ~flag
+        self._io.config_flags = flags | flag if self._has_popup else flags
+        self.settling = max(self.settling, SETTLE) if has_changed else max(self.settling - 1, 0)
+        self.is_deciding = self.is_deciding and self.settling > 0

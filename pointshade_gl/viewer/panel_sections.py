@@ -1,35 +1,133 @@
-"""The panel's rows for light, surface and points."""
+"""The panel's sections: facts, views, light, surface, points, nodes. Each returns what the user made of it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
+from ..estimation.multi_view import is_primary
+from ..gpu.core.steps import Lap
+from ..rendering.renderer import Renderer
 from ..scene.appearance import FLYING, SHADINGS, SPLATS, Look, Material
+from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.light import Light
 from ..scene.noise import SENSORS
 from ..scene.normal_methods import METHODS
+from ..scene.orbit_state import State
+from .events import Effect, ShowFrame, TakeLight
+from .history import Moment
 from .lights import KINDS, as_kind, kind_of
 from .panel_widgets import Widgets
+from .views import Shown, Views
 
-if TYPE_CHECKING:
-    from .viewer import Viewer
-
+FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
+SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
+ROWS = 6  # of the list of views that are seen without scrolling
+GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
 STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
 BRIGHTEST = 10.0
 
 
-def show_light(ui: Widgets, viewer: Viewer) -> None:
-    """The lights, and the one that the mouse holds."""
-    if not ui.section("light"):
+class Facts(NamedTuple):
+    """What the panel tells, and does not change.
+
+    renderer  of the window, which knows what ran
+    rate      pictures per second; None at rest
+    samples   how many the window shows, and how many it will show if nothing moves
+    titles    of the lights
+    present   how long it took to show the last picture
+    """
+
+    renderer: Renderer
+    rate: float | None
+    samples: tuple[int, int]
+    titles: Sequence[str]
+    present: Lap | None = None
+
+
+def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
+    """Tell rate and samples in two lines; below, if it is opened, the times of the steps and what draws."""
+    imgui = ui.imgui
+    imgui.text(f"{facts.rate:.1f} pictures/s" if facts.rate else "at rest")
+    in_it, most = facts.samples
+    imgui.text(f"{in_it} of {most} sample{'s' if most > 1 else ''}")
+    if not ui.section("this picture", opened):
         return
-    _choose_light(ui, viewer)
-    imgui, state = ui.imgui, viewer.state
+    laps, choice, context = facts.renderer.steps.laps, facts.renderer.choice, facts.renderer.context
+    names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
+    for name, lap in [*((name, laps.get(name)) for name in names), ("present", facts.present)]:
+        imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
+    imgui.text_wrapped(f"{shown.points_known} points" + (f", {choice.method}" if choice else ""))
+    imgui.text_wrapped(context.renderer + (", a software renderer: slow" if context.is_software else ""))
+
+
+class ViewsList:
+    """A switch for each view, and how much it counts; below, if it is opened, what the views agree on."""
+
+    def __init__(self) -> None:
+        self._why: tuple[Any, list[str]] | None = None
+
+    def show(self, ui: Widgets, now: Moment, views: Shown, facts: Facts) -> list[Effect]:
+        """List the views, if there are any, and return which ones the user switched."""
+        if not isinstance(views, Views):
+            return []
+        effects: list[Effect] = []
+        if ui.section(f"{len(views.shown)} of {len(views.frames)} views as one###views"):
+            effects = _show_views(ui.imgui, views, facts.renderer.weights)
+        if ui.section("why", opened=False):
+            ui.imgui.text_wrapped("\n".join(self._explained(now.state.look, views, facts.renderer)))
+        return effects
+
+    def _explained(self, look: Look, views: Views, renderer: Renderer) -> list[str]:
+        """Asked for once, not for each picture: it is read from the GPU."""
+        key = views.shown, look
+        if self._why is None or self._why[0] != key:
+            self._why = key, renderer.explain(views.shown_names)
+        return self._why[1]
+
+
+def _show_views(imgui: Any, views: Views, weights: Mapping[Frame, float]) -> list[Effect]:
+    row = imgui.get_frame_height() + 2 * imgui.get_style().cell_padding.y
+    size = imgui.ImVec2(0, min(len(views.frames), ROWS) * row)
+    if not imgui.begin_table("rows", 2, imgui.TableFlags_.scroll_y, size):
+        return []  # no row of it would be seen
+    imgui.table_setup_column("name", imgui.TableColumnFlags_.width_stretch)
+    imgui.table_setup_column("weight", imgui.TableColumnFlags_.width_fixed)
+    effects: list[Effect] = []
+    for k, (frame, name, before) in enumerate(zip(views.frames, views.names, views.on, strict=True)):
+        imgui.table_next_column()
+        on = imgui.checkbox(f"{views.kind} {name}##{k}".lstrip(), before)[1]
+        imgui.table_next_column()
+        _show_weight(imgui, weights.get(frame, 0.0) if before else None)
+        if on != before:
+            effects.append(ShowFrame(views.switched(k, on)))
+    imgui.end_table()
+    if not all(views.on) and imgui.button("all on"):
+        effects.append(ShowFrame(views.all_on()))
+    return effects
+
+
+def _show_weight(imgui: Any, weight: float | None) -> None:
+    """How much a view counts; None: it is off."""
+    if weight is not None and is_primary(weight):
+        imgui.text_colored(GOLD, "primary")
+    else:
+        imgui.text_disabled("off" if weight is None else f"{100 * weight:.0f} %")
+
+
+def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Effect]]:
+    """Show the lights, and the one that the mouse holds."""
+    if not ui.section("light"):
+        return now, []
+    effects = _choose_light(ui, facts.titles, now.number)
+    imgui, state = ui.imgui, now.state
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
     shadows = ui.tick("shadows (S)", state.shadows, "Off, no light casts any. On, each light has its own switch.")
-    _held(ui, viewer, shadows)
+    held = _held(ui, now.held, now.stage.radius, shadows)
     changed, picked = imgui.color_edit3("colour", list(state.light_color), imgui.ColorEditFlags_.no_inputs)
     _fill(imgui, picked)
     color = tuple(picked) if changed else state.light_color  # untouched it stays exactly what it was
@@ -38,10 +136,11 @@ def show_light(ui: Widgets, viewer: Viewer) -> None:
         "distance", state.light_reach, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
     )
     imgui.end_disabled()
-    viewer.state = replace(
+    state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,
     )  # fmt: skip
+    return now._replace(state=state, held=held), effects
 
 
 def _fill(imgui: Any, color: list[float]) -> None:
@@ -52,25 +151,21 @@ def _fill(imgui: Any, color: list[float]) -> None:
     imgui.get_window_draw_list().add_rect_filled(*corners, shade)
 
 
-def _choose_light(ui: Widgets, viewer: Viewer) -> None:
+def _choose_light(ui: Widgets, titles: Sequence[str], held: int) -> list[Effect]:
     """A list of the lights, if there are several."""
-    titles = viewer.light_titles
-    if len(titles) > 1:
-        for number, title in enumerate(titles):
-            if ui.imgui.radio_button(f"{title}##{number}", number == viewer.light_number):
-                viewer.take_light(number)
+    rows = [f"{title}##{number}" for number, title in enumerate(titles)] if len(titles) > 1 else []
+    return [TakeLight(number) for number, row in enumerate(rows) if ui.imgui.radio_button(row, number == held)]
 
 
-def _held(ui: Widgets, viewer: Viewer, shadows: bool) -> None:
+def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
     """Kind, shadow and size of the light that the mouse holds."""
-    held = viewer.held
     kind = ui.choose("kind", kind_of(held), KINDS, "A point shines to all sides, a spot into a cone, the sun one way.")
     changed = held if kind == kind_of(held) else as_kind(held, kind)
     if changed.is_spot:
         inner, outer = changed.cone
         cone = ui.slide("cone", outer, 1.0, 90.0, "Half the angle of the spot's cone, in degrees.")
         changed = changed if cone == outer else replace(changed, cone=(min(inner, cone), cone))
-    name, most = ("angle", 45.0) if kind == "directional" else ("radius", 0.5 * viewer.stage.radius)
+    name, most = ("angle", 45.0) if kind == "directional" else ("radius", 0.5 * reach)
     of = "in degrees; the sun has 0.53" if kind == "directional" else "in metres"
     size = ui.slide(name, getattr(changed, name), 0.0, most, f"How large the light is, {of}. Large lights cast soft "
                     "shadows, once nothing moves. 0 casts sharp ones.")  # fmt: skip
@@ -78,24 +173,22 @@ def _held(ui: Widgets, viewer: Viewer, shadows: bool) -> None:
     shadow = ui.tick("casts a shadow", changed.shadow)
     ui.imgui.end_disabled()
     changed = replace(changed, **{name: size, "shadow": shadow})
-    if changed != held:
-        viewer.held = changed
+    return held if changed == held else changed
 
 
-def show_surface(ui: Widgets, viewer: Viewer) -> None:
-    """How surfaces answer light. The objects of a scene have materials of their own."""
+def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
+    """Show how surfaces answer light. The objects of a scene have materials of their own."""
     if not ui.section("surface"):
-        return
-    state, is_scene = viewer.state, isinstance(viewer.frame, Scene)
+        return state
     ui.imgui.begin_disabled(not state.lit)
     look, m = state.look, state.look.material
     shading = ui.choose("shading", look.shading, SHADINGS, "none: the picture's own colours. flat: one colour a point. "
                         "gouraud: light mixed between points. phong: light at each pixel. Keys 1 to 4.")  # fmt: skip
     ui.imgui.begin_disabled(look.shading == "none")
-    material = m if is_scene else _material(ui, m)
+    material = m if isinstance(shown, Scene) else _material(ui, m)
     ui.imgui.end_disabled()
     ui.imgui.end_disabled()
-    viewer.state = state.with_look(shading=shading, material=material)
+    return state.with_look(shading=shading, material=material)
 
 
 def _material(ui: Widgets, m: Material) -> Material:
@@ -107,11 +200,10 @@ def _material(ui: Widgets, m: Material) -> Material:
     )
 
 
-def show_points(ui: Widgets, viewer: Viewer, opened: bool) -> None:
-    """How normals are estimated, and what is drawn of each point."""
-    if isinstance(viewer.frame, Scene) or not ui.section("points", opened):
-        return
-    state = viewer.state
+def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
+    """Show how normals are estimated, and what is drawn of each point."""
+    if isinstance(shown, Scene) or not ui.section("points", opened):
+        return state
     look = state.look
     changes = {
         "normals": ui.choose("normals", str(look.normals), METHODS, "Which estimator finds where surfaces point (N). "
@@ -131,8 +223,8 @@ def show_points(ui: Widgets, viewer: Viewer, opened: bool) -> None:
     ui.imgui.begin_disabled(is_mesh)
     size = ui.slide("size", state.point_size, 0.25, 8.0, "Of the points, in pixels of the frame (+ and -).", True)
     ui.imgui.end_disabled()
-    changes["size"] = None if is_mesh else look.size if size == state.point_size else size
-    viewer.state = state.with_look(**changes)
+    changes["point_size"] = None if is_mesh else look.point_size if size == state.point_size else size
+    return state.with_look(**changes)
 
 
 def _noise(ui: Widgets, look: Look) -> Any:
@@ -148,3 +240,18 @@ def _depth_step(ui: Widgets, look: Look) -> float | str | None:
     step = ui.choose("depth step", before, STEPS, "Where the depth of neighbouring pixels differs by more, a surface "
                      "ends. off: the estimator decides by itself.")  # fmt: skip
     return look.max_depth_step if step == before else None if step == "off" else step
+
+
+def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:
+    """Show a switch for each node of a scene."""
+    effects: list[Effect] = []
+    if not isinstance(scene, Scene) or not ui.section("scene"):
+        return effects
+    for path, node in scene.every_node():
+        label = f"{node.name or 'node'}##{path}"  # the part after ## is hidden and tells equal names apart
+        ui.imgui.indent(10.0 * len(path))
+        visible = ui.imgui.checkbox(label, node.visible)[1]
+        ui.imgui.unindent(10.0 * len(path))
+        if visible != node.visible:
+            effects.append(ShowFrame(scene.with_node(path, visible=visible)))
+    return effects

@@ -79,6 +79,11 @@ class Playback:
         return len(self._source) if isinstance(self._source, Sequence) else None
 
     @property
+    def indices(self) -> list[int]:
+        """Of each source its frame's: there is one."""
+        return [self.index]
+
+    @property
     def rate(self) -> float | None:
         """Frames per second; None: as fast as they come."""
         return 1 / self._pause if self._pause else None

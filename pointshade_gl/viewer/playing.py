@@ -4,18 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from .events import ChangeRate, PlayCommand, PlayEffect, Seek, StepFrames
+from .multi_playback import MultiPlayback
 from .playback import Playback
-from .rate import Rate
-from .shown import Shown
-from .timeline import Strip, strip_of
-from .together import Together
-from .views import Merger, Views
+from .redrawing import Rate
+from .views import Merger, Shown, Views
 
 MERGED = "the views are merged: M plays the frames"
 Answer = tuple[Shown | None, str]  # what to show from now on, None for the same; what to say, "" for nothing
+
+
+class Strip(NamedTuple):
+    """What the timeline shows.
+
+    text   in one line
+    share  of the sequence that has been played, with the present frame; None where nobody knows how many come
+    """
+
+    text: str
+    share: float | None
 
 
 class Playing:
@@ -37,12 +48,12 @@ class Playing:
     ):
         self._source, self._rate, self._count, self._skipped = source, rates[0], count, skipped
         self._arriving = Rate()
-        self.playback: Playback | Together | None = None  # None: nothing moves
+        self.playback: Playback | MultiPlayback | None = None  # None: nothing moves
         self.merger: Merger | None = None
         if isinstance(source, Scene):
             return
         if others:
-            self.playback = Together([source, *others], rates, skipped)
+            self.playback = MultiPlayback([source, *others], rates, skipped)
         elif not isinstance(source, Frame):
             self.playback = Playback(source, rates[0], skipped)
             if isinstance(source, Sequence):
@@ -88,50 +99,36 @@ class Playing:
             return 0.0
         return self.playback.patience(now) if self.playback and self._plays(shown) else None
 
-    def pause(self, shown: Shown) -> str:
-        """Pauses a stream, or continues it; what to say."""
+    def obey(self, key: PlayEffect, shown: Shown) -> Answer:
+        """Do what a key asks for."""
         if self.playback is None:
-            return "a single frame: nothing to play"
-        if not self._plays(shown):
-            return MERGED
-        self.playback.toggle()
-        return self._pace(self.playback)
-
-    def step(self, shown: Shown, direction: int) -> Answer:
-        """Pauses a stream and steps one frame forwards (1) or back (-1)."""
-        if self.playback is None:
-            return None, "a single frame: nothing to step through"
+            return None, f"a single frame: nothing to {key.verb}"
+        if key is PlayCommand.TOGGLE_MERGE:
+            return self._toggle_merge(self.playback, shown)
         if not self._plays(shown):
             return None, MERGED
-        new = self.playback.step(direction)
-        total = self.playback.total
-        text = f"frame {self.playback.index} (0 to {total - 1})" if total else "paused"
-        return new and _as_switched(new, shown), text
-
-    def seek(self, shown: Shown, index: int) -> Answer:
-        """Shows the frame with this number, counted from the end if it is below 0."""
-        if not (sequence := self._sequence(shown)):
-            return None, self._why_none(shown, "jump to")
-        total = sequence.total
-        assert total is not None
-        return sequence.seek(index % total), f"frame {sequence.index} (0 to {total - 1})"
-
-    def change_rate(self, shown: Shown, factor: float) -> str:
-        """Plays faster (a factor above 1) or slower; what to say."""
-        if self.playback is None or not self._plays(shown):
-            return self._why_none(shown, "play")
-        if isinstance(self.playback, Playback) and self.playback.total is None:
-            return "a live stream comes at its own rate"
-        self.playback.change_rate(factor)
-        rate = self.playback.rate
-        return "as fast as they come" if rate is None else f"{rate:g} frames per second"
-
-    def toggle_loop(self, shown: Shown) -> str:
-        """Whether a sequence begins again at its end; what to say."""
-        if not (sequence := self._sequence(shown)):
-            return self._why_none(shown, "repeat")
+        if isinstance(key, StepFrames):
+            return self._step(self.playback, shown, key.direction)
+        if isinstance(key, ChangeRate):
+            return None, _change_rate(self.playback, key.factor)
+        if key is PlayCommand.TOGGLE_PAUSE:
+            self.playback.toggle()
+            return None, _pace(self.playback)
+        sequence, total = self.playback, self.playback.total
+        if isinstance(sequence, MultiPlayback):
+            return None, "several sources have no frames in common"
+        if not total:
+            return None, "the frames of a live stream have no numbers"
+        if isinstance(key, Seek):
+            return sequence.seek(key.index % total), f"frame {sequence.index} (0 to {total - 1})"
         sequence.toggle_loop()
-        return "the sequence begins again at its end" if sequence.loops else "the sequence stops at its end"
+        return None, f"the sequence {'begins again' if sequence.loops else 'stops'} at its end"
+
+    def _step(self, playback: Playback | MultiPlayback, shown: Shown, direction: int) -> Answer:
+        """Pauses a stream, and steps one frame forwards (1) or back (-1)."""
+        new, total = playback.step(direction), playback.total
+        text = f"frame {playback.index} (0 to {total - 1})" if total else "paused"
+        return new and _as_switched(new, shown), text
 
     def strip(self, shown: Shown) -> Strip | None:
         """What the timeline shows; None where frames do not play."""
@@ -139,36 +136,25 @@ class Playing:
 
     def total(self, shown: Shown) -> int | None:
         """How many frames the timeline is for; None: it has no bar."""
-        sequence = self._sequence(shown)
-        return sequence.total if sequence else None
+        return (self.playback and self.playback.total) if self._plays(shown) else None
 
-    def _sequence(self, shown: Shown) -> Playback | None:
-        """What plays, if its frames have numbers."""
-        playback = self.playback
-        return playback if isinstance(playback, Playback) and playback.total and self._plays(shown) else None
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of each source that plays: that of its frame, -1 in a live stream."""
+        return tuple(self.playback.indices) if self.playback else ()
 
-    def _why_none(self, shown: Shown, what: str) -> str:
-        if self.playback is None:
-            return f"a single frame: nothing to {what}"
-        if not self._plays(shown):
-            return MERGED
-        several = isinstance(self.playback, Together)
-        return "several sources have no frames in common" if several else "the frames of a live stream have no numbers"
-
-    def toggle_views(self, shown: Shown) -> Answer:
+    def _toggle_merge(self, playback: Playback | MultiPlayback, shown: Shown) -> Answer:
         """Draws several frames of a sequence as one object, or plays them again."""
-        if self.playback is None:
-            return None, "a single frame: nothing to merge"
         if self.merger is None:
             is_live = isinstance(shown, Views)
             return None, "these sources are always merged" if is_live else "only frames of a sequence can be merged"
         if isinstance(shown, Views):
-            return shown.home, self._pace(self.playback)
+            return shown.home, _pace(playback)
         if self.merger.is_reading:
             self.merger.close()
             return None, "not merged"
         try:
-            self.merger.start(self.playback.index)
+            self.merger.start(playback.index)
         except ValueError as error:
             return None, str(error)
         return None, ""
@@ -194,8 +180,33 @@ class Playing:
         """What is shown comes from a stream, which may be paused."""
         return not (self.merger and (isinstance(shown, Views) or self.merger.is_reading))
 
-    def _pace(self, playback: Playback | Together) -> str:
-        return "paused" if playback.is_paused else "playing"
+
+def strip_of(playback: Playback | MultiPlayback | None, arriving: float | None) -> Strip | None:
+    """Return what the timeline shows of what plays. arriving: frames per second that were measured."""
+    if playback is None:
+        return None
+    rate = "paused" if playback.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
+    if isinstance(playback, MultiPlayback):
+        return Strip(rate, None)
+    total = playback.total
+    if total is None:
+        return Strip(f"live, {rate}", None)
+    asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
+    loop = "loops" if playback.loops else "plays once"
+    state = f", {'paused' if playback.is_paused else loop}"
+    return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}{state}", (playback.index + 1) / total)
+
+
+def _change_rate(playback: Playback | MultiPlayback, factor: float) -> str:
+    """Plays faster (a factor above 1) or slower; what to say."""
+    if isinstance(playback, Playback) and playback.total is None:
+        return "a live stream comes at its own rate"
+    playback.change_rate(factor)
+    return "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames per second"
+
+
+def _pace(playback: Playback | MultiPlayback) -> str:
+    return "paused" if playback.is_paused else "playing"
 
 
 def _as_switched(new: Frame | Views, shown: Shown) -> Frame | Views:

@@ -1,82 +1,75 @@
-"""When a window is drawn: after something that it depends on has changed, and while it is refined."""
+"""When a window is drawn: after something that it depends on has changed, and again while its picture is refined."""
 
 from __future__ import annotations
 
-import time
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections import deque
+from typing import Any
 
-import numpy as np
+REST = 0.2  # seconds that nothing moves before the picture is refined: moving must not wait for it
+MORE = 3  # samples a turn: between two turns the window answers
+KEPT = 20  # times between two pictures
+PAUSE = 0.5  # seconds after which the next picture's rate begins anew
 
-from ..scene.camera import Camera
-from ..scene.frame import Frame
-from .rate import Rate
-from .refining import Refining
 
-if TYPE_CHECKING:
-    from .viewer import Viewer
+class Rate:
+    """Measures how many pictures come per second, while they come: `tick` when one does."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[float] = deque(maxlen=KEPT)
+        self._last = float("-inf")
+
+    def tick(self, now: float) -> None:
+        if now - self._last > PAUSE:
+            self._gaps.clear()
+        else:
+            self._gaps.append(now - self._last)
+        self._last = now
+
+    @property
+    def per_second(self) -> float | None:
+        """The mean of the last ones; None before two came in a row."""
+        spent = sum(self._gaps)
+        return len(self._gaps) / spent if spent else None
 
 
 class Redrawing:
-    """Draws a viewer's window, and remembers what it shows.
+    """Remembers what a window shows: a picture, and what lies over it (marker, text, panel), as values to compare.
 
-    refining  how many samples it shows
-    rate      of the pictures that differ
-    drawn     how often it was drawn
+    samples  that the picture has: one while things move, more and more while nothing does
+    rate     of the pictures that differ
+    drawn    how often the window was drawn
     """
 
     def __init__(self) -> None:
-        self.refining, self.rate, self.drawn = Refining(), Rate(), 0
+        self.samples, self.rate, self.drawn = 1, Rate(), 0
         self._shown: Any = None
+        self._picture: Any = None
+        self._since = 0.0
 
     def forget(self) -> None:
-        """The window lost its content."""
+        """Draw anew in any case: the window lost its content."""
         self._shown = None
 
-    def patience(self, viewer: Viewer, now: float) -> float | None:
-        """Seconds until it must be drawn; None: not before something changes."""
-        if viewer.camera is None:
-            return None
-        if _content(viewer) != self._shown or is_settling(viewer):
-            return 0.0
-        return self.refining.patience(_picture(viewer), now, most_samples(viewer, viewer.camera))
+    def patience(self, picture: Any, over: Any, now: float, most: int) -> float | None:
+        """Return the seconds until the window must be drawn; None: not before something changes."""
+        return self._rest(picture, now, most) if (picture, over) == self._shown else 0.0
 
-    def draw(self, viewer: Viewer) -> None:
-        """Draws it now, unless it is minimised."""
-        if (camera := viewer.camera) is None:
-            return
-        content, picture, now = _content(viewer), _picture(viewer), time.perf_counter()
-        if not self.refining.shows(picture):
+    def begin(self, picture: Any, now: float, most: int) -> int:
+        """Return how many samples the next picture has. It is drawn anew if it has changed."""
+        if picture != self._picture:
             self.rate.tick(now)
-        samples = self.refining.following(picture, now, most_samples(viewer, camera))
-        history = viewer.opened.history
-        history.follow(viewer.moment)
-        viewer.screen.draw(viewer, camera, viewer.messages.text, not viewer.pointing.turns, samples)
-        history.act(viewer.moment, "panel", time.perf_counter())
-        self._shown = content
+            self._picture, self._since, self.samples = picture, now, 1
+        elif self._rest(picture, now, most) == 0:
+            self.samples = min(self.samples + MORE, most)
+        return self.samples
+
+    def end(self, picture: Any, over: Any) -> None:
+        """Remember that this was drawn."""
+        self._shown = picture, over
         self.drawn += 1
 
-
-def most_samples(viewer: Viewer, camera: Camera | None) -> int:
-    """Of the picture as it is: a photograph seen as it was taken has no more than one, and stays sharp."""
-    state, stage = viewer.state, viewer.stage
-    is_own = isinstance(viewer.frame, Frame) and camera == viewer.own_camera
-    is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
-    return 1 if is_own and is_there and not state.is_lit else viewer.samples
-
-
-def is_settling(viewer: Viewer) -> bool:
-    """Whether the panel has not yet answered all that it was told."""
-    return viewer.state.panel and viewer.screen.panel.settling > 0
-
-
-def _picture(viewer: Viewer) -> tuple[Any, ...]:
-    """Everything that the picture below marker, text and panel depends on."""
-    state = replace(viewer.state, help=False, panel=False)
-    return state, viewer.lights, viewer.held, viewer.frame, viewer.camera
-
-
-def _content(viewer: Viewer) -> tuple[Any, ...]:
-    """Everything that the window's content depends on. Another size of the window is another camera."""
-    over = viewer.state.help, viewer.state.panel, viewer.messages.text, viewer.pointing.turns, viewer.strip
-    return *_picture(viewer), viewer.window.scale, *over
+    def _rest(self, picture: Any, now: float, most: int) -> float | None:
+        """Seconds until more samples are due; None: they are not."""
+        if picture != self._picture or self.samples >= most:
+            return None
+        return max(self._since + REST - now, 0.0)

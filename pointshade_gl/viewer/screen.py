@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -14,25 +13,41 @@ from numpy.typing import NDArray
 from ..gpu.core.steps import Lap
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
-from ..scene.camera import Camera
-from ..scene.graph import Scene
-from ..scene.orbit_state import State, marker_place
-from ..scene.orbit_target import Stage
-from ..scene.shading_override import shaded
+from ..scene.orbit_state import marker_place
+from .controller import BAR
+from .events import Effect
+from .history import Moment
 from .keys import KEYS
+from .messages import draw_message, draw_strip, draw_table
 from .mouse import MOUSE
 from .panel import Panel
-from .text import draw_message, draw_strip, draw_table
-from .timeline import HEIGHT
-from .views import Views
+from .panel_sections import Facts
+from .picture import Picture
+from .playing import Strip
 from .window import Window
-
-if TYPE_CHECKING:
-    from .viewer import Viewer
 
 MARKER = 7.0  # radius, pixels at scale 1
 BESIDE = 3  # pixels at scale 1 by which a double click may miss a surface: sensors leave holes
 HELP = ("mouse", MOUSE), ("keys", tuple((key.label, key.says) for key in KEYS))
+
+
+class Overlay(NamedTuple):
+    """What lies over the picture.
+
+    message    "" if there is none
+    is_marked  the light's marker is shown, if there is light
+    strip      of the timeline; None: there is none
+    taken      pixels at the right that the panel takes
+    scale      of everything, also of the panel
+    """
+
+    message: str
+    is_marked: bool
+    strip: Strip | None
+    help: bool
+    panel: bool
+    taken: int
+    scale: float
 
 
 class Screen:
@@ -46,7 +61,6 @@ class Screen:
             self._present = PresentPass(self.gl)
         self._drawings: dict[str, tuple[Any, moderngl.Texture]] = {}
         self._panel: Panel | None = None
-        self._present_lap: Lap | None = None
 
     @property
     def panel(self) -> Panel:
@@ -58,33 +72,33 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, viewer: Viewer, camera: Camera, message: str, marked: bool, samples: int) -> None:
-        """Redraws the whole window."""
-        state = viewer.state
-        self.renderer.steps.timed = state.panel
+    def draw(self, picture: Picture, over: Overlay, samples: int, facts: Facts) -> tuple[Moment, list[Effect]]:
+        """Redraw the whole window, and return what the user chose in the panel."""
+        camera, chosen = picture.camera, (picture.now, [])
+        self.renderer.steps.timed = over.panel
         with self.window:
-            picture = self.renderer.draw(**render_arguments(viewer, camera), samples=samples)
+            drawn = self.renderer.draw(picture.request(samples))
             began = time.perf_counter()
-            marker = self._marker(state, viewer.stage, camera) if marked else None
-            self._present.draw(self.gl.screen, picture, marker)
-            self._draw_text(message, state.help, camera, self._draw_strip(viewer, camera))
-            if state.panel:
+            self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
+            self._draw_text(picture, over, self._draw_strip(picture, over))
+            if over.panel:
                 self.gl.finish()
-                self._present_lap = Lap((time.perf_counter() - began) * 1e3, None)
+                lap = Lap((time.perf_counter() - began) * 1e3, None)
                 self.gl.screen.viewport = (0, 0, camera.width, camera.height)
-                self.panel.draw(viewer, camera.width, camera.height, self._present_lap)
+                chosen = self.panel.draw(picture, facts._replace(present=lap))
             self.window.swap()
+        return chosen
 
-    def read(self, viewer: Viewer, camera: Camera, samples: int) -> NDArray[np.uint8]:
-        """The picture without marker and text: (h, w, 4) uint8."""
+    def read(self, picture: Picture, samples: int) -> NDArray[np.uint8]:
+        """Return the picture without marker and text: (h, w, 4) uint8."""
         with self.window:
-            return self.renderer.render(**render_arguments(viewer, camera), samples=samples)
+            return self.renderer.render(picture.request(samples))
 
-    def find_surface(self, viewer: Viewer, camera: Camera, x: float, y: float) -> tuple[float, float, float] | None:
-        """The point that the window shows at a pixel, or next to it: view axes; None if there is none."""
-        pose = viewer.pose @ viewer.state.pose(viewer.stage)
+    def find_surface(self, picture: Picture, x: float, y: float) -> tuple[float, float, float] | None:
+        """Return the point that the window shows at a pixel, or next to it: view axes; None if there is none."""
+        camera = picture.camera
         with self.window:
-            found = self.renderer.find_surface(x, y, camera, pose, round(BESIDE * self.window.scale))
+            found = self.renderer.find_surface(x, y, camera, picture.pose, round(BESIDE * self.window.scale))
         if found is None:
             return None
         u, v, z = found
@@ -100,32 +114,32 @@ class Screen:
             self.renderer.release()
         self.gl.release()  # closes the window, too
 
-    def _marker(self, state: State, stage: Stage, camera: Camera) -> Marker | None:
+    def _marker(self, picture: Picture) -> Marker | None:
+        state, camera = picture.now.state, picture.camera
         if not state.is_lit:
             return None
-        x, y = marker_place(state, stage, camera)
+        x, y = marker_place(state, picture.now.stage, camera)
         radius = MARKER * self.window.scale
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
-    def _draw_strip(self, viewer: Viewer, camera: Camera) -> int:
+    def _draw_strip(self, picture: Picture, over: Overlay) -> int:
         """The timeline, if frames play: its height in pixels."""
-        strip, scale = viewer.strip, self.window.scale
-        if strip is None:
+        if over.strip is None:
             return 0
-        high, wide = round(HEIGHT * scale), max(camera.width - viewer.panel_width, 1)
-        drawing = self._drawing("strip", draw_strip, *strip, scale, wide, high)
+        high, wide = round(BAR * over.scale), max(picture.camera.width - over.taken, 1)
+        drawing = self._drawing("strip", draw_strip, *over.strip, over.scale, wide, high)
         self._present.lay_over(self.gl.screen, drawing, 0, 0)
         return high
 
-    def _draw_text(self, message: str, with_help: bool, camera: Camera, above: int) -> None:
+    def _draw_text(self, picture: Picture, over: Overlay, above: int) -> None:
         """above: how many pixels at the bottom are taken"""
-        scale = self.window.scale
-        if message:
+        camera, scale = picture.camera, over.scale
+        if over.message:
             margin = round(10 * scale)
-            line = self._drawing("message", draw_message, message, scale, max(camera.width - 2 * margin, 1))
+            line = self._drawing("message", draw_message, over.message, scale, max(camera.width - 2 * margin, 1))
             self._present.lay_over(self.gl.screen, line, margin, margin + above)
-        if with_help:
+        if over.help:
             table = self._drawing("help", draw_table, HELP, scale, camera.width, camera.height)
             x, y = (camera.width - table.width) // 2, (camera.height - table.height) // 2
             self._present.lay_over(self.gl.screen, table, x, y)
@@ -140,16 +154,3 @@ class Screen:
         texture = self._present.upload(draw(*arguments))
         self._drawings[name] = arguments, texture
         return texture
-
-
-def render_arguments(viewer: Viewer, camera: Camera) -> dict[str, Any]:
-    """The arguments of `Renderer.render` for what a viewer shows."""
-    state, frame = viewer.state, viewer.frame
-    held = state.light(viewer.stage, viewer.pose, viewer.held)
-    lights = [replace(light, shadow=light.shadow and state.shadows) for light in (held, *viewer.lights)]
-    common = {"camera": camera, "pose": viewer.pose @ state.pose(viewer.stage), "light": lights}
-    if isinstance(frame, Scene):
-        shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
-        return common | {"frame": shaded(frame, shading)}
-    shown = state if state.lit else state.with_look(shading="none", unlight=False, remove_highlights=False)
-    return common | {"frame": frame.shown if isinstance(frame, Views) else frame, **shown.look.options}

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from ..messages.formatting import shown
 from ..messages.validation import check_flag, check_path, check_size, check_type
@@ -17,44 +16,38 @@ from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
+from ..scene.option_fields import renamed
 from ..scene.orbit_state import State
-from .command import Typed
-from .dropped import show_dropped
-from .events import Event
-from .history import Moment
-from .lights import in_order, taking, titles
-from .messages import Messages, when_seen
-from .opened import Opened
+from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
+from .document import Document, check_rates, check_sources
+from .events import Command, Effect, Event, Open, Remember, TurnAround
+from .messages import Messages
 from .panel import MISSING
-from .playback import Playback
+from .panel_sections import Facts
+from .picture import CommandLine, Picture, SavedPicture
 from .playing import Playing
-from .pointing import Pointing
-from .record import RATE, Recorder
-from .redrawing import Redrawing, most_samples
-from .routing import route
-from .saving import save_picture
-from .screen import Screen
-from .shown import Shown, camera_of, home_of
-from .timeline import Strip, Timeline
-from .together import Together
-from .turns import Turns
-from .viewable_sources import check_rates, check_sources
+from .recording import RATE, Recorder, save_new
+from .redrawing import Redrawing
+from .screen import Overlay, Screen
+from .session import Session
 from .views import VIEWS, check_views
-from .window import Window, window_size
+from .window import Window
+from .window import window_size as size_for
 
 GREETING = "Move the mouse: the light follows.   Drag to turn.   H for help"
 SOFTWARE = "\nA software renderer draws: pictures are right, but slow"
 GREETING_SECONDS = 12.0
 SAMPLES = 64  # of a picture in which nothing moves
+DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
-class Viewer:
+class Viewer(Session):
     """A window that shows a frame, a stream of frames or a scene; `run()` shows it until it is closed.
 
     source  a Frame, a Sequence of frames (see `open_source`), anything else that `for frame in source:` accepts, or a
             Scene with its own lights and shadows
     title   of the window
-    size    (width, height) of the window in screen coordinates; None: that of the frame
+    window_size  (width, height) of the window in screen coordinates; None: that of the frame
     state   what the window shows at first: view, light, look
     lights  the mouse holds the first one, the others stay where they are; the window starts with shadows if one of them
             casts any
@@ -66,21 +59,24 @@ class Viewer:
             draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
-    typed   how the command line names the source, so that the key P can tell the line that makes the same picture
+    command_line  gives the words of a command that makes a saved picture again ("": none does), and what it leaves out;
+            None: the key P only saves
 
     An application subclasses Viewer and overrides `on_start`, `on_frame`, `on_event`. To change what the window shows,
-    it gives `state`, `frame` or `lights` a new value. The window is redrawn when one of them or its size changes, then
-    refined to `samples` samples, and sleeps otherwise. Use it in the main thread of the process, as windows require.
+    it gives `state`, `frame` or `lights` a new value, or calls `perform`. The window is redrawn when one of them or its
+    size changes, then refined to `samples` samples, and sleeps otherwise. Use it in the main thread of the process, as
+    windows require.
 
     Raises ContextError without a display; ValueError, TypeError or OSError for anything that cannot be shown.
     """
 
+    @renamed(window_size="size")
     def __init__(
         self,
         source: Frame | Scene | Iterable[Frame],
         *,
         title: str = "pointshade",
-        size: tuple[int, int] | None = None,
+        window_size: tuple[int, int] | None = None,
         state: State | None = None,
         lights: Sequence[Light] = (),
         others: Sequence[Frame | Iterable[Frame]] = (),
@@ -88,34 +84,35 @@ class Viewer:
         views: int | str | Sequence[int] | None = None,
         record: str | Path | None = None,
         panel: bool = False,
-        typed: Typed | None = None,
+        command_line: CommandLine | None = None,
     ):
         others = check_sources(source, others, views)
         if not isinstance(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
-        size = None if size is None else check_size(size)
+        size = None if window_size is None else check_size(window_size, "window_size")
         state = State() if state is None else check_type(state, State, "state")
         lights = check_lights(lights)
         rates = check_rates(fps, 1 + len(others))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
-        typed = None if typed is None else check_type(typed, Typed, "typed")
+        if command_line is not None and not callable(command_line):
+            raise TypeError(f"command_line must be a function, got {shown(command_line)}")
         self.events: list[Event] = []  # of the next turn
-        self.messages, self.pointing, self.timeline, self.redrawing = Messages(), Pointing(), Timeline(), Redrawing()
-        self.rate = self.redrawing.rate  # of the pictures that differ
+        messages, self.redrawing = Messages(), Redrawing()
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
+        self._command_line = command_line
         with ExitStack() as undo:
-            recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
-            if recorder:
-                undo.callback(recorder.close)
-            playing = Playing(source, others, rates, count, self.messages.skip)
-            opened = Opened(playing, typed, state, lights, merge=views is not None)
-            undo.callback(lambda: self.opened.playing.close())
-            self.show(opened, opened.first, opened.start)
-            size = size or window_size(self.own_camera)
+            self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
+            if self.recorder:
+                undo.callback(self.recorder.close)
+            playing = Playing(source, others, rates, count, messages.skip)
+            super().__init__(Document(playing, state, lights, merge=views is not None), messages)
+            undo.callback(lambda: self.document.playing.close())
+            size = size or size_for(self.own_camera)
             self._open_window(title, size, undo)
-            animates = type(self).on_frame is not Viewer.on_frame
-            self.turns = Turns(animates, recorder, self.own_camera.fitted(*size))
+            self._animates = type(self).on_frame is not Viewer.on_frame
+            self._film_camera = self.own_camera.fitted(*size)
+            self._began = self._next_frame = time.perf_counter()
             if panel:
                 self.toggle_panel()
             self._close = undo.pop_all()
@@ -123,16 +120,11 @@ class Viewer:
     def _open_window(self, title: str, size: tuple[int, int], undo: ExitStack) -> None:
         self.window = Window(title, size, self.events.append)
         undo.callback(self.window.release)
-        self.opened.playing.wake_by(self.window.wake)
+        self.document.playing.wake_by(self.window.wake)
         self.screen = Screen(self.window)
         undo.callback(self.screen.release)
         slow = SOFTWARE if self.renderer.context.is_software else ""
         self.messages.say(GREETING + slow, GREETING_SECONDS)
-
-    @property
-    def renderer(self) -> Renderer:
-        """The renderer of the window; its `steps` and `choice` tell what ran."""
-        return self.screen.renderer
 
     # For applications to override.
     def on_start(self) -> None:
@@ -144,58 +136,93 @@ class Viewer:
     def on_event(self, event: Event) -> bool | None:
         """Called with each action of the user. Return True to suppress its usual effect."""
 
+    # The loop: it sleeps, sees what the user did, plays, draws, and records.
     def run(self) -> None:
-        """Shows the window until it is closed."""
+        """Show the window until it is closed."""
         try:
             self.on_start()
-            self.opened.start_at(self.moment, self.frame)
+            self.document.start_at(self.moment, self.frame)
             while not self.window.is_closing:
                 self.step()
         finally:
             self.release()
 
     def step(self, wait: bool = True) -> None:
-        """One turn: sleeps until there is something to do (if `wait`), and redraws if anything has changed."""
-        self.turns.take(self, wait)
+        """Make one turn: sleep until there is something to do (if `wait`), and redraw if anything has changed."""
+        self.window.wait(self.patience(time.perf_counter()) if wait else 0)
+        events, self.events[:] = list(self.events), []
+        for event in events:
+            self.handle(event)
+        now = time.perf_counter()
+        self.seek()
+        self.play(now)
+        if self._animates:
+            self.on_frame(now - self._began)
+            self._next_frame = now + 1 / DISPLAY_RATE
+        self.messages.update(now)
+        if self._draws_in(now) == 0:
+            self._draw()
+        if self.recorder:  # the film has the samples of the window, if both show the same
+            film = Picture(self.moment, self.frame, self._film_camera)
+            samples = self.redrawing.samples if self.camera == film.camera else 1
+            self.recorder.add(time.perf_counter(), lambda: self.screen.read(film, samples))
+
+    def patience(self, now: float) -> float | None:
+        """Return the seconds that the turn may sleep; None: no limit."""
+        reasons = [
+            0.0 if self.events else None,
+            max(self._next_frame - now, 0.0) if self._animates and self.camera else None,
+            self.plays_in(now),
+            self.recorder.patience(now) if self.recorder else None,
+            self._draws_in(now),
+            self.messages.patience(now),
+        ]
+        return min((seconds for seconds in reasons if seconds is not None), default=None)
 
     def handle(self, event: Event) -> None:
-        """Gives an event to the application first, then to timeline and panel, then to mouse and keys."""
-        route(self, event)
+        """Give an event to the application first, then to timeline and panel, then to mouse and keys."""
+        if event.kind in ("key", "text") and self.state.panel and self.screen.panel.is_deciding:
+            self.events.append(event)  # the next turn knows whose it is
+            return
+        if self.on_event(event):
+            return
+        self.document.history.follow(self.moment)
+        if event.kind != "move":  # of many moves only the last counts
+            self.seek()
+        control, place = self.control, self._surroundings
+        is_taken = is_for_timeline(control, place, event) or (self.state.panel and self.screen.panel.handle(event))
+        self.take(controller(control, place, event, is_taken))
+        self.window.hide_pointer(hides_pointer(self.control, self._surroundings, event, is_taken))
 
-    def open(self, paths: Sequence[str]) -> None:
-        """Shows what files or folders hold, as `pointshade view` would. If that fails, says why and shows the same."""
-        show_dropped(self, paths)
-
-    def show(self, opened: Opened, frame: Shown, moment: Moment) -> None:
-        """Shows a frame of what was opened, as it was at a moment."""
-        self.opened = opened
-        self.frame = frame
-        self.state, self.stage, self.held, self.lights, self.light_number = moment
+    def perform(self, effect: Effect) -> None:
+        """Do what a key, the mouse or the panel asks for, such as `Seek(0)` (see events.py)."""
+        match effect:
+            case TurnAround(x, y):
+                if picture := self.picture:
+                    self.take(turned_around(self.control, self.screen.find_surface(picture, x, y)))
+            case Open(paths):
+                self.open(paths)
+            case Command.SAVE_PICTURE:
+                self.save_picture()
+            case Command.TOGGLE_PANEL:
+                self.toggle_panel()
+            case Command.REDRAW:
+                self.redrawing.forget()
+            case Command.CLOSE:
+                self.quit()
+            case _:
+                super().perform(effect)
 
     @property
-    def moment(self) -> Moment:
-        """View and lights as they are."""
-        return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
+    def _surroundings(self) -> Surroundings:
+        width, height = self.window.picture_size
+        total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
+        return Surroundings(self.camera, width - self.panel_width, height, self.window.scale, total, is_scene)
 
-    def _go_to(self, moment: Moment) -> None:
-        """The look stays, which is not undone."""
-        self.show(self.opened, self.frame, moment._replace(state=self.state.reset_view(moment.state)))
-
-    def undo(self) -> None:
-        """Takes back the last change of view or lights."""
-        if moment := self.opened.history.undo(self.moment):
-            self._go_to(moment)
-        self.say("undone" if moment else "nothing to undo")
-
-    def redo(self) -> None:
-        """Makes the change again that was undone last."""
-        if moment := self.opened.history.redo(self.moment):
-            self._go_to(moment)
-        self.say("done again" if moment else "nothing to do again")
-
-    def reset(self) -> None:
-        """View and lights as at the start, around the middle of the current frame."""
-        self._go_to(self.opened.restart(self.frame))
+    @property
+    def renderer(self) -> Renderer:
+        """The renderer of the window; its `steps` and `choice` tell what ran."""
+        return self.screen.renderer
 
     @property
     def camera(self) -> Camera | None:
@@ -203,112 +230,20 @@ class Viewer:
         return self.window.fit(self.own_camera, self.panel_width)
 
     @property
-    def own_camera(self) -> Camera:
-        """The frame's or the scene's own camera."""
-        return camera_of(self.frame)
+    def picture(self) -> Picture | None:
+        """What the window shows below marker, text and panel; None while it is minimised."""
+        return Picture(self.moment, self.frame, camera) if (camera := self.camera) else None
 
     @property
     def panel_width(self) -> int:
         """Pixels beside which the picture is shown. A film does not change when the panel opens."""
-        return (
-            self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self.turns.recorder else 0
-        )
+        return self.screen.panel.width(self.window.picture_size[0]) if self.state.panel and not self.recorder else 0
 
     @property
-    def pose(self) -> NDArray[np.float64]:
-        """(4, 4) camera-to-world of the frame's or the scene's own camera."""
-        return np.asarray(home_of(self.frame).pose)
-
-    def next_light(self) -> None:
-        """The mouse takes the next light; the one that it held stays where it is."""
-        if self.lights:
-            self.take_light((self.light_number + 1) % (1 + len(self.lights)))
-        else:
-            self.say("there is only one light")
-
-    def take_light(self, number: int) -> None:
-        """The mouse takes the light with this number; the one that it held stays where it is."""
-        if number != self.light_number:
-            self._go_to(taking(number, self.moment, self.pose))
-            titles = self.light_titles
-            self.say(f"the mouse holds {titles[number]}, light {number + 1} of {len(titles)}{when_seen(self.state)}")
-
-    @property
-    def light_titles(self) -> list[str]:
-        """What the lights are called, with their names in the scene."""
-        return titles(self.opened.light_names, in_order(self.moment))
-
-    def say(self, text: str) -> None:
-        """Shows a line of text for a few seconds."""
-        self.messages.say(text)
-
-    def quit(self) -> None:
-        """Ends `run`."""
-        self.window.close()
-
-    def toggle_panel(self) -> None:
-        """Opens or closes the panel. Without its extra, says how to install it."""
-        try:
-            self.screen.panel  # noqa: B018
-        except ImportError:
-            self.say(MISSING)
-        else:
-            self.state = replace(self.state, panel=not self.state.panel)
-            self.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
-
-    @property
-    def playback(self) -> Playback | Together | None:
-        """What plays; None while nothing can."""
-        return self.opened.playing.playback
-
-    @property
-    def strip(self) -> Strip | None:
-        """What the timeline shows; None where frames do not play."""
-        return self.opened.playing.strip(self.frame)
-
-    def play(self, now: float) -> None:
-        """Shows the frame that is due, or the views once they are merged."""
-        playing = self.opened.playing
-        if playing.is_merging:
-            self._follow(*playing.merged(self.messages.text))
-        elif not self.timeline.is_dragged and (frame := playing.advance(self.frame, now)):
-            self.frame = frame
-
-    def pause(self) -> None:
-        """Pauses a stream, or continues it."""
-        self.say(self.opened.playing.pause(self.frame))
-
-    def step_frames(self, direction: int) -> None:
-        """Pauses a stream and steps one frame forwards (1) or back (-1)."""
-        self._follow(*self.opened.playing.step(self.frame, direction))
-
-    def jump(self, index: int) -> None:
-        """Shows the frame of a sequence with this number, counted from the end if it is below 0."""
-        self._follow(*self.opened.playing.seek(self.frame, index))
-
-    def seek(self) -> None:
-        """Shows the frame that was chosen on the timeline, if one was."""
-        if (wanted := self.timeline.take()) is not None:
-            self._follow(self.opened.playing.seek(self.frame, wanted)[0], "")
-
-    def change_rate(self, factor: float) -> None:
-        """Plays frames faster (a factor above 1) or slower."""
-        self.say(self.opened.playing.change_rate(self.frame, factor))
-
-    def toggle_loop(self) -> None:
-        """Whether a sequence begins again at its end."""
-        self.say(self.opened.playing.toggle_loop(self.frame))
-
-    def toggle_views(self) -> None:
-        """Draws several frames of a sequence as one object, or plays them again."""
-        self._follow(*self.opened.playing.toggle_views(self.frame))
-
-    def _follow(self, frame: Shown | None, text: str) -> None:
-        """Shows the frame, unless it stays, and says the text, if there is one."""
-        if frame is not None:
-            self.frame = frame
-        if text:
-            self.say(text)
+    def _overlay(self) -> Overlay:
+        state, turns = self.state, self.control.mouse.turns
+        places = state.help, state.panel, self.panel_width, self.window.scale
+        return Overlay(self.messages.text, not turns, self.strip, *places)
 
     @property
     def drawn(self) -> int:
@@ -318,13 +253,93 @@ class Viewer:
     @property
     def samples_shown(self) -> tuple[int, int]:
         """How many samples the window shows, and how many it will show if nothing moves."""
-        return self.redrawing.refining.samples, most_samples(self, self.camera)
+        return self.redrawing.samples, self.picture.most_samples(self.samples) if self.picture else self.samples
+
+    def _draws_in(self, now: float) -> float | None:
+        """Seconds until the window must be drawn; None: not before something changes."""
+        picture = self.picture
+        if picture is None:
+            return None
+        if self.state.panel and self.screen.panel.settling:
+            return 0.0
+        return self.redrawing.patience(picture.content, self._overlay, now, picture.most_samples(self.samples))
+
+    def _draw(self) -> None:
+        """Draws the window now, unless it is minimised, and does what the user chose in the panel."""
+        picture, over = self.picture, self._overlay
+        if picture is None:
+            return
+        most = picture.most_samples(self.samples)
+        samples = self.redrawing.begin(picture.content, time.perf_counter(), most)
+        self.document.history.follow(self.moment)
+        facts = Facts(self.renderer, self.redrawing.rate.per_second, (samples, most), self.light_titles)
+        self.moment, chosen = self.screen.draw(picture, over, samples, facts)
+        for effect in (*chosen, Remember("panel", time.perf_counter())):
+            self.perform(effect)
+        self.redrawing.end(picture.content, over)
+
+    def toggle_panel(self) -> None:
+        """Open or close the panel. Without its extra, say how to install it."""
+        try:
+            self.screen.panel  # noqa: B018
+        except ImportError:
+            self.say(MISSING)
+        else:
+            self.state = replace(self.state, panel=not self.state.panel)
+            self.renderer.steps.forget("surface")  # run it again, so that the panel has a time to show
+
+    def open(self, paths: Sequence[str]) -> None:
+        """Show what files or folders hold, as `pointshade view` would. If that fails, say why and show the same."""
+        title = " and ".join(paths)
+        self.say(f"opening {title}")
+        self._draw()
+        before = self.document, self.frame, self.moment
+        try:
+            opened = self.document.instead(paths, self.state)
+            self.show(opened, opened.first, opened.start)
+            self._draw()
+        except (ValueError, TypeError, OSError, MemoryError) as error:
+            unused = self.document
+            self.show(*before)
+            self.say(f"not opened: {error}")
+        else:
+            unused = before[0]
+            opened.playing.wake_by(self.window.wake)
+            self.window.name(f"pointshade: {title}")
+            self.messages.clear()
+        if unused is not self.document:
+            unused.playing.close()
 
     def save_picture(self) -> Path | None:
-        """Writes the picture, without marker, text and panel, to a new file in the working directory, and prints its
-        name and the command that makes the same, which also goes into the clipboard."""
-        return save_picture(self)
+        """Write the picture, without marker, text and panel, to a new file in the working directory. Print its name
+        and the command that makes the same, which also goes into the clipboard. None: it failed, which is said."""
+        camera = self.window.fit(self.own_camera)
+        if camera is None:
+            return None
+        picture = Picture(self.moment, self.frame, camera)
+        samples = picture.most_samples(self.samples)
+        try:
+            path = save_new(self.screen.read(picture, samples))
+        except OSError as error:
+            self.say(f"not saved: {error}")
+            return None
+        if camera == self.camera:
+            self.redrawing.samples = samples
+        document, playing = self.document, self.document.playing
+        saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
+        line, left_out = self._command_line(saved) if self._command_line else ("", "")
+        sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
+        told = [left_out]
+        if line:
+            self.window.copy(line)
+            told = ["the command that makes it is in the clipboard", f"it leaves out: {left_out}" if left_out else ""]
+        self.say(f"saved {path.absolute()}\n{'; '.join(filter(None, told))}".rstrip())
+        return path
+
+    def quit(self) -> None:
+        """End `run`."""
+        self.window.close()
 
     def release(self) -> None:
-        """Closes the window, the stream and the film, and frees everything."""
+        """Close the window, the stream and the film, and free everything."""
         self._close.close()

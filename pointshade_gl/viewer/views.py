@@ -1,4 +1,4 @@
-"""Several views of one thing, shown as one object: which of them are on, and how they come from a sequence."""
+"""What a window shows: a frame, a scene, or several views of one thing as one object; and how views are read."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from functools import cached_property
 from ..files.sources import choose_views
 from ..messages.formatting import option
 from ..messages.validation import check_count
+from ..scene.camera import Camera
 from ..scene.frame import Frame
+from ..scene.graph import Scene
 
 VIEWS = 8  # that are merged unless another number is asked for
 THREADS = 2  # that read them
@@ -65,6 +67,22 @@ class Views:
         """The same with new frames in the place of some (None: it stays). Home is the first one then."""
         frames = tuple(after or before for before, after in zip(self.frames, new, strict=True))
         return replace(self, frames=frames, home=frames[0])
+
+
+Shown = Frame | Scene | Views
+
+
+def home_of(shown: Shown) -> Frame | Scene:
+    """Return whose camera looks."""
+    return shown.home if isinstance(shown, Views) else shown
+
+
+def camera_of(shown: Shown) -> Camera:
+    """Return its own camera, in its own size."""
+    home = home_of(shown)
+    camera = home.picture_camera if isinstance(home, Frame) else home.camera
+    assert camera is not None  # `framed` gave scenes a camera
+    return camera
 
 
 class Merger:

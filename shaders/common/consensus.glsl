@@ -1,5 +1,4 @@
 #include "common/splat_corners.glsl"
-#include "common/picture.glsl"
 
 // What several frames of one thing say about each other's points. A frame supports a point if it has one there, too; it
 // sees through it if it has only points beyond.

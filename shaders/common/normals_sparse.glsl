@@ -1,4 +1,3 @@
-#include "common/inverse_depth.glsl"
 #include "common/robust_plane.glsl"
 #include "common/sparse_cells.glsl"
 

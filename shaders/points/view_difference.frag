@@ -6,6 +6,7 @@
 #endif
 #include "common/color.glsl"
 #include "common/consensus.glsl"
+#include "common/picture.glsl"
 
 uniform sampler2D surface_map;
 uniform sampler2D color_map;

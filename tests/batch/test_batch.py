@@ -15,9 +15,16 @@ from PIL import Image
 
 import pointshade_gl as ps
 
-from ..support.batches import SMALL, Batch, check_whole, hidden_in, lines_of, names_in, write_sequence
+from ..support.batches import SMALL, check_whole, hidden_in, lines_of, names_in, running, write_sequence
 
 pytestmark = pytest.mark.gl
+
+
+@pytest.fixture
+def start(tmp_path):
+    """start("INPUT -o out ..."): a running `pointshade batch` in the test's folder. It ends with the test."""
+    with running(tmp_path) as start_one:
+        yield start_one
 
 
 @pytest.fixture
@@ -30,9 +37,10 @@ def views(shared_data, tmp_path):
 
 @pytest.mark.data
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_a_batch_survives_an_unreadable_frame_a_killed_worker_and_an_interruption(views, tmp_path, renderer):
+@pytest.mark.system
+def test_a_batch_survives_an_unreadable_frame_a_killed_worker_and_an_interruption(start, views, tmp_path, renderer):
     line = "views -o out --workers 2 --samples 2 --yaw 10"
-    batch = Batch(line, tmp_path)
+    batch = start(line)
     batch.wait_for(2)
     os.kill(batch.workers()[0], signal.SIGKILL)
     batch.wait_for(10)
@@ -42,7 +50,7 @@ def test_a_batch_survives_an_unreadable_frame_a_killed_worker_and_an_interruptio
     before = check_whole(tmp_path / "out")
     assert {line["output"] for line in lines_of(batch.manifest)} <= before and len(before) < 22
 
-    code, out, err = Batch(f"{line} --resume", tmp_path).end()
+    code, out, err = start(f"{line} --resume").end()
     assert code == 3 and "1 failed" in out and "failed: views/0007.png: frame 7: " in err, err
     expected = {f"views/{k:04d}.png" for k in range(23) if k != 7}
     assert check_whole(tmp_path / "out") == expected
@@ -63,9 +71,10 @@ def resident(process: int) -> float:
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_a_thousand_frames_take_no_more_memory_and_are_done_once(tmp_path):
+@pytest.mark.system
+def test_a_thousand_frames_take_no_more_memory_and_are_done_once(start, tmp_path):
     write_sequence(tmp_path / "many", 1000)
-    batch = Batch("many -o out --workers 2 --samples 1", tmp_path)
+    batch = start("many -o out --workers 2 --samples 1")
     batch.wait_for(200)
     watched = [batch.process.pid, *batch.workers()]
     before = [resident(process) for process in watched]
@@ -79,14 +88,15 @@ def test_a_thousand_frames_take_no_more_memory_and_are_done_once(tmp_path):
 
     written = batch.manifest.stat().st_mtime_ns
     for again in ("", "--resume"):
-        code, out, err = Batch(f"many -o out --workers 2 --samples 1 {again}", tmp_path).end()
+        code, out, err = start(f"many -o out --workers 2 --samples 1 {again}").end()
         assert code == 0 and "1000 there" in out and "written" not in out and err == ""
     assert batch.manifest.stat().st_mtime_ns == written
 
 
-def test_a_job_that_kills_its_worker_twice_is_a_failure(tmp_path):
+@pytest.mark.system
+def test_a_job_that_kills_its_worker_twice_is_a_failure(start, tmp_path):
     write_sequence(tmp_path / "slow", 2)
-    batch = Batch("slow -o out --workers 1 --shard 1/2 --samples 4096 --size 1200x900", tmp_path)
+    batch = start("slow -o out --workers 1 --shard 1/2 --samples 4096 --picture-size 1200x900")
     for _ in range(2):
         until = time.monotonic() + 60
         while not (tmp_path / "out/slow").exists():  # the worker makes it when it begins with the job
@@ -99,9 +109,10 @@ def test_a_job_that_kills_its_worker_twice_is_a_failure(tmp_path):
     assert "1 failed" in out and hidden_in(tmp_path / "out") == []
 
 
-def test_a_terminated_batch_ends_its_workers_and_leaves_whole_files(tmp_path):
+@pytest.mark.system
+def test_a_terminated_batch_ends_its_workers_and_leaves_whole_files(start, tmp_path):
     write_sequence(tmp_path / "slow", 8)
-    batch = Batch("slow -o out --workers 2 --samples 64 --size 640x480", tmp_path)
+    batch = start("slow -o out --workers 2 --samples 64 --picture-size 640x480")
     batch.wait_for(1)
     workers = batch.workers()
     batch.process.terminate()
@@ -123,7 +134,7 @@ def test_folders_of_folders_are_mirrored_and_inputs_of_one_name_are_told_apart(b
     write_sequence(tmp_path / "set/single", 1)
     (tmp_path / "set/notes").mkdir()
     (tmp_path / "set/notes/todo.txt").write_text("no frame is here")
-    code, out, err = batch(f"{tmp_path}/set {tmp_path}/other/set vase -o out {SMALL}")
+    code, out, err = batch(f"'{tmp_path}/set' '{tmp_path}/other/set' vase -o out {SMALL}")
     assert code == 0 and "8 written" in out, err
     above = tmp_path.name
     assert names_in(tmp_path / "out") == sorted(
@@ -143,7 +154,7 @@ def test_outputs_are_no_inputs_of_the_next_run(batch, tmp_path, where):
     write_sequence(tmp_path / "here/b", 2)
     output = tmp_path / ("out" if where == "elsewhere" else "here/images")
     for expected in ("4 written", "4 there"):
-        code, out, err = batch(f"here -o {output} --to normals.npy --workers 1")
+        code, out, err = batch(f"here -o '{output}' --to normals.npy --workers 1")
         assert code == 0 and expected in out, err
 
 
@@ -161,7 +172,7 @@ def test_each_kind_of_output_is_what_its_own_command_makes(batch, typed, tmp_pat
 
 
 def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, tmp_path):
-    options = "--light position=-.5,-.7,.2 --samples 2 --size 64x48 --background white --shading flat"
+    options = "--light position=-.5,-.7,.2 --samples 2 --picture-size 64x48 --background white --shading flat"
     assert batch(f"demo vase -o out --workers 1 {options}")[0] == 0
     for name in ("demo", "vase"):
         assert typed(f"render {name} -o {name}.png {options}")[0] == 0
@@ -169,9 +180,8 @@ def test_a_scene_and_a_single_frame_become_the_pictures_of_render(batch, typed, 
 
 
 def test_a_page_is_the_one_of_render(batch, typed, tmp_path):
-    pytest.importorskip("pointshade_gl.page.page_file")
-    assert batch("vase -o out --to html --workers 1 --size 64x48 --samples 1")[0] == 0
-    assert typed("render vase -o vase.html --size 64x48 --samples 1")[0] == 0
+    assert batch("vase -o out --to html --workers 1 --picture-size 64x48 --samples 1")[0] == 0
+    assert typed("render vase -o vase.html --picture-size 64x48 --samples 1")[0] == 0
     assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
 
 
@@ -231,13 +241,14 @@ def test_a_torn_last_line_of_the_manifest_costs_one_output(batch, tmp_path):
     assert "3 there" in batch(f"seq -o out {SMALL} --resume")[1]
 
 
-def test_shards_share_the_work_and_write_to_one_folder_at_once(tmp_path):
+@pytest.mark.system
+def test_shards_share_the_work_and_write_to_one_folder_at_once(start, tmp_path):
     write_sequence(tmp_path / "seq", 7)
-    shards = [Batch(f"seq -o out --shard {k}/3 {SMALL}", tmp_path) for k in (1, 2, 3)]
+    shards = [start(f"seq -o out --shard {k}/3 {SMALL}") for k in (1, 2, 3)]
     assert [shard.end()[0] for shard in shards] == [0, 0, 0]
     counts = [len(lines_of(tmp_path / f"out/manifest.{k}-of-3.jsonl")) for k in (1, 2, 3)]
     assert counts == [2, 2, 3] and len(check_whole(tmp_path / "out")) == 7
-    code, out, _ = Batch(f"seq -o out {SMALL} --resume", tmp_path).end()
+    code, out, _ = start(f"seq -o out {SMALL} --resume").end()
     assert code == 0 and "7 there" in out  # one process knows what the shards have done
 
 
@@ -257,7 +268,7 @@ def test_a_frame_whose_pose_was_lost_is_left_out_as_render_leaves_it_out(batch, 
     [
         ("nothing -o out", "there is no folder"),
         ("vase", "-o is missing"),
-        (f"vase -o {__file__}", "is a file, expected a folder"),
+        (f"vase -o '{__file__}'", "is a file, expected a folder"),
         ("vase -o out --shard 0/8", "--shard is a part from 1"),
         ("vase -o out --shard 9/8", "1/8 to 8/8"),
         ("vase -o out --to bmp", "unknown --to 'bmp'"),

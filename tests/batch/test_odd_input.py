@@ -15,9 +15,16 @@ from pointshade_gl.batch import workers
 from pointshade_gl.batch.jobs import Done, Job
 from pointshade_gl.batch.manifest import Manifest
 
-from ..support.batches import SMALL, Batch, check_whole, lines_of, write_sequence
+from ..support.batches import SMALL, check_whole, lines_of, running, write_sequence
 
 pytestmark = pytest.mark.gl
+
+
+@pytest.fixture
+def start(tmp_path):
+    """start("INPUT -o out ..."): a running `pointshade batch` in the test's folder. It ends with the test."""
+    with running(tmp_path) as start_one:
+        yield start_one
 
 
 @pytest.fixture
@@ -39,11 +46,11 @@ def test_outputs_are_never_taken_for_colours_of_their_own_input(batch, tmp_path)
 
 
 def test_pages_have_the_quality_and_the_title_that_were_asked_for(batch, typed, tmp_path):
-    asked = "--quality small --title Lit --size 64x48 --samples 1"
+    asked = "--quality small --title Lit --picture-size 64x48 --samples 1"
     assert batch(f"vase -o out --to html --workers 1 {asked}")[0] == 0
     assert typed(f"render vase -o vase.html {asked}")[0] == 0
     assert (tmp_path / "out/vase.html").read_bytes() == (tmp_path / "vase.html").read_bytes()
-    code, _, err = batch("vase -o out --to html --samples 1 --size 64x48")
+    code, _, err = batch("vase -o out --to html --samples 1 --picture-size 64x48")
     assert code == 2 and "with other options" in err
 
 
@@ -98,12 +105,13 @@ def test_a_job_without_room_on_the_disk_ends_the_others(monkeypatch, tmp_path):
         workers.checked(outcome)
 
 
-def test_two_runs_in_one_folder_at_once_leave_it_whole(tmp_path):
+@pytest.mark.system
+def test_two_runs_in_one_folder_at_once_leave_it_whole(start, tmp_path):
     write_sequence(tmp_path / "seq", 4)
-    runs = [Batch(f"seq -o out {SMALL}", tmp_path) for _ in range(2)]
+    runs = [start(f"seq -o out {SMALL}") for _ in range(2)]
     assert [run.end()[0] for run in runs] == [0, 0]
     assert len(check_whole(tmp_path / "out")) == 4
-    code, out, _ = Batch(f"seq -o out {SMALL} --resume", tmp_path).end()
+    code, out, _ = start(f"seq -o out {SMALL} --resume").end()
     assert code == 0 and "4 there" in out
 
 

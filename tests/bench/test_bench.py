@@ -15,7 +15,7 @@ from pointshade_gl.bench.charts import pareto_front, who_holds
 from pointshade_gl.bench.command import bench_speed
 from pointshade_gl.bench.labels import place_labels
 from pointshade_gl.bench.measure import Measurement, Plan, angle, breaking_point
-from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera, view_rays
+from pointshade_gl.bench.scenes import MIDDLE, SCENES, make_scene, standard_camera
 from pointshade_gl.bench.stress import CONDITIONS, STRESSES, generator
 from pointshade_gl.cli.main import app
 from pointshade_gl.gpu.points import tiling
@@ -37,7 +37,7 @@ def spoiled(name, strength, depth=None):
 
 def differences(scene):
     """Normals (h-2, w-2, 3) from the depth's own central differences."""
-    points = view_rays(scene.camera) * scene.depth[..., None].astype(float)
+    points = scene.camera.rays() * scene.depth[..., None].astype(float)
     normals = np.cross(points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1])
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-30)
     return normals * np.where((normals * points[1:-1, 1:-1]).sum(-1, keepdims=True) > 0, -1, 1)
@@ -64,7 +64,7 @@ def test_a_scenes_normals_are_unit_and_face_the_camera_from_any_pose(name):
     scene = make_scene(name, SMALL, pose=pose)
     known = scene.depth > 0
     assert np.linalg.norm(scene.normals[known], axis=-1) == pytest.approx(1, abs=1e-5)
-    assert ((scene.normals * view_rays(SMALL)).sum(-1)[known] < 1e-6).all()
+    assert ((scene.normals * SMALL.rays()).sum(-1)[known] < 1e-6).all()
 
 
 def test_edges_are_jumps_in_depth_and_not_slopes_creases_or_the_end_of_a_surface():
@@ -170,7 +170,7 @@ def test_a_missing_normal_counts_as_the_view_facing_one():
     measurement = Measurement(Blind(), TINY, ["star"], 0, lambda: None)  # type: ignore[arg-type]
     scene = make_scene("plane", standard_camera(48, 36))
     every = measurement.errors(scene, measurement.frame(scene, CONDITIONS["clean"].spoil, 0, "clean"))
-    rays = view_rays(scene.camera)[8:-8, 8:-8]
+    rays = scene.camera.rays()[8:-8, 8:-8]
     slant = np.degrees(np.arccos(1 / np.linalg.norm(rays, axis=-1))).mean()
     assert every["star"] == (pytest.approx(slant, rel=1e-3), None)
 
@@ -294,16 +294,17 @@ class TestSpeed:
         rows = speed.measure_points(0, 2, [(40, 30), (80, 60)], lambda: None)
         assert {row["points"] for row in rows} == {1200}
 
+    @pytest.mark.system
     def test_the_command_writes_and_says_on_what(self, renderer, tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(speed, "SIZES", ((40, 30), (80, 60)))
         monkeypatch.setattr(speed, "TOLERANCES", (0.0, 1e-5))
-        monkeypatch.setattr(speed, "measure_jobs", lambda *_: {"new frame": {"ms": 1.0, "cpu_ms": 2.0}})
+        monkeypatch.setattr(speed, "measure_jobs", lambda *_: {"first picture": {"ms": 1.0, "cpu_ms": 2.0}})
         said = bench_speed(tmp_path / "out", quick=True, device=0)
         assert renderer.context.renderer in said
         results = json.loads((tmp_path / "out" / "speed.json").read_text())
         assert [stage["name"] for stage in results["stages"]] == list(speed.stage_bytes(1, 1))
         assert all(stage["ms"] > 0 and stage["limit_ms"] > 0 for stage in results["stages"])
-        assert read_jobs(tmp_path / "out" / "speed.json") == {"new frame": {"ms": 1, "cpu_ms": 2}}
+        assert read_jobs(tmp_path / "out" / "speed.json") == {"first picture": {"ms": 1, "cpu_ms": 2}}
         assert results["cold_start_s"] > 0 and len(results["points"]) in (2, 4)
         with Image.open(tmp_path / "out" / "speed.png") as image:
             assert image.width > 1000

@@ -14,17 +14,10 @@ from PIL import Image, ImageSequence
 
 import pointshade_gl as ps
 
+from ..support.children import started
+from ..support.command import run, run_process
+
 CAMERA_JSON = '{"width": 8, "height": 6, "fx": 10, "fy": 10, "cx": 3.5, "cy": 2.5, "depth_scale": 1000}'
-
-
-def run(*arguments, environment=None):
-    return subprocess.run(
-        [sys.executable, "-m", "pointshade_gl", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env=os.environ | (environment or {}),
-    )
 
 
 @pytest.fixture
@@ -55,9 +48,9 @@ def sequence(tmp_path):
 @pytest.mark.usefixtures("renderer")
 class TestWithGl:
     def test_without_input_the_vase_is_rendered_and_one_line_says_so(self, tmp_path):
-        done = run("render", "-o", tmp_path / "out.png")
+        done = run_process("render", "-o", tmp_path / "out.png")
         assert done.returncode == 0, done.stderr
-        assert re.fullmatch(r"\S+out\.png: 640x480 pixels from 93207 points, .+, \d+ ms\n", done.stdout)
+        assert re.fullmatch(r".+out\.png: 640x480 pixels from 93207 points, .+, \d+ ms\n", done.stdout)
         with Image.open(tmp_path / "out.png") as image:
             assert image.size == (640, 480) and image.mode == "RGBA"
             assert 0.2 < (np.asarray(image)[..., 3] > 0).mean() < 0.5
@@ -71,7 +64,7 @@ class TestWithGl:
         plain = run("render", folder, "-o", tmp_path / "a.png", "--shading", "none")
         assert plain.returncode == 0, plain.stderr
         options = ["--shading", "flat", "--light", "-1,-1,0", "--light", "1,0,0", "--ambient", "0.2", "--specular", "0"]
-        view = ["--yaw", "10", "--pitch", "-5", "--dolly", "0.2", "--size", "40x30", "--splat", "round"]
+        view = ["--yaw", "10", "--pitch", "-5", "--dolly", "0.2", "--picture-size", "40x30", "--splat", "round"]
         done = run("render", folder, "-o", tmp_path / "b.png", *options, *view, "--normals", "triangles-4")
         assert done.returncode == 0, done.stderr
         with Image.open(tmp_path / "a.png") as a, Image.open(tmp_path / "b.png") as b:
@@ -100,7 +93,7 @@ class TestWithGl:
     def test_the_light_goes_round_in_a_film(self, folder, tmp_path):
         done = run("render", folder, "--turntable", "light", "--frames", "5", "--fps", "10", "-o", tmp_path / "out.gif")
         assert done.returncode == 0, done.stderr
-        assert re.fullmatch(r"\S+out\.gif: 5 pictures of 8x6 pixels, .+, \d+ ms\n", done.stdout)
+        assert re.fullmatch(r".+out\.gif: 5 pictures of 8x6 pixels, .+, \d+ ms\n", done.stdout)
         with Image.open(tmp_path / "out.gif") as film:
             durations = [image.info["duration"] for image in ImageSequence.Iterator(film)]
             assert sum(durations) == 500 and len(durations) > 2  # pictures of a wall lit from behind are one
@@ -132,7 +125,7 @@ class TestWithGl:
         done = run("render", sequence, "-o", tmp_path / "%d.png")
         assert done.returncode == 0 and ": 4 pictures of 8x6" in done.stdout
         (warning,) = [line for line in done.stderr.splitlines() if not line.startswith("note: ")]
-        assert re.fullmatch(r"warning: skipped frame 2: \S+2\.png is not a picture, .+", warning)
+        assert re.fullmatch(r"warning: skipped frame 2: .+2\.png is not a picture, .+", warning)
         assert sorted(path.name for path in tmp_path.glob("*.png")) == ["0.png", "1.png", "3.png", "4.png"]
 
     def test_info_names_the_renderer_and_its_limits(self, renderer):
@@ -207,8 +200,8 @@ def test_a_spoilt_frame_is_one_sentence_and_exit_code_2(folder, tmp_path, spoil,
         (["--yaw", "nan"], "--yaw and --pitch must be finite"),
         (["--dolly", "1"], "--dolly below 1"),
         (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
-        (["--size", "big"], "--size takes WIDTHxHEIGHT"),
-        (["--size", "0x5"], "whole pixels above 0"),
+        (["--picture-size", "big"], "--picture-size takes WIDTHxHEIGHT"),
+        (["--picture-size", "0x5"], "whole pixels above 0"),
         (["--shininess", "-3"], "pointshade: --shininess must be a number"),
         (["--max-depth-step", "wide"], "--max-depth-step must be metres"),
         (["--turntable", "light"], "many pictures need a film (.mp4, .gif) or a number in the name"),
@@ -257,7 +250,8 @@ def test_a_film_that_cannot_be_is_one_sentence(folder, tmp_path, name, options, 
 
 def test_no_gl_at_all_is_exit_code_1_and_says_what_to_install(folder, tmp_path):
     """The loader of EGL drivers finds no driver."""
-    done = run("render", folder, "-o", tmp_path / "out.png", environment={"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull})
+    nowhere = {"__EGL_VENDOR_LIBRARY_FILENAMES": os.devnull}
+    done = run_process("render", folder, "-o", tmp_path / "out.png", environment=nowhere)
     check_refused(done, tmp_path, "no OpenGL 3.3 context", code=1)
     assert sys.platform != "linux" or "apt-get install -y libegl1 libgl1-mesa-dri" in done.stderr
 
@@ -270,7 +264,7 @@ def check_refused(done, tmp_path, complaint, code=2):
 
 
 def test_version():
-    assert run("--version").stdout == f"pointshade_gl {ps.__version__}\n"
+    assert run_process("--version").stdout == f"pointshade_gl {ps.__version__}\n"
 
 
 @pytest.mark.usefixtures("renderer")
@@ -304,13 +298,14 @@ def test_an_empty_picture_is_written_and_said(folder, tmp_path):
     assert (tmp_path / "out.png").exists()
 
 
+@pytest.mark.system
 @pytest.mark.usefixtures("renderer")
 @pytest.mark.skipif(sys.platform == "win32", reason="there a process that is ended has no last word")
 @pytest.mark.parametrize(("name", "suffix"), [("SIGTERM", "gif"), ("SIGHUP", "gif"), ("SIGHUP", "mp4")])
 def test_a_film_that_is_ended_from_outside_leaves_nothing_half_written(tmp_path, name, suffix):
     """By a request to end, or because the terminal is closed; the shell then sends a second signal."""
     command = [sys.executable, "-m", "pointshade_gl", "render", "--turntable", "light", "--frames", "100000"]
-    with subprocess.Popen([*command, "-o", tmp_path / f"out.{suffix}"], stderr=subprocess.PIPE) as process:
+    with started([*command, "-o", tmp_path / f"out.{suffix}"], stdout=None) as process:
         assert process.stderr is not None and process.stderr.readline()  # the note about the driver: it is drawing
         deadline = time.monotonic() + 30
         while suffix == "mp4" and not list(tmp_path.iterdir()) and time.monotonic() < deadline:

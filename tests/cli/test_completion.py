@@ -13,10 +13,13 @@ from pointshade_gl.files.depth.depth_kinds import KINDS
 from pointshade_gl.scene.appearance import SHADINGS, SPLATS
 from pointshade_gl.scene.normal_methods import METHODS
 
+from ..support.places import ROOT
+
 if shutil.which("bash") is None or sys.platform == "win32":
     pytest.skip("needs bash", allow_module_level=True)
 
-ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.system
+
 ASK = 'source ./script; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _pointshade_completion pointshade; '
 ASK += r'printf "%s\n" "${COMPREPLY[@]}"'
 

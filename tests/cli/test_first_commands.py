@@ -34,26 +34,27 @@ FOLDERS = {  # points, median depth in metres, and what must be said; nothing el
 @pytest.mark.parametrize("name", FOLDERS)
 def test_every_folder_of_real_frames_is_drawn_by_its_name_alone(typed, shared_data, name):
     points, median, sentences = FOLDERS[name]
-    code, output, errors = typed(f"render {shared_data / name} --samples 1 -o out.png")
+    code, output, errors = typed(f"render '{shared_data / name}' --samples 1 -o out.png")
     assert code == 0 and f" from {points} points" in output
     notes = [note for note in errors.splitlines() if "software renderer" not in note]
     assert len(notes) == len(sentences) and all(map(str.__contains__, notes, sentences)), notes
-    facts = json.loads(typed(f"info {shared_data / name} --json")[1])
+    facts = json.loads(typed(f"info '{shared_data / name}' --json")[1])
     assert median is None or facts["depth"]["median"] == pytest.approx(median, abs=0.005)
 
 
 @pytest.mark.data
 def test_the_folder_without_its_file_says_how_to_get_it(typed, shared_data):
-    code, _, errors = typed(f"render {shared_data / 'odd_lfs_pointer'} -o out.png")
+    code, _, errors = typed(f"render '{shared_data}/odd_lfs_pointer' -o out.png")
     assert code == 2 and "is a git-LFS pointer, not the file itself: run `git lfs pull` in its" in errors
 
 
+@pytest.mark.system
 @pytest.mark.data
 @pytest.mark.usefixtures("renderer")
 def test_every_single_file_of_real_frames_is_drawn_or_refused_in_one_sentence(typed, shared_data):
     """A depth picture is drawn, with what lies beside it; photographs, normals, masks and texts never are."""
     for path in sorted(path for path in shared_data.glob("[!i]*/*") if path.is_file()):
-        code, output, errors = typed(f"render {path} --samples 1 -o out.png")
+        code, output, errors = typed(f"render '{path}' --samples 1 -o out.png")
         is_depth = re.match(r"depth(?!_rgba)|disparity", path.name) and "lfs" not in path.parent.name
         assert code == (0 if is_depth else 2), (path, errors)
         last = errors.splitlines()[-1]

@@ -139,5 +139,5 @@ def test_the_window_starts_with_the_shadows_that_were_asked_for(display, typed, 
         viewer.release()
 
     monkeypatch.setattr(Viewer, "run", run)
-    assert typed(f"view {line} --size 64x48")[0] == 0
+    assert typed(f"view {line} --window-size 64x48")[0] == 0
     assert seen == [(shadows, True)]  # the key S has something to switch on

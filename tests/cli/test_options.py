@@ -68,7 +68,7 @@ def test_two_groups_cannot_declare_the_same_option():
 
 def test_the_defaults_of_the_command_line_are_those_of_the_library():
     assert LookOptions().look() == ps.Look()
-    view = ViewOptions().view(LookOptions())
+    view = ViewOptions().view(LookOptions().look())
     assert [getattr(view, field.name) or None for field in fields(View)] == [
         getattr(View(), field.name) or None for field in fields(View)
     ]

@@ -249,7 +249,9 @@ class TestPictures:
         assert ran["find light"] == ran["albedo"] == ran["surface"] == ran["upload"] == 1
         assert (renderer.render(frame) == first).all()
 
-    @pytest.mark.parametrize("options", [{"splat": "mesh"}, {"shading": "flat"}, {"shading": "gouraud"}, {"size": 2.0}])
+    @pytest.mark.parametrize(
+        "options", [{"splat": "mesh"}, {"shading": "flat"}, {"shading": "gouraud"}, {"point_size": 2.0}]
+    )
     def test_every_form_and_shading_is_drawn_with_it(self, renderer, options):
         """As a frame is whose picture shows the albedo."""
         hits = scene("plain", 3)
@@ -304,7 +306,9 @@ class TestChoice:
         assert code == 0, err
         assert "unlight: its light comes from left and above and the camera, 2" in said
         assert "unlight" not in typed(f"{line} -o off.png")[1]
-        assert "does not tell its light" in typed("render vase --unlight -o vase.png --size 64x48 --samples 1")[2]
+        assert (
+            "does not tell its light" in typed("render vase --unlight -o vase.png --picture-size 64x48 --samples 1")[2]
+        )
 
     def test_a_scene_file_keeps_it(self, tmp_path):
         node = ps.Node(ps.PointObject(sphere_before_wall(), unlight=True), "ball")

@@ -7,9 +7,7 @@ import pointshade_gl as ps
 from pointshade_gl.estimation.multi_view import Comparison, compared
 from pointshade_gl.estimation.pose_outliers import contradictions
 
-from ..pipeline.test_sets import BETWEEN, mirrored
 from ..support import frames
-from ..support.compare import compare_images
 from ..support.view_sets import noisy, pose_at, replaced, seen_from
 
 NONE = np.full(3, np.nan)
@@ -144,11 +142,3 @@ def test_a_wrong_frame_changes_the_picture_only_where_no_other_sees(renderer, fi
     seen = (without[..., 3] > 0) & (image[..., 3] > 0)
     assert (image[without[..., 3] > 0][:, 3] > 0).all()
     assert (np.abs(image - without)[seen].max(-1) > 12).mean() < 0.03
-
-
-def test_a_set_with_a_wrong_frame_is_drawn_as_the_mirror_draws_it(renderer):
-    views = [seen_from(pose_at(yaw)) for yaw in (-12, 0, 6, 14)]
-    views[2] = wrong(views[2], "turned aside")
-    look, light = ps.Look(normals="star"), ps.Light(position=(-1, -1, 0))
-    image = renderer.render(views, light, camera=frames.CAMERA, pose=BETWEEN, normals="star")
-    assert not compare_images(image, mirrored(renderer, views, [light], look, "compute"))

@@ -49,6 +49,7 @@ def shown(path):
 
 
 class TestMp4:
+    @pytest.mark.system
     @pytest.mark.skipif(os.name == "nt", reason="Windows has no process groups of this kind")
     def test_ctrl_c_reaches_us_alone_so_a_film_can_still_be_finished(self, tmp_path):
         """A terminal sends it to all processes of a command."""

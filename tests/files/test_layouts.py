@@ -45,11 +45,12 @@ def test_a_layout_gives_the_right_camera_depth_colour_and_poses(maker, room, tmp
 def test_a_video_ends_with_the_sequence_that_reads_it(room, tmp_path):
     from ..support.layouts.capture_apps import stray_scanner_video
 
-    frames = ps.open_source(stray_scanner_video(tmp_path, room).source, notes=lambda _: None)
+    source, before = stray_scanner_video(tmp_path, room).source, set(threading.enumerate())
+    frames = ps.open_source(source, notes=lambda _: None)
     assert frames[0].color is not None
-    before = threading.active_count()
+    (reader,) = set(threading.enumerate()) - before
     del frames
-    assert threading.active_count() == before - 1 == 1
+    assert not reader.is_alive()
 
 
 def test_the_views_of_the_room_overlap_by_themselves(room):
@@ -75,7 +76,7 @@ def test_what_the_readme_names_is_drawn_as_photographed_by_the_command_line(type
     (tmp_path / "in").mkdir()
     expected = next(maker for maker in MAKERS if maker.__name__ == name)(tmp_path / "in", room)
     options = " ".join(f"--{key.replace('_', '-')} {value}" for key, value in expected.options.items())
-    code, _, errors = typed(f"render {expected.source} {options} -o out.png --shading none --size depth")
+    code, _, errors = typed(f"render '{expected.source}' {options} -o out.png --shading none --picture-size depth")
     assert code == 0, errors
     with Image.open("out.png") as drawn:
         picture = np.asarray(drawn)

@@ -162,7 +162,7 @@ class TestPlaces:
 
         (tmp_path / "x.exr").write_bytes(b"the old one")
         monkeypatch.setattr(OpenEXR, "File", Broken)
-        with pytest.raises(OSError, match=r"cannot write \S+: no space left"):
+        with pytest.raises(OSError, match=r"cannot write .+: no space left"):
             save(check(tmp_path / "x.exr"), DEPTH if save is ps.save_depth else NORMALS)
         assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("x.exr", b"the old one")]
 

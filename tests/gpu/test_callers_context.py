@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene import shadow_cameras as shadow_views
 
 from ..support import frames
 from ..support.raw_gl import RawGL
@@ -22,7 +23,7 @@ def frame():
 
 
 def scene():
-    parts = ps.PointObject(frame()), ps.PointObject(frame(), size=1.5, splat="round", shading="gouraud"), MESH
+    parts = ps.PointObject(frame()), ps.PointObject(frame(), point_size=1.5, splat="round", shading="gouraud"), MESH
     parts += (ps.PointObject(frame(), splat="mesh", shading="flat"),)
     return ps.Scene(tuple(map(ps.Node, parts)), camera=frames.CAMERA)
 
@@ -36,11 +37,19 @@ def draw(renderer):
 CALLS = {
     "render": lambda renderer: renderer.render(frame()),
     "draw": draw,
-    "points": lambda renderer: renderer.render(frame(), size=np.full((120, 160), 1.5), splat="round"),
-    "lit splats": lambda renderer: renderer.render(frame(), size=2, shading="flat"),
+    "points": lambda renderer: renderer.render(frame(), point_size=np.full((120, 160), 1.5), splat="round"),
+    "lit splats": lambda renderer: renderer.render(frame(), point_size=2, shading="flat"),
     "scene": lambda renderer: renderer.render(scene(), LIGHTS),
     "normals": lambda renderer: renderer.estimate_normals(frame(), "star-borrow"),
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_shadows():
+    """Shadows are drawn by the same passes at any size."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shadow_views, "SHADOW_SIDE", 64)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -354,7 +363,7 @@ def test_a_window_opens_and_draws_beside_a_context_that_is_current(display, cont
 
     with context:
         before = gl.state()
-        viewer = Viewer(frame(), size=(64, 48))
+        viewer = Viewer(frame(), window_size=(64, 48))
         viewer.step(wait=False)
         assert gl.state() == before
         renderer.render(frame())

@@ -37,7 +37,7 @@ def posed():
 
 
 @pytest.mark.parametrize("make", [posed, frames.holes, frames.step, frames.single_pixel, frames.all_missing])
-@pytest.mark.parametrize("look", [{}, {"splat": "round"}, {"size": 2.5}], ids=str)
+@pytest.mark.parametrize("look", [{}, {"splat": "round"}, {"point_size": 2.5}], ids=str)
 def test_it_is_the_picture_of_the_resolve_pass(points, make, look):
     frame = make()
     options = {"yaw": 15, "pitch": 5, "dolly": 0.3, "upsample": "none", "material": ps.Material(specular=0.8)} | look
@@ -52,7 +52,7 @@ def test_it_is_the_picture_of_the_resolve_pass(points, make, look):
 def test_it_is_the_mirrors_picture(points):
     frame = frames.sphere_before_wall()
     sizes = 0.5 + 2 * np.random.default_rng(2).random(frame.depth.shape)
-    look = ps.Look(shading="flat", size=sizes, splat="round", normals="triangles-8")
+    look = ps.Look(shading="flat", point_size=sizes, splat="round", normals="triangles-8")
     pose = ps.orbit_pose(None, frame.pivot, 15, 5, 0.3)
     image = points.render(frame, LIGHTS, pose=pose, **look.options)
     assert points.steps.counts["lit splats"] == 1
@@ -67,7 +67,7 @@ def test_a_new_view_is_one_pass_and_other_lights_on_it_keep_its_splats(points):
     assert ran(points, frame, yaw=5)[0] == {"lit splats"}
     assert ran(points, frame, LIGHTS, yaw=5)[0] == {"splats", "light", "resolve"}
     assert ran(points, frame, yaw=5)[0] == {"light", "resolve"}
-    assert ran(points, frame, yaw=5, size=2)[0] == {"lit splats"}
+    assert ran(points, frame, yaw=5, point_size=2)[0] == {"lit splats"}
     assert ran(points, frames.sphere(), yaw=5)[0] == {"upload", "surface", "lit splats"}
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.shapes import box, grey, pose_at
+from pointshade_gl.bench.shapes import box, pose_at
+from pointshade_gl.bench.solids import grey
 from pointshade_gl.bench.tracing import as_frame, moved, plane, sphere, trace
 from pointshade_gl.scene.camera import view_matrix
 

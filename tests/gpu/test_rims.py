@@ -103,7 +103,7 @@ def around(mask):
 def test_only_footprints_of_size_1_have_rims(renderer):
     """A size that differs for one far pixel leaves strips at the outline: the sizes are the caller's."""
     frame, pose = ball(CAMERA), ps.orbit_pose(None, CENTRE, 40, 5)
-    one, other = (renderer.render(frame, pose=pose, size=size) for size in (1.0, 1.001))
+    one, other = (renderer.render(frame, pose=pose, point_size=size) for size in (1.0, 1.001))
     assert around(one[..., 3] > 0) < around(other[..., 3] > 0)
 
 

@@ -55,7 +55,7 @@ def shown(draw, frame, shadings):
     half = np.ascontiguousarray(frame.depth[::2, ::2])
     camera = frame.camera.fitted(half.shape[1], half.shape[0])
     several = [frame, ps.Frame(frame.color, frame.depth, frame.camera, ps.orbit_pose(None, frame.pivot, yaw=2))]
-    parts = ps.PointObject(frame), ps.PointObject(frame, size=1.5, splat="round", shading="gouraud"), MESH
+    parts = ps.PointObject(frame), ps.PointObject(frame, point_size=1.5, splat="round", shading="gouraud"), MESH
     parts += (ps.PointObject(frame, splat="mesh", shading="flat"),)
     scene = ps.Scene(tuple(map(ps.Node, parts)), camera=frame.camera)
     for shading in shadings:
@@ -66,7 +66,7 @@ def shown(draw, frame, shadings):
     yield "two lights", draw(frame, LAMPS, yaw=-20)
     yield "two lights again", draw(frame, LAMPS[::-1], yaw=-20)
     yield "samples", draw(frame, samples=3, ground=True, background="white")
-    yield "round", draw(frame, splat="round", size=1.5)
+    yield "round", draw(frame, splat="round", point_size=1.5)
     yield "vote", draw(ps.Frame(frame.color, half, camera), yaw=5)
     yield "snap", draw(ps.Frame(frame.color, half, camera), yaw=5, flying="snap")
     yield "several", draw(several, yaw=5)

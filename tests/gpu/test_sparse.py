@@ -79,7 +79,7 @@ def test_sparse_agrees_with_the_mirror(renderer, make, pattern):
     mirror = estimate_sparse(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
     normals = np.where(mirror.any(-1, keepdims=True), mirror[..., :3], np.nan)
     assert_agree(renderer.estimate_normals(frame, "sparse"), normals)
-    depth = renderer.render_depth(frame, normals="sparse", size=0.5)
+    depth = renderer.render_depth(frame, normals="sparse", point_size=0.5)
     both = (depth > 0) & (mirror[..., 3] > 0)
     assert both.sum() > 0.9 * (mirror[..., 3] > 0).sum()
     assert (np.abs(depth - mirror[..., 3])[both] > 1e-4).mean() < 0.001

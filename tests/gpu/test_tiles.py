@@ -81,15 +81,15 @@ class TestPictures:
     def test_options_that_are_arrays_are_cut_as_the_frame_is(self, own, cut):
         normals = np.nan_to_num(own.estimate_normals(CLEAN, "plane-fit-7"))
         sizes = np.where(np.arange(320) < 160, 1.0, 0.0) * np.ones((240, 1))  # the right half is hidden
-        whole = own.render(CLEAN, LAMP, yaw=15, normals=normals, size=sizes)
+        whole = own.render(CLEAN, LAMP, yaw=15, normals=normals, point_size=sizes)
         cut(own)
-        assert compare_images(own.render(CLEAN, LAMP, yaw=15, normals=normals, size=sizes), whole) == ""
+        assert compare_images(own.render(CLEAN, LAMP, yaw=15, normals=normals, point_size=sizes), whole) == ""
 
     def test_larger_splats_leave_no_gap_between_tiles(self, own, cut):
         """Which of two overlapping splats is nearer is decided splat by splat in a tile, pixel by pixel between two."""
-        whole = own.render(CLEAN, LAMP, yaw=15, size=2)
+        whole = own.render(CLEAN, LAMP, yaw=15, point_size=2)
         cut(own)
-        tiled = own.render(CLEAN, LAMP, yaw=15, size=2)
+        tiled = own.render(CLEAN, LAMP, yaw=15, point_size=2)
         assert (whole[..., 3] != tiled[..., 3]).mean() < 1e-4
         assert (np.abs(whole.astype(int) - tiled).max(-1) > 2).mean() < 5e-3
 

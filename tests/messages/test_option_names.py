@@ -170,8 +170,9 @@ RENDER = "render --depth metres.npy --fov 50 -o out.png"
         (f"{RENDER} --shininess 0", ": --shininess must be a number from 0.001"),
         (f"{RENDER} --light nan,0,0", "--light 'nan,0,0': 'nan,0,0' is unknown: it takes X,Y,Z in metres, or words"),
         (
-            f"{RENDER} --size 4x4.5",
-            "--size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, or depth, color, half, got '4x4.5'",
+            f"{RENDER} --picture-size 4x4.5",
+            "--picture-size takes WIDTHxHEIGHT in whole pixels above 0, such as 640x480, or depth, color, half, "
+            "got '4x4.5'",
         ),
         ("render frame -o out.gif", "pass --turntable light or camera, or write a single picture"),
         ("render frame -o out.gif --turntable table", "unknown --turntable 'table'"),

@@ -11,11 +11,11 @@ from pointshade_gl.page import draw_page
 from pointshade_gl.scene.orbit_state import State, marker_place, rims_from
 from pointshade_gl.scene.orbit_target import Stage
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.mouse import Mouse
 
 from ..support import frames
+from ..support.viewing import Hand
 
-pytestmark = [pytest.mark.browser, pytest.mark.gl]
+pytestmark = [pytest.mark.system, pytest.mark.browser, pytest.mark.gl]
 FRAME = frames.sphere()
 STAGE = Stage.of(FRAME)
 NAMES = {"lightAt": "light_at", "lightReach": "light_reach", "lightMode": "light_mode"}
@@ -82,7 +82,7 @@ def drag(page, start, end, button="left"):
 
 class TestMouse:
     def test_the_light_follows_it_as_in_the_window(self, shown):
-        mouse, state, camera = Mouse(), as_state(shown.state), camera_of(shown)
+        mouse, state, camera = Hand(), as_state(shown.state), camera_of(shown)
         for x, y in places((400, 100), (600, 300), (100, 200), (320, 30), (330, 400)):
             shown.page.mouse.move(x, y)
             state = mouse.handle(Event("move", **pixel(x, y)), state, STAGE, camera)

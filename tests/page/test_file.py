@@ -109,7 +109,7 @@ def test_what_is_left_out_is_said(renderer, capsys):
 
 
 def test_the_command_line_writes_it(typed, tmp_path):
-    code, out, err = typed("render vase -o a.html --size 80x60 --quality small --title Tulips --light -1,-1,0")
+    code, out, err = typed("render vase -o a.html --picture-size 80x60 --quality small --title Tulips --light -1,-1,0")
     assert (code, err.count("software")) == (0, err.count("note:"))
     assert re.match(r"a.html: a page of 0\.\d\d MB", out)
     assert Tags((tmp_path / "a.html").read_text(encoding="utf-8")).title == "Tulips"

@@ -80,6 +80,7 @@ def check(opened, points, source, views, least=PSNR, given=None, **look):
     assert opened.complaints == []
 
 
+@pytest.mark.system
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["vase", "tum_fr3_kinect1", "realsense_box_2"])
 def test_frames_look_as_rendered(browser, points, shared_data, name):
@@ -151,7 +152,7 @@ def test_shadows_are_switched_off_and_on(sphere):
 
 
 @pytest.mark.parametrize(
-    "look", [{"size": 2.5}, {"splat": "round"}, {"size": "fill"}, {"normals": "plane-fit-5"}], ids=str
+    "look", [{"point_size": 2.5}, {"splat": "round"}, {"point_size": "fill"}, {"normals": "plane-fit-5"}], ids=str
 )
 def test_every_splat(browser, points, look):
     frame = frames.holes()
@@ -163,13 +164,21 @@ def test_every_splat(browser, points, look):
 def test_sizes_of_each_point(browser, points):
     frame = frames.sphere()
     sizes = np.random.default_rng(0).uniform(0, 2, frame.depth.shape).astype(np.float32)
-    with browser.opened(draw_page(points, frame, size=sizes)) as opened:
+    with browser.opened(draw_page(points, frame, point_size=sizes)) as opened:
         opened.wait_until_drawn()
-        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], size=sizes)
+        check(opened, points, frame, [({"yaw": 15, "pitch": 5}, None)], point_size=sizes)
 
 
-def test_a_scene_with_meshes_lights_and_shadows(browser, points):
-    scene = ps.load_scene("demo")
+def small_scene():
+    """A ball that stands out of a triangle, with a light that casts a shadow."""
+    board = ps.Mesh([(-1, -0.8, 1.6), (1, -0.8, 1.6), (0, 1, 1.6)], [(0, 1, 2)], color=(0.7, 0.4, 0.3))
+    contents = ps.PointObject(frames.sphere()), board, ps.Light(position=(-0.6, -0.7, 0.3), shadow=True)
+    return ps.Scene(tuple(map(ps.Node, contents)), camera=frames.CAMERA)
+
+
+@pytest.mark.parametrize("make", [small_scene, pytest.param(lambda: ps.load_scene("demo"), marks=pytest.mark.system)])
+def test_a_scene_with_meshes_lights_and_shadows(browser, points, make):
+    scene = make()
     with browser.opened(draw_page(points, scene)) as opened:
         opened.wait_until_drawn()
         check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
@@ -185,6 +194,7 @@ def test_it_begins_as_render_draws_it(browser, points):
         assert psnr >= PSNR and coverage <= COVERAGE
 
 
+@pytest.mark.system
 def test_small_pages_are_nearly_as_good(browser, points):
     frame = ps.load_frame("vase")
     with browser.opened(draw_page(points, frame, quality="small")) as opened:

@@ -63,6 +63,7 @@ def test_frames_still_show_themselves_as_pictures():
     assert not hasattr(FRAME, "_repr_html_") and FRAME._repr_png_().startswith(b"\x89PNG")
 
 
+@pytest.mark.system
 @pytest.mark.gl
 @pytest.mark.browser
 class TestInANotebook:

@@ -10,7 +10,7 @@ from pointshade_gl.page import draw_page
 
 from ..support import frames
 
-pytestmark = [pytest.mark.browser, pytest.mark.gl]
+pytestmark = [pytest.mark.system, pytest.mark.browser, pytest.mark.gl]
 TITLE = 'a <b>sphere</b> & "more"'
 CONTRAST = """([front, back]) => {
   const canvas = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });

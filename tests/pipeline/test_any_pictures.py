@@ -45,7 +45,7 @@ def looks(draw, shape):
     return {
         "normals": normals[draw(st.integers(0, len(normals) - 1))],
         "shading": draw(SHADINGS),
-        "size": size,
+        "point_size": size,
         "splat": draw(st.sampled_from(splats)),
         "max_depth_step": draw(st.sampled_from([None, 0.05, "3%", 1e-12, 1e18])),
         "noise": noises[draw(st.integers(0, len(noises) - 1))],
@@ -100,7 +100,7 @@ def test_a_frame_seen_unlit_by_its_own_camera_is_its_picture(renderer, data):
     )
     assume(frame.color is not None)
     splat, size = data.draw(st.sampled_from(["footprint", "round"])), data.draw(st.sampled_from([None, 1]))
-    image = renderer.render(frame, shading="none", splat=splat, size=size)
+    image = renderer.render(frame, shading="none", splat=splat, point_size=size)
     known = frame.depth > 0
     np.testing.assert_array_equal(image[..., 3] > 0, known)
     np.testing.assert_array_equal(image[known][:, :3], frame.color[known][:, :3])

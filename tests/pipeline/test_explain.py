@@ -153,7 +153,7 @@ class TestCommandLine:
         return write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in range(-16, 17, 4)])
 
     def test_render_explains_frames_by_their_numbers_in_the_sequence(self, typed, folder):
-        code, out, err = typed(f"render {folder} -o out.png --views 5 --explain --depth-scale 1000 --yaw -8")
+        code, out, err = typed(f"render '{folder}' -o out.png --views 5 --explain --depth-scale 1000 --yaw -8")
         assert code == 0, err
         lines = out.splitlines()
         assert [line.partition(":")[0] for line in lines] == [
@@ -162,15 +162,15 @@ class TestCommandLine:
         assert lines[4] == "primary views: frames 0, 2 and 4; 2 others may fill gaps"
 
     def test_without_it_nothing_more_is_printed(self, typed, folder):
-        _, out, _ = typed(f"render {folder} -o out.png --views 3 --depth-scale 1000")
+        _, out, _ = typed(f"render '{folder}' -o out.png --views 3 --depth-scale 1000")
         assert len(out.splitlines()) == 1
 
     def test_of_a_turntable_only_what_changes_is_told_again(self, typed, folder):
-        line = f"render {folder} -o %d.png --views 5 --explain --depth-scale 1000 --turntable light --frames 3"
+        line = f"render '{folder}' -o %d.png --views 5 --explain --depth-scale 1000 --turntable light --frames 3"
         _, out, _ = typed(line)
         assert len(out.splitlines()) == 6
 
     def test_a_single_frame_and_its_points_are_explained_as_normals_are(self, typed):
-        for options in ("-o out.png --size 64x48", "-o out.ply"):
+        for options in ("-o out.png --picture-size 64x48", "-o out.ply"):
             _, out, _ = typed(f"render vase --explain {options}")
             assert out.startswith("star: the depth is clean") and len(out.splitlines()) == 2

@@ -57,7 +57,7 @@ def test_where_a_frame_has_no_points_nothing_is_drawn_nor_left_from_the_frame_be
         part_of(frames.step(), slice(59, 60), slice(20, 21)),
     ]
     side = ps.orbit_pose(None, (0, 0, 1.5), yaw=15)
-    for option in ({}, {"pose": side}, {"size": 2.5, "splat": "round"}, {"splat": "mesh"}):
+    for option in ({}, {"pose": side}, {"point_size": 2.5, "splat": "round"}, {"splat": "mesh"}):
         drawn = [rasterizer.render(part, shading=shading, **option) for part, _ in parts]
         expected = [rasterizer.render(whole, shading=shading, **option) for _, whole in parts]
         assert all((own == other).all() for own, other in zip(drawn, expected, strict=True))

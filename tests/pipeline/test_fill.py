@@ -94,11 +94,11 @@ def test_a_sparse_plane_comes_back_whole(rasterizer, pattern):
     dense, inside = frames.tilted_plane(), np.s_[8:-8, 8:-8]
     sparse = kept(dense, PATTERNS[pattern])
     assert (rasterizer.render(sparse)[inside][..., 3] > 0).mean() < 0.5
-    filled = rasterizer.render(sparse, size="fill")[inside]
+    filled = rasterizer.render(sparse, point_size="fill")[inside]
     assert (filled[..., 3] > 0).mean() > 0.99
     off = np.abs(filled.astype(int) - rasterizer.render(dense)[inside])[filled[..., 3] > 0]
     assert np.median(off) <= 1 and (off > 8).mean() < 0.01
-    depth = rasterizer.render_depth(sparse, size="fill")[inside]
+    depth = rasterizer.render_depth(sparse, point_size="fill")[inside]
     assert np.median(np.abs(depth / dense.depth[inside] - 1)[depth > 0]) < 1e-4
 
 
@@ -109,7 +109,7 @@ def test_a_road_is_seen_from_aside(renderer):
     options = {"yaw": 15, "shading": "none"}
     whole = renderer.render(road, **options)[..., 3] > 0
     splats, mesh = (
-        renderer.render(sparse, size="fill", splat=one, **options)[..., 3] > 0 for one in ("footprint", "mesh")
+        renderer.render(sparse, point_size="fill", splat=one, **options)[..., 3] > 0 for one in ("footprint", "mesh")
     )
     assert (renderer.render(sparse, **options)[..., 3] > 0)[whole].mean() < 0.3
     assert splats[whole].mean() > 0.8 and mesh[whole].mean() > 0.8
@@ -121,14 +121,16 @@ def test_a_road_is_seen_from_aside(renderer):
 @pytest.mark.parametrize("yaw", [0, 20])
 def test_a_frame_without_holes_looks_as_with_size_1(rasterizer, make, yaw):
     """Outlines stay where they are, to the bit."""
-    np.testing.assert_array_equal(rasterizer.render(make(), yaw=yaw, size="fill"), rasterizer.render(make(), yaw=yaw))
+    np.testing.assert_array_equal(
+        rasterizer.render(make(), yaw=yaw, point_size="fill"), rasterizer.render(make(), yaw=yaw)
+    )
 
 
 def test_small_holes_close_and_large_ones_stay(renderer):
     frame = frames.tilted_plane()
     missing = at_random(frame.depth.shape, 0.05)
     missing[40:46, 30:36] = missing[60:100, 80:120] = True
-    seen = renderer.render(ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), size="fill")
+    seen = renderer.render(ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), point_size="fill")
     assert (seen[40:46, 30:36, 3] > 0).all() and (seen[5:35, 5:-5, 3] > 0).all()
     assert (seen[66:94, 86:114, 3] == 0).all()
 
@@ -142,7 +144,9 @@ def test_a_hole_is_filled_as_a_whole_or_not_at_all(renderer, squeezed, turned):
     c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
     for radius in np.arange(3, 24, 0.8):
         missing = np.hypot(c * u + s * v, squeezed * (c * v - s * u)) < radius
-        seen = renderer.render(ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), size="fill")
+        seen = renderer.render(
+            ps.Frame(frame.color, np.where(missing, 0, frame.depth), frame.camera), point_size="fill"
+        )
         share = float((np.asarray(seen)[missing][:, 3] > 0).mean())
         assert share in (0, 1), radius
         whole.add(share)
@@ -153,14 +157,14 @@ def test_pixels_that_the_colours_cut_out_are_not_filled(renderer):
     frame = frames.tilted_plane()
     color = np.full((*frame.depth.shape, 4), 255, np.uint8)
     color[50:54, 50:54, 3] = 0
-    seen = renderer.render(ps.Frame(color, frame.depth, frame.camera), size="fill")
+    seen = renderer.render(ps.Frame(color, frame.depth, frame.camera), point_size="fill")
     assert (seen[50:54, 50:54, 3] == 0).all() and (seen[46:50, 50:54, 3] > 0).all()
 
 
 def test_a_second_picture_fills_nothing_anew(own_renderer):
     frame = kept(frames.tilted_plane(), PATTERNS["scan lines"])
     for yaw in (0, 10):
-        own_renderer.render(frame, yaw=yaw, size="fill")
+        own_renderer.render(frame, yaw=yaw, point_size="fill")
     assert own_renderer.steps.counts["fill"] == 1
 
 
@@ -172,7 +176,7 @@ def own_renderer(renderer):
 
 def test_other_words_for_the_size_are_refused(renderer, typed):
     with pytest.raises(ValueError, match="size must be a number of source pixels, or 'fill', got 'full'"):
-        renderer.render(frames.sphere(), size="full")
+        renderer.render(frames.sphere(), point_size="full")
     code, _, said = typed("render vase -o a.png --point-size full")
-    assert code == 2 and "--point-size takes pixels of the frame, 0 or above, or fill, got 'full'" in said
+    assert code == 2 and "--point-size must be a number of source pixels, or 'fill', got 'full'" in said
     assert typed("render vase -o a.png --point-size fill")[0] == 0

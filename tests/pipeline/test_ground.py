@@ -226,7 +226,7 @@ class TestPicture:
 def test_the_command_line_finishes_pictures_as_python_does(typed, renderer, line, finish):
     from PIL import Image
 
-    assert typed(f"render vase --size 160x120 {line} -o out.png")[0] == 0
+    assert typed(f"render vase --picture-size 160x120 {line} -o out.png")[0] == 0
     frame, light = ps.load_frame("vase"), finish.pop("light", None)
     options = {"shading": "none" if "none" in line else "phong", "camera": frame.camera.fitted(160, 120)}
     light = light and ps.Light(light, shadow=True)
@@ -241,7 +241,7 @@ def test_a_photograph_seen_as_it_was_taken_and_what_has_no_alpha(typed, renderer
     assert typed("render vase --shading none -o own.png")[0] == 0
     with Image.open("own.png") as written:
         assert (np.asarray(written) == renderer.render("vase", shading="none")).all()
-    assert typed("render vase --size 80x60 --samples 2 -o own.jpg")[0] == 0
+    assert typed("render vase --picture-size 80x60 --samples 2 -o own.jpg")[0] == 0
     with Image.open("own.jpg") as written:
         assert np.asarray(written)[:5, :5].max() < 20
     for line, says in (

@@ -1,14 +1,11 @@
-"""Point objects drawn as meshes: against the mirror, stored pictures and ray-traced truth; where a mesh ends."""
+"""Point objects drawn as meshes: against stored pictures and ray-traced truth; where a mesh ends."""
 
 import numpy as np
 import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, sphere_and_wall, trace
-from pointshade_gl.scene.camera import Eye
-from pointshade_gl.scene.render_settings import Finish
 
-from ..reference.render import render as mirror_render
 from ..support import frames
 from ..support.compare import compare_images
 from ..support.drivers import places_of_a_vertex
@@ -19,13 +16,8 @@ SHADOW = ps.Light(position=(-0.8, -0.9, 0.2), shadow=True)
 SPOT = ps.Light(position=(-0.5, -0.7, 0), direction=(0.5, 0.8, 1.6), cone=(15, 30))
 
 
-def both(renderer, frame, lights, pose, step=None, **options):
-    """The picture and its mirror, which uses the GPU's normals: these have tests of their own."""
-    look = ps.Look(splat="mesh", normals="triangles-8", max_depth_step=step, **options)
-    actual = renderer.render(frame, lights, camera=frame.camera, pose=pose, **look.options)
-    normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8", max_depth_step=step))
-    eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    return actual, mirror_render(frame, normals, lights, look, eye)
+def mesh(renderer, frame, light, pose, **options):
+    return renderer.render(frame, light, pose=pose, splat="mesh", normals="triangles-8", **options)
 
 
 def turned(frame, yaw=15.0, pitch=5.0, dolly=0.0):
@@ -38,40 +30,31 @@ def drawn(image):
 
 @pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
 def test_a_closer_look(renderer, golden, shading):
-    """One triangle covers several pixels, and the models differ; holes make single triangles.
-
-    The stored pictures have vertices at 256 places between pixels; at 16 another triangle shows at their edges.
-    """
+    """One triangle covers several pixels, and the models differ; holes make single triangles."""
     frame = frames.holes()
-    pictures = both(renderer, frame, [LIGHT], turned(frame, 15, 5, 0.4), shading=shading)
-    golden(f"mesh_{shading}", *pictures, stored=shading in ("flat", "phong") and places_of_a_vertex(renderer) == 256)
+    golden(f"mesh_{shading}", mesh(renderer, frame, LIGHT, turned(frame, 15, 5, 0.4), shading=shading))
 
 
 @pytest.mark.parametrize("shading", ["flat", "gouraud", "phong"])
 @pytest.mark.parametrize("light", [SHADOW, SPOT], ids=["shadow", "spot"])
 def test_shadows_and_spots(renderer, golden, shading, light):
     frame = frames.sphere_before_wall()
-    actual, mirror = both(renderer, frame, [light], turned(frame, 12, 4), shading=shading)
-    golden(f"mesh_{shading}_light", actual, mirror, stored=False)
-    assert compare_images(actual, both(renderer, frame, [LIGHT], turned(frame, 12, 4), shading=shading)[0])
+    plain, lit = (mesh(renderer, frame, one, turned(frame, 12, 4), shading=shading) for one in (LIGHT, light))
+    golden(f"mesh_{shading}_{'spot' if light is SPOT else 'shadow'}", lit)
+    assert compare_images(lit, plain)
 
 
 def test_colours_of_another_size_and_a_frame_pose(renderer, golden):
     made = frames.sphere_before_wall()
     pose = ps.orbit_pose(None, (0.3, 0, -2), 40, 10)
     frame = ps.Frame(made.color.repeat(2, 0).repeat(2, 1)[:, 1:], made.depth, made.camera, pose)
-    golden(
-        "mesh_colours", *both(renderer, frame, [LIGHT], turned(frame, 10, 0, 0.2), "5%", upsample="none"), stored=False
-    )
+    options = {"max_depth_step": "5%", "upsample": "none"}
+    golden("mesh_colours", mesh(renderer, frame, LIGHT, turned(frame, 10, 0, 0.2), **options))
 
 
 def test_samples_are_averaged(renderer, golden):
     frame = frames.sphere_before_wall()
-    look, pose = ps.Look(splat="mesh", normals="triangles-8"), turned(frame)
-    actual = renderer.render(frame, SHADOW, pose=pose, samples=3, **look.options)
-    normals = np.nan_to_num(renderer.estimate_normals(frame, "triangles-8"))
-    eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    golden("mesh_samples", actual, mirror_render(frame, normals, [SHADOW], look, eye, finish=Finish(3)), stored=False)
+    golden("mesh_samples", mesh(renderer, frame, SHADOW, turned(frame), samples=3))
 
 
 @pytest.mark.parametrize("make", [frames.sphere_before_wall, frames.holes])
@@ -146,8 +129,9 @@ def test_a_depth_step_decides_where_the_mesh_ends(renderer):
 def test_no_background_shows_inside_a_silhouette(size, kind):
     """A sphere before a wall: at any size the picture is covered, as all rays meet something."""
     with ps.Renderer(rasterizer=kind) as renderer:
-        frame = as_frame(trace(sphere_and_wall(), CAMERA), CAMERA)
-        camera = CAMERA.resized(round(size * 640), round(size * 480))
+        own = CAMERA.resized(320, 240)
+        frame = as_frame(trace(sphere_and_wall(), own), own)
+        camera = own.resized(round(size * 320), round(size * 240))
         assert drawn(renderer.render(frame, camera=camera, splat="mesh")).all()
 
 
@@ -229,7 +213,7 @@ def test_only_what_changed_runs_again(renderer):
 
 
 def test_on_the_command_line(typed):
-    assert typed("render vase --splat mesh --size 64x48 -o out.png")[0] == 0
+    assert typed("render vase --splat mesh --picture-size 64x48 -o out.png")[0] == 0
     code, _, said = typed("render vase --splat meshes -o out.png")
     assert code and "did you mean mesh?" in said
 
@@ -237,9 +221,9 @@ def test_on_the_command_line(typed):
 def test_what_a_mesh_does_not_have_is_told(renderer):
     frame = frames.sphere()
     with pytest.raises(ValueError, match="a mesh has none: leave it out, or use splat='footprint' or 'round'"):
-        renderer.render(frame, splat="mesh", size=2)
+        renderer.render(frame, splat="mesh", point_size=2)
     with pytest.raises(ValueError, match="a mesh has none"):
-        ps.Look(splat="mesh", size=np.ones((2, 2)))
+        ps.Look(splat="mesh", point_size=np.ones((2, 2)))
     with pytest.raises(ValueError, match="a mesh is that of one frame, got 2: merge them with splat='footprint'"):
         renderer.render([frame, frames.step()], splat="mesh")
-    assert ps.Look(splat="mesh", size=1).splat == "mesh"
+    assert ps.Look(splat="mesh", point_size=1).splat == "mesh"

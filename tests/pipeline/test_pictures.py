@@ -37,7 +37,7 @@ def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="tr
     pose, camera = frame.pose if pose is None else pose, camera or frame.camera
     actual = rasterizer.render(frame, lights, camera=camera, pose=pose, normals=normals, max_depth_step=step, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, normals, max_depth_step=step))
-    by_points = "size" in options or "splat" in options
+    by_points = "point_size" in options or "splat" in options
     look = Look(**options)
     mirror = mirror_render(
         frame,
@@ -91,7 +91,7 @@ def test_round_splats_of_several_sizes(rasterizer, golden):
     frame = frames.sphere_before_wall()
     sizes = 0.5 + 2 * np.random.default_rng(2).random(frame.depth.shape)
     pose = turned(frame, 15, 5, 0.3)
-    golden("round_sizes", *both(rasterizer, frame, pose=pose, splat="round", size=sizes))
+    golden("round_sizes", *both(rasterizer, frame, pose=pose, splat="round", point_size=sizes))
 
 
 def test_noisy_depth_is_drawn_calmed(rasterizer, golden):

@@ -77,8 +77,8 @@ def test_the_nearest_thing_of_a_scene_is_seen(renderer):
 
 def test_sizes_and_shapes_of_splats_count(renderer):
     frame = frames.single_pixel()
-    assert (renderer.render_depth(frame, size=9, splat="round") > 0).sum() > 60
-    assert not renderer.render_depth(frame, size=0).any()
+    assert (renderer.render_depth(frame, point_size=9, splat="round") > 0).sum() > 60
+    assert not renderer.render_depth(frame, point_size=0).any()
 
 
 def test_wrong_arguments_are_refused(renderer):

@@ -11,11 +11,9 @@ from pointshade_gl.bench.tracing import as_frame, decode, encode, shade, sphere_
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import ball_point, moved_light, pixel_offset
-from pointshade_gl.scene.visible_scene import looking_distance
 
 from ..reference import sample_mean as developed
 from ..reference.render import render as mirror_render
-from ..reference.render_set import judge, render_set
 from ..support import frames
 from ..support.compare import compare_images
 from ..support.drivers import need_compute
@@ -139,25 +137,21 @@ def test_samples_are_averaged_as_the_mirror_averages_them(rasterizer, golden, na
     golden(f"samples {name}", actual, mirror, stored=False)
 
 
-def test_samples_of_merged_views_are_those_of_the_mirror(rasterizer, golden):
-    views, light, pose = three_views(), ps.Light(position=(-1, -1, 0)), pose_at(6, -2)
-    look = ps.Look(normals="star")
-    actual = rasterizer.render(views, light, camera=frames.CAMERA, pose=pose, normals="star", samples=3)
-    normals = [np.nan_to_num(rasterizer.estimate_normals(view, "star")) for view in views]
-    scene = ps.Scene((ps.Node(ps.PointObject(views)),), camera=frames.CAMERA, pose=pose)
-    eye = Eye.at_distance(frames.CAMERA, pose, looking_distance(scene, pose))
-    mirror = render_set(judge(views, normals), [light], look, eye, rasterizer.name, Finish(3))
-    golden("samples views", actual, mirror, stored=False)
-
-
 def scene_of(*lights):
     content = ps.Node(ps.PointObject(frames.sphere())), ps.Node(BOARD), ps.Node(ps.PointObject(frames.step()))
     return ps.Scene((*content, *map(ps.Node, lights)), camera=frames.CAMERA, pose=ASIDE)
 
 
-def test_a_scene_is_the_mean_of_its_jittered_pictures_in_linear_light(rasterizer):
+def views_as_scene():
+    views = ps.PointObject(three_views(), normals="star")
+    return ps.Scene((ps.Node(views), ps.Node(ps.Light(position=(-1, -1, 0)))), frames.CAMERA, pose_at(6, -2))
+
+
+@pytest.mark.parametrize("kind", ["objects", "merged views"])
+def test_a_scene_is_the_mean_of_its_jittered_pictures_in_linear_light(rasterizer, kind):
     """Each drawn by a camera of its own; they have 8 bits, so the mean of theirs is a little off."""
-    scene, c = scene_of(ps.Light(direction=(0.4, 0.6, 1), shadow=True)), frames.CAMERA
+    c, sun = frames.CAMERA, ps.Light(direction=(0.4, 0.6, 1), shadow=True)
+    scene = scene_of(sun) if kind == "objects" else views_as_scene()
     total = np.zeros((c.height, c.width, 4))
     for dx, dy in offsets(5):
         image = rasterizer.render(scene, camera=replace(c, cx=c.cx - dx, cy=c.cy - dy)).astype(float)

@@ -109,7 +109,7 @@ def test_splats_larger_than_their_pixel_stay_as_large_in_the_distance(fresh):
     """Drawn from fewer points, each of them grows by less: the outline is the same."""
     depth = np.zeros((120, 160), np.float32)
     depth[40:80, 60:100] = 1.5
-    board = ps.Node(ps.PointObject(ps.Frame(None, depth, frames.CAMERA), size=21))
+    board = ps.Node(ps.PointObject(ps.Frame(None, depth, frames.CAMERA), point_size=21))
     far = ps.orbit_pose(None, (0, 0, 1.5), 0, 0, -6)
     alone, among = (ps.Scene((board, *rest), camera=frames.CAMERA, pose=far) for rest in ((), (at(0, 0, -90),)))
     assert coarser_step(among.things[0], Eye(frames.CAMERA, far, 0.01)) == 4
@@ -124,7 +124,9 @@ def test_a_large_splat_is_seen_when_its_pixel_is_out_of_view(fresh):
     aside = np.eye(4)
     aside[0, 3] = 0.1  # the pixel is 6 pixels beyond the left rim of the view
     for size, seen in ((1, False), (40, True)):
-        scene = ps.Scene((ps.Node(ps.PointObject(frame, size=size)), at(0, 0, -90)), camera=frames.CAMERA, pose=aside)
+        scene = ps.Scene(
+            (ps.Node(ps.PointObject(frame, point_size=size)), at(0, 0, -90)), camera=frames.CAMERA, pose=aside
+        )
         assert fresh.render(scene).any() == seen
 
 
@@ -209,7 +211,7 @@ def test_a_changed_splat_size_is_drawn_anew(fresh):
     sizes = np.ones(FRAME.depth.shape, np.float32)
 
     def scene(size):
-        return ps.Scene((ps.Node(ps.PointObject(FRAME, size=size)),), camera=frames.CAMERA)
+        return ps.Scene((ps.Node(ps.PointObject(FRAME, point_size=size)),), camera=frames.CAMERA)
 
     whole = fresh.render(scene(sizes), SUN)
     assert counted(fresh, scene(sizes), SUN)[0] == {"light": 1}
@@ -232,6 +234,6 @@ def test_what_moves_out_of_view_moves_the_near_plane_of_the_rest(fresh):
 
 def test_sizes_that_were_written_into_are_drawn_anew(fresh):
     sizes = np.full(FRAME.depth.shape, 2, np.float32)
-    assert fresh.render(FRAME, size=sizes).any()
+    assert fresh.render(FRAME, point_size=sizes).any()
     sizes[:] = 0
-    assert not fresh.render(FRAME, size=sizes).any()
+    assert not fresh.render(FRAME, point_size=sizes).any()

@@ -1,6 +1,7 @@
 """Scenes against ray-traced truth: sphere and wall as a point object, a board and a floor as meshes, two lights."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,10 +37,15 @@ def mesh_of(place):
 SURFACES = [*sphere_and_wall(), surface_of(BOARD), surface_of(FLOOR)]
 
 
-@pytest.fixture(scope="module")
-def source():
+@cache
+def taken():
     """What the depth camera took: the sphere and the wall, without the meshes, which are only in the scene."""
     return trace(sphere_and_wall(), CAMERA)
+
+
+@pytest.fixture(scope="module")
+def source():
+    return taken()
 
 
 @pytest.fixture(scope="module", params=["compute", "points"])
@@ -56,27 +62,31 @@ def scene_of(source, lights):
     return ps.Scene(tuple(ps.Node(content) for content in contents), camera=CAMERA)
 
 
-def known_shadow(seen, light, source):
-    """Shadows (h, w), and the pixels where they are cast by what the scene contains, or by nothing.
+@cache
+def known_shadow(yaw, light):
+    """Shadows (h, w) in a view, and the pixels where they are cast by what the scene contains, or by nothing.
 
     The frame has only what its camera saw: the sphere's back shades nothing.
     """
+    seen = view(yaw)[1]
     shaded, by = occluder(seen, light, SURFACES)
     z = np.maximum(by[..., 2], 0.1)
     u, v = (np.round(c).astype(int) for c in (525 * by[..., 0] / z + 319.5, 525 * by[..., 1] / z + 239.5))
     inside = (u >= 0) & (u < 640) & (v >= 0) & (v < 480)
-    depth = source.depth[np.clip(v, 0, 479), np.clip(u, 0, 639)]
+    depth = taken().depth[np.clip(v, 0, 479), np.clip(u, 0, 639)]
     in_frame = inside & (abs(depth - by[..., 2]) < 0.01)
     by_mesh = occluder(seen, light, SURFACES[2:])[0]
     by_all = occluder(seen, light, SURFACES[:2])[0]
     return shaded, ~by_all | in_frame | by_mesh
 
 
-def view(source, yaw):
+@cache
+def view(yaw):
+    """A pose, what is seen from there, and the pixels (h, w) that are judged: of what the frame saw, and of meshes."""
     pose = ps.orbit_pose(None, (0, 0, 1.8), yaw)
     seen = trace(SURFACES, CAMERA, pose)
     of_meshes = seen.surface >= 2
-    return pose, seen, co_visible(seen, source, CAMERA, np.eye(4)) | of_meshes
+    return pose, seen, co_visible(seen, taken(), CAMERA, np.eye(4)) | of_meshes
 
 
 def edges_of(mask, reach):
@@ -93,8 +103,8 @@ def test_the_shadow_lies_where_the_rays_say(rasterizer, source, light):
 
 def overlap(rasterizer, source, light):
     """At 15 degrees, by how much darker the picture is with the shadow than without: the IoU with traced shadows."""
-    pose, seen, visible = view(source, 15)
-    shaded, known = known_shadow(seen, light, source)
+    pose, seen, visible = view(15)
+    shaded, known = known_shadow(15, light)
     lit, dark = (
         rasterizer.render(scene_of(source, [replace(light, shadow=shadow)]), pose=pose)[..., :3]
         for shadow in (False, True)
@@ -129,11 +139,11 @@ def test_shadows_of_lights_outside_the_scene_stay_sharp_however_far(renderer, so
 @pytest.mark.parametrize("yaw", [0, 15])
 def test_two_lights_with_shadows_look_as_traced(rasterizer, source, yaw):
     """PSNR off edges of objects and shadows: >= 38 dB."""
-    pose, seen, visible = view(source, yaw)
+    pose, seen, visible = view(yaw)
     image = rasterizer.render(scene_of(source, [SPOT, SUN]), pose=pose)
     total, judged = np.zeros((480, 640, 3)), visible & ~near_edge(seen)
     for k, light in enumerate((SPOT, SUN)):
-        shaded, known = known_shadow(seen, light, source)
+        shaded, known = known_shadow(yaw, light)
         material = ps.Material(0.1 if k == 0 else 0, 0.9, 0.2)
         total += shade(seen, light, material, pose[:3, 3], shaded)
         judged &= known & ~edges_of(shaded, 4)
@@ -147,9 +157,9 @@ def test_two_lights_with_shadows_look_as_traced(rasterizer, source, yaw):
 
 def test_nothing_shades_itself(rasterizer, source):
     """From the source camera: where no ray is blocked, the light with a shadow gives the picture of the one without."""
-    _, seen, visible = view(source, 0)
+    _, seen, visible = view(0)
     for light in (SPOT, SUN, POINT):
-        shaded, known = known_shadow(seen, light, source)
+        shaded, known = known_shadow(0, light)
         free = visible & known & ~edges_of(shaded, 4) & ~shaded & ~near_edge(seen)
         lit, dark = (
             rasterizer.render(scene_of(source, [replace(light, shadow=shadow)]))[..., :3].astype(int)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.estimation import multi_view as consensus
 from pointshade_gl.estimation.multi_view import importances
 from pointshade_gl.files.pictures.picture_files import save_image
 
@@ -64,7 +65,7 @@ def test_two_hundred_frames_are_drawn(renderer):
     rng = np.random.default_rng(3)
     views = [ps.Frame(None, np.ones((12, 16)), tiny, pose_at(yaw)) for yaw in rng.uniform(-20, 20, 200)]
     with pytest.MonkeyPatch.context() as fewer:
-        fewer.setattr("pointshade_gl.estimation.multi_view.COMPARED", 1)
+        fewer.setattr(consensus, "COMPARED", 1)
         assert renderer.render(views, camera=tiny)[..., 3].mean() > 200
 
 
@@ -156,5 +157,5 @@ def test_a_wrong_pose_is_named_on_the_command_line(typed, tmp_path):
         pose = view.pose.copy()
         pose[:3, 3] += (0, 0, 0.2) if k == 3 else 0
         np.savetxt(folder / "pose" / f"{k}.txt", pose)
-    code, _, err = typed(f"render {folder} -o out.png --views all")
+    code, _, err = typed(f"render '{folder}' -o out.png --views all")
     assert code == 0 and err.count("frame 3 of 4 contradicts the others where they see the same") == 1

@@ -39,8 +39,8 @@ def frame(renderer):
         ({"material": ps.Material(specular=0)}, LIGHT),
         ({"pose": SIDE}, VIEW),
         ({"camera": frames.CAMERA.fitted(50, 40)}, VIEW),
-        ({"size": 2}, VIEW),
-        ({"size": np.full((120, 160), 1.5)}, VIEW),
+        ({"point_size": 2}, VIEW),
+        ({"point_size": np.full((120, 160), 1.5)}, VIEW),
         ({"splat": "round"}, VIEW),
         ({"normals": "triangles-8"}, NORMALS),
         ({"normals": np.full((120, 160, 3), (0, 0, -1.0))}, NORMALS),
@@ -74,9 +74,9 @@ def test_an_equal_frame_is_a_new_one(renderer, frame):
 
 def test_arrays_that_the_caller_has_written_into_are_seen(renderer, frame):
     sizes = np.ones(frame.depth.shape, np.float32)
-    renderer.render(frame, size=sizes)
+    renderer.render(frame, point_size=sizes)
     sizes[60, 80] = 0
-    assert ran(renderer, frame, size=sizes)[0] == VIEW
+    assert ran(renderer, frame, point_size=sizes)[0] == VIEW
 
 
 def test_normals_are_shared_by_pictures_and_estimates(renderer, frame):

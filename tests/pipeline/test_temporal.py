@@ -260,7 +260,7 @@ class TestStreams:
 
 def test_a_stream_in_a_window_is_filtered_once_a_frame(open_viewer):
     viewer = open_viewer(iter([noisy(k) for k in range(3)]), state=State(look=ps.Look(temporal=True)))
-    while viewer.opened.playing.playback._thread.is_alive() or not viewer.opened.playing.playback._queue.empty():
+    while viewer.document.playing.playback._thread.is_alive() or not viewer.document.playing.playback._queue.empty():
         viewer.step(wait=False)
     counts = viewer.screen.renderer.steps.counts
     assert 2 <= counts["temporal"] == counts["surface"] <= 3
@@ -305,7 +305,7 @@ def test_films_and_numbered_files_are_filtered(typed, sequence, tmp_path):
     flicker = {}
     for name, option in (("plain", ""), ("calm", "--temporal")):
         (tmp_path / name).mkdir()
-        code, _, told = typed(f"render {sequence} -o {tmp_path}/{name}/%d.png {option}")
+        code, _, told = typed(f"render '{sequence}' -o '{tmp_path}/{name}/%d.png' {option}")
         assert code == 0, told
         pictures = [np.asarray(Image.open(tmp_path / name / f"{k}.png"), float) for k in range(8)]
         flicker[name] = np.std(pictures[3:], 0).mean()

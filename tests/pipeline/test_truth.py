@@ -1,6 +1,7 @@
 """Pictures and normals, compared with ray-traced truth: a sphere in front of a wall, 640x480, one point light."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,13 +30,19 @@ def source():
     return trace(sphere_and_wall(), CAMERA)
 
 
+@cache
+def seen_from(yaw):
+    """A pose, and what is there to be seen."""
+    pose = ps.orbit_pose(None, (0, 0, 1.8), yaw)
+    return pose, trace(sphere_and_wall(), CAMERA, pose)
+
+
 def score(renderer, source, yaw, splat="footprint", depth=None, **options):
     """depth (h, w): of the frame, instead of the true one."""
     depth = source.depth if depth is None else depth
     frame = ps.Frame(as_frame(source, CAMERA).color, depth, CAMERA)
     numbered = ps.Frame(np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8), depth, CAMERA)
-    pose = ps.orbit_pose(None, (0, 0, 1.8), yaw)
-    seen = trace(sphere_and_wall(), CAMERA, pose)
+    pose, seen = seen_from(yaw)
     if yaw == 0:  # here every pixel is one of the frame's, whose colours have 8 bits
         seen = replace(seen, albedo=decode(frame.color.astype(float)))
     truth = encode(shade(seen, LIGHT, ps.Material(), pose[:3, 3]))

@@ -177,9 +177,9 @@ def test_points_are_as_fine_as_the_view_but_no_finer_than_the_colours():
     assert size(LARGE.resized(600, 450)) == (600, 450)
     assert size(SMALL) == size(SMALL.resized(80, 60)) == DEPTH
     assert size(SMALL.fitted(640, 900)) == (640, 480)
-    assert size(LARGE, upsample="none") == size(LARGE, size=2) == DEPTH
-    assert size(LARGE, size=np.full(DEPTH[::-1], 0.5)) == DEPTH
-    assert size(LARGE, size=1) == COLOR
+    assert size(LARGE, upsample="none") == size(LARGE, point_size=2) == DEPTH
+    assert size(LARGE, point_size=np.full(DEPTH[::-1], 0.5)) == DEPTH
+    assert size(LARGE, point_size=1) == COLOR
 
 
 def test_a_camera_of_odd_numbers_keeps_them_where_the_sizes_agree():
@@ -196,7 +196,7 @@ def test_options_with_an_array_a_sample_still_work(renderer):
     normals = np.nan_to_num(renderer.estimate_normals(frame, "star"))
     own = renderer.render(frame, LIGHT, normals=normals)
     assert compare_images(own, renderer.render(frame, LIGHT, normals="star")) == ""
-    hidden = renderer.render(frame, LIGHT, size=np.zeros(frame.depth.shape))
+    hidden = renderer.render(frame, LIGHT, point_size=np.zeros(frame.depth.shape))
     assert hidden.shape == own.shape and not hidden.any()
     noise = np.full(frame.depth.shape, 0.001)
     assert renderer.render(frame, LIGHT, noise=noise).shape == own.shape
@@ -236,7 +236,7 @@ def test_holes_keep_their_outline_and_cut_out_pixels_stay_empty(renderer):
 
 
 def test_a_window_is_as_sharp_as_the_colours_and_a_drag_does_not_vote_again(open_viewer):
-    viewer = open_viewer(cropped(clean(2).frame), size=None)
+    viewer = open_viewer(cropped(clean(2).frame), window_size=None)
     assert viewer.camera is not None and viewer.camera.width >= 420
     before = shown(viewer)
     drag(viewer, (200, 150), (260, 150))

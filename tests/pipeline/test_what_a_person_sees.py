@@ -11,7 +11,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.bench.tracing import as_frame, encode, occluder, patch, plane, shade, trace
 
-from ..conftest import FAILURES
+from ..support.places import FAILURES
 from ..truth import kept
 from ..truth.cases import cases, grey
 from ..truth.compare import inside_silhouette
@@ -108,9 +108,9 @@ class TestYardstick:
     @pytest.mark.parametrize("lamp", LAMPS, ids=lambda lamp: lamp.name)
     def test_the_frames_own_shadow_is_that_of_what_it_saw(self, truth, lamp):
         hits = trace(self.THINGS, CAMERA)
-        shaded = occluder(hits, as_light(lamp), self.THINGS)[0]
-        own = shaded_by_shell(truth, lamp, hits.points.reshape(-1, 3)).reshape(shaded.shape)
-        assert shaded.sum() > 500 and overlap(own, shaded) > 0.96
+        shaded = occluder(hits, as_light(lamp), self.THINGS)[0][::2, ::2]
+        own = shaded_by_shell(truth, lamp, hits.points[::2, ::2].reshape(-1, 3)).reshape(shaded.shape)
+        assert shaded.sum() > 500 / 4 and overlap(own, shaded) > 0.96
 
     def test_a_frame_saw_its_own_pixels_and_nothing_behind_them(self, truth):
         view = truth.view(0)

@@ -1,4 +1,4 @@
-"""Whole pictures of one point object on the CPU: the passes of pipeline/pipeline.py in their order, and light.frag."""
+"""Whole pictures of one point object's splats on the CPU: the passes of pipeline.py in their order, and light.frag."""
 
 from __future__ import annotations
 
@@ -16,17 +16,14 @@ from pointshade_gl.scene.graph import Scene
 from pointshade_gl.scene.level_of_detail import MERGE, bridged_camera, bridged_stride
 from pointshade_gl.scene.light import Light, at_upper_left, light_rows
 from pointshade_gl.scene.node import Node
-from pointshade_gl.scene.normal_methods import parse_max_depth_step
 from pointshade_gl.scene.point_object import PointObject
 from pointshade_gl.scene.render_settings import SIMPLE, Finish
 from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
 from pointshade_gl.scene.visible_scene import VisibleScene
 
-from .camera import pixel_ray, project
+from .camera import pixel_ray
 from .color import srgb_to_linear
 from .finished import draw_ground, finished
-from .grid import grid_color_position, grid_facet, grid_light, grid_normal, look_up_grid
-from .grid_pass import nearest_of_grid, triangle_map_of
 from .hidden_planes import bridge
 from .inverse_depth import pixel_grid
 from .lights import light_surface
@@ -98,11 +95,11 @@ def render(
 def draw_sample(points: Splatted, shot: VisibleScene, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
     """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
-    image = (draw_mesh if points.look.splat == "mesh" else draw_splats)(points, eye, lamps)
+    image = draw_splats(points, eye, lamps)
     alpha = np.zeros(image.shape[:2], F)
-    if not isinstance(finish.ground, bool) and lamps.shadow_map is not None:
+    if finish.up is not None and lamps.shadow_map is not None:
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
-        plane, views = ground_under(shot.scene, finish.ground, finish.ground_height), view_rows(lamps.views, eye.pose)
+        plane, views = ground_under(shot.scene, finish.up, finish.ground_height), view_rows(lamps.views, eye.pose)
         alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
     return image, alpha
 
@@ -137,56 +134,9 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
     return image
 
 
-def draw_mesh(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
-    """The same of the mesh between the pixels."""
-    frame, surface_map, look, *_ = points
-    picture = (np.full((1, 1, 3), 204, np.uint8) if frame.color is None else frame.color).astype(F) / F(255)
-    size, source = np.array(frame.depth.shape[::-1], F), np.array(frame.camera.intrinsics, F)
-    triangle_map, depths = mesh_depths(points, eye)
-    v, u = np.nonzero(depths)
-    pixel, view = np.stack([u, v], -1).astype(F), view_matrix(frame.pose, eye.pose).astype(F)
-    way = source, view, np.array(eye.camera.intrinsics, F)
-    seen = look_up_grid(surface_map, triangle_map, depths[v, u], pixel, *way)
-
-    def color_at(at: np.ndarray) -> np.ndarray:
-        return srgb_to_linear(picture_at(picture, at, size))
-
-    def lit_at(point: np.ndarray, normal: np.ndarray, at: np.ndarray, certainty: np.ndarray | None) -> np.ndarray:
-        surface = np.concatenate([normal, point[:, 2:]], -1)
-        axes = frame.camera, viewer_in(frame.pose, eye), lamps, frame.pose
-        return light(project(point, source), surface, color_at(at), *axes, look, certainty)
-
-    at = grid_color_position(seen)
-    if look.shading == "none":
-        linear = color_at(at)
-    elif look.shading == "gouraud":
-        linear = grid_light(light_points(points, picture, viewer_in(frame.pose, eye), lamps), seen)
-    elif look.shading == "flat":
-        middle, facet = grid_facet(surface_map, seen, source)
-        place = project(middle, source)
-        place = np.where(seen.is_whole[:, None], place, np.floor(place + F(0.5)))
-        linear = lit_at(middle, facet, place, None)
-    else:
-        point = (pixel_ray(pixel, way[2]) / seen.inverse_depth[:, None] - view[:3, 3]) @ view[:3, :3]
-        linear = lit_at(point, grid_normal(surface_map, seen), at, points.certainty_at(at))
-    image = np.zeros((eye.camera.height, eye.camera.width, 4), F)
-    image[v, u, :3], image[v, u, 3] = linear, 1
-    return image
-
-
 def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
     """(3,) where an eye is, in the axes of a camera with this pose."""
     return (np.linalg.inv(pose) @ eye.pose)[:3, 3].astype(F)
-
-
-def mesh_depths(points: Splatted, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
-    """Which triangles there are, and (h, w) 1/z of the mesh in a view."""
-    frame, step = points.frame, points.look.max_depth_step
-    max_step = (0.0, 0.0) if step is None else parse_max_depth_step(step)
-    triangle_map = triangle_map_of(points.surface_map, frame.camera, max_step)
-    view = view_matrix(frame.pose, eye.pose).astype(F)
-    way = frame.camera, eye.camera, view, eye.near
-    return triangle_map, nearest_of_grid(points.surface_map, triangle_map, *way)
 
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
@@ -195,7 +145,7 @@ def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
     depth, normals = surface_map[..., 3], surface_map[..., :3]
     view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
-        size = np.asarray(1.0 if look.size is None else look.size, F).ravel()
+        size = np.asarray(1.0 if look.point_size is None else look.point_size, F).ravel()
         splats = single_splats(depth, normals, size)
     else:
         splats = merged_splats(depth, normals, frame.camera, merge, view)
@@ -206,7 +156,7 @@ def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
 
 def has_rims(points: Splatted) -> bool:
     """Footprints of size 1 have rims."""
-    size = 1 if points.look.size is None else points.look.size
+    size = 1 if points.look.point_size is None else points.look.point_size
     return points.look.splat == "footprint" and bool((np.asarray(size) == 1).all())
 
 
@@ -230,8 +180,6 @@ def draw_views(points: Splatted, views: Sequence[ShadowView]) -> np.ndarray:
 
 def window_depths(points: Splatted, eye: Eye) -> np.ndarray:
     """(h, w) 1 - near/z as a depth buffer keeps it."""
-    if points.look.splat == "mesh":
-        return buffer_depths(eye.near, mesh_depths(points, eye)[1])
     return np.minimum(*(splat_depths(some, eye) for some in (points, hidden_points(points))))
 
 

@@ -58,7 +58,7 @@ def test_films_are_series_and_other_names_are_one_picture():
 @pytest.mark.parametrize(
     ("name", "error", "sentence"),
     [
-        ("a.png", ValueError, r"a film \(\.mp4, \.gif\) or a number in the name \(such as %04d\.png\), got \S*a\.png"),
+        ("a.png", ValueError, r"a film \(\.mp4, \.gif\) or a number in the name \(such as %04d\.png\), got .*a\.png"),
         ("%d.mp4", ValueError, "suffix must be one of"),
         ("no/%d.png", FileNotFoundError, "create it first"),
         ("no/a.gif", FileNotFoundError, "create it first"),
@@ -111,7 +111,7 @@ def test_a_stream_without_a_length_will_do(renderer, tmp_path):
 
 
 def test_nothing_to_write_is_said(renderer, tmp_path):
-    with pytest.raises(ValueError, match=r"nothing to write to \S*out\.gif: no frame could be read"):
+    with pytest.raises(ValueError, match=r"nothing to write to .*out\.gif: no frame could be read"):
         write_series(renderer, sequence_jobs([], UNLIT, refuse), tmp_path / "out.gif", 25)
     assert not list(tmp_path.iterdir())
 
@@ -121,8 +121,7 @@ def test_the_camera_turns_round_the_first_frames_pivot_carried_along():
     moved = np.eye(4)
     moved[:3, 3] = 1, 2, 3
     near, far = [
-        arguments["pose"]
-        for _, _, arguments in sequence_jobs([grey(1, 1.5), grey(2, 4.0, moved)], View(yaw=30), refuse)
+        request.pose for _, request in sequence_jobs([grey(1, 1.5), grey(2, 4.0, moved)], View(yaw=30), refuse)
     ]
     np.testing.assert_allclose(far[:3, 3] - near[:3, 3], (1, 2, 3), atol=1e-12)
     np.testing.assert_allclose(far[:3, :3], near[:3, :3], atol=1e-12)
@@ -162,6 +161,8 @@ def test_a_single_frame_without_a_turntable_cannot_become_a_film():
 
 @pytest.mark.parametrize("name", ["out.gif", "out.mp4", "%d.png"])
 def test_an_error_in_the_middle_ends_all_threads_and_leaves_nothing_half_written(renderer, tmp_path, name):
+    before = set(threading.enumerate())
+
     def source():
         yield from (grey(10), grey(20), grey(30))
         raise KeyError("a bug")
@@ -170,11 +171,11 @@ def test_an_error_in_the_middle_ends_all_threads_and_leaves_nothing_half_written
         write_series(renderer, sequence_jobs(source(), UNLIT, refuse), tmp_path / name, 25)
     left = [path.name for path in tmp_path.iterdir()]
     assert not any(name.endswith((".part", ".gif", ".mp4")) for name in left)
-    assert threading.active_count() == 1
+    assert set(threading.enumerate()) <= before
 
 
 def test_an_error_of_the_encoder_comes_through(renderer, tmp_path):
     (tmp_path / "1.png").mkdir()
     shots = sequence_jobs([grey(10 * k) for k in range(5)], UNLIT, refuse)
-    with pytest.raises(IsADirectoryError, match=r"cannot write \S*1\.png: it is a folder"):
+    with pytest.raises(IsADirectoryError, match=r"cannot write .*1\.png: it is a folder"):
         write_series(renderer, shots, tmp_path / "%d.png", 25)

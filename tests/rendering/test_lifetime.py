@@ -41,6 +41,7 @@ def alive(renderer):
         return living_objects(renderer.context.gl)
 
 
+@pytest.mark.system
 @pytest.mark.skipif(not STATM.exists(), reason="memory is counted by /proc")
 def test_threads_that_end_free_their_renderers(renderer):
     def run(count):
@@ -56,6 +57,7 @@ def test_threads_that_end_free_their_renderers(renderer):
     assert np.median(np.diff(held)) < 10  # each holds 10 while it lives; once in a while malloc takes an arena of 45
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "code",
     [
@@ -204,7 +206,7 @@ def test_a_new_renderer_in_another_process(renderer, work, start, answer):
     """In one that was forked the driver would wait for ever for its threads."""
     context = multiprocessing.get_context(start)
     answers = context.Queue()
-    child = context.Process(target=_render_anew, args=(work, answers))
+    child = context.Process(target=_render_anew, args=(work, answers), daemon=True)
     child.start()
     said = answers.get(timeout=20)
     child.join()

@@ -68,7 +68,7 @@ def test_release_frees_everything_and_leaves_a_borrowed_context_usable(own_conte
         before = living_objects(own_context)
     with ps.Renderer(own_context) as renderer:
         for frame in (frames.sphere(), frames.single_pixel(), ps.Frame(None, np.ones((9, 7)), TALL)):
-            renderer.render(frame, size=np.ones(frame.depth.shape))
+            renderer.render(frame, point_size=np.ones(frame.depth.shape))
             renderer.render(frame, camera=frame.camera.fitted(50, 40))
             renderer.estimate_normals(frame)
     with own_context:
@@ -136,7 +136,7 @@ def _render_in_child(renderer, answers):
 def test_a_forked_process_is_refused_instead_of_hanging(renderer):
     fork = multiprocessing.get_context("fork")
     answers = fork.Queue()
-    child = fork.Process(target=_render_in_child, args=(renderer, answers))
+    child = fork.Process(target=_render_in_child, args=(renderer, answers), daemon=True)
     child.start()
     assert "before a fork" in answers.get(timeout=20)
     child.join()
@@ -144,7 +144,7 @@ def test_a_forked_process_is_refused_instead_of_hanging(renderer):
 
 def test_the_functions_carry_signature_and_help_of_the_methods():
     assert list(inspect.signature(ps.render).parameters)[:8] == [
-        "frame", "light", "material", "camera", "pose", "normals", "shading", "size",
+        "frame", "light", "material", "camera", "pose", "normals", "shading", "point_size",
     ]  # fmt: skip
     assert "alpha is 0" in (ps.render.__doc__ or "")
 
@@ -156,7 +156,7 @@ def test_the_functions_carry_signature_and_help_of_the_methods():
         ({"splat": "star"}, ValueError, "unknown splat 'star'"),
         ({"normals": "magic"}, ValueError, "unknown normals method 'magic'"),
         ({"normals": np.zeros((2, 2, 3))}, ValueError, "normals must be a method's name"),
-        ({"size": (160, 120)}, ValueError, "size is the splats' size in source pixels"),
+        ({"point_size": (160, 120)}, ValueError, "size is the splats' size in source pixels"),
         ({"pose": np.full((4, 4), np.nan)}, ValueError, "pose must be finite"),
         ({"camera": ps.Camera(9, 9, 9, 9, 10**6, 4)}, ValueError, "larger than this GPU's textures"),
     ],

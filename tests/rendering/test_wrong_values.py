@@ -135,12 +135,12 @@ VALUES = {
     "material, array": (lambda: ps.Material(diffuse=np.ones(3)), TypeError, "material diffuse must be a number from 0"),
     "material, huge": (lambda: ps.Material(shininess=HUGE), ValueError, "material shininess must be a number from"),
     "look, material": (lambda: ps.Look(0.5), TypeError, "material must be a Material, got 0.5"),
-    "look, size text": (lambda: ps.Look(size="big"), ValueError, "size must be a number of source pixels"),
-    "look, size huge": (lambda: ps.Look(size=HUGE), ValueError, "size must be a number of source pixels"),
-    "look, size NaN": (lambda: ps.Look(size=math.nan), ValueError, "size must be a number of source pixels"),
-    "look, size below 0": (lambda: ps.Look(size=-1), ValueError, "size must be a number of source pixels"),
-    "look, size list": (lambda: ps.Look(size=RAGGED).for_frame(FRAME.depth), ValueError, "size is the splats' size"),
-    "look, size object": (lambda: ps.Look(size={}), TypeError, "size must be a number of source pixels"),
+    "look, size text": (lambda: ps.Look(point_size="big"), ValueError, "size must be a number of source pixels"),
+    "look, size huge": (lambda: ps.Look(point_size=HUGE), ValueError, "size must be a number of source pixels"),
+    "look, size NaN": (lambda: ps.Look(point_size=math.nan), ValueError, "size must be a number of source pixels"),
+    "look, size below 0": (lambda: ps.Look(point_size=-1), ValueError, "size must be a number of source pixels"),
+    "look, size list": (lambda: ps.Look(point_size=RAGGED).for_frame(FRAME.depth), ValueError, "is the splats' size"),
+    "look, size object": (lambda: ps.Look(point_size={}), TypeError, "size must be a number of source pixels"),
     "look, noise": (lambda: ps.Look(noise=-1), ValueError, "noise must be metres above 0"),
     "look, noise huge": (lambda: ps.Look(noise=HUGE), ValueError, "noise must be metres above 0"),
     "look, noise object": (lambda: ps.Look(noise=object()), TypeError, "noise must be metres above 0"),
@@ -182,8 +182,8 @@ VALUES = {
     "view, pose": (lambda: View(pose=np.eye(3)), ValueError, "pose must have shape"),
     "view, yaw": (lambda: View(yaw="20"), TypeError, "yaw and pitch must be finite"),
     "view, dolly": (lambda: View(dolly=1), ValueError, "yaw and pitch must be finite and dolly below 1"),
-    "view, size": (lambda: View(size=640), TypeError, "size must be a width and a height in whole pixels"),
-    "view, no size": (lambda: View(size=(0, 9)), ValueError, "size must be a width and a height in whole pixels"),
+    "view, size": (lambda: View(picture_size=640), TypeError, "size must be a width and a height in whole pixels"),
+    "view, no size": (lambda: View(picture_size=(0, 9)), ValueError, "picture_size must be a width and a height"),
     "view, look": (lambda: View(look="flat"), TypeError, "look must be a Look, got 'flat'"),
     # State of the viewer
     "state, yaw": (lambda: State(yaw=math.nan), ValueError, "state yaw must be a number from"),
@@ -235,8 +235,8 @@ DRAWN = {
     "light 0": (lambda r: r.render(FRAME, light=0), TypeError, "light must be a Light or several of them, got 0"),
     "material": (lambda r: r.render(FRAME, material="gold"), TypeError, "material must be a Material, got 'gold'"),
     "material 0": (lambda r: r.render(FRAME, material=0), TypeError, "material must be a Material, got 0"),
-    "size": (lambda r: r.render(FRAME, size="big"), ValueError, "size must be a number of source pixels"),
-    "sizes": (lambda r: r.render(FRAME, size=np.full((120, 160), 1e300)), ValueError, "size must be finite"),
+    "size": (lambda r: r.render(FRAME, point_size="big"), ValueError, "size must be a number of source pixels"),
+    "sizes": (lambda r: r.render(FRAME, point_size=np.full((120, 160), 1e300)), ValueError, "size must be finite"),
     "normals inf": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), math.inf)), ValueError, "normals must be"),
     "normals 1e20": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), 1e20)), ValueError, "normals must be"),
     "normals 1e300": (lambda r: r.render(FRAME, normals=np.full((120, 160, 3), 1e300)), ValueError, "normals must be"),
@@ -264,8 +264,12 @@ SHOWN = {
     "numbers": (lambda: Viewer([1, 2]), TypeError, "source must give Frames, got 1"),
     "empty": (lambda: Viewer([]), ValueError, "source has no frames|none of the 0 frames"),
     "title": (lambda: Viewer(FRAME, title=5), TypeError, "title must be a text, got 5"),
-    "size": (lambda: Viewer(FRAME, size=640), TypeError, "size must be a width and a height in whole pixels"),
-    "no size": (lambda: Viewer(FRAME, size=(0, 0)), ValueError, "size must be a width and a height in whole pixels"),
+    "size": (lambda: Viewer(FRAME, window_size=640), TypeError, "size must be a width and a height in whole pixels"),
+    "no size": (
+        lambda: Viewer(FRAME, window_size=(0, 0)),
+        ValueError,
+        "size must be a width and a height in whole pixels",
+    ),
     "state": (lambda: Viewer(FRAME, state="lit"), TypeError, "state must be a State, got 'lit'"),
     "lights": (lambda: Viewer(FRAME, lights=["sun"]), TypeError, "light must be a Light or several of them"),
     "fps": (lambda: Viewer(FRAME, fps=0), ValueError, "fps must be frames per second, from 0.01 to 1000, got 0"),
@@ -273,6 +277,7 @@ SHOWN = {
     "fps, slow": (lambda: Viewer([FRAME], fps=1e-5), ValueError, "fps must be frames per second"),
     "record": (lambda: Viewer(FRAME, record=5), TypeError, "path must be a text or a Path, got 5"),
     "panel": (lambda: Viewer(FRAME, panel="open"), TypeError, "panel must be True or False, got 'open'"),
+    "line": (lambda: Viewer(FRAME, command_line="P"), TypeError, "command_line must be a function, got 'P'"),
 }
 
 
@@ -315,7 +320,7 @@ def test_values_become_what_they_claim():
     assert scene.nodes[0].children[0].content == (made, scene.nodes[0].children[0].content[1])
     material = ps.Material(*map(np.float32, (0, 1, 0.5, 8)))
     assert all(type(getattr(material, field.name)) is float for field in fields(material))
-    look = ps.Look(size=np.float32(2), noise=np.array(0.5))
+    look = ps.Look(point_size=np.float32(2), noise=np.array(0.5))
     assert (look.size, look.noise, look.is_uniform) == (2.0, 0.5, True)
     assert type(ps.Light(intensity=np.float32(2)).intensity) is float
     assert type(ps.Light(shadow=np.bool_(True)).shadow) is bool

@@ -47,7 +47,9 @@ MADE = {  # what is made, with the words that name each argument in an error whe
     ),
     ps.Scene: ({"nodes": (), "camera": FRAME.camera, "pose": np.eye(4), "ambient": (0, 0, 0)}, {}),
     ps.PointCloud: ({"positions": CORNERS, "normals": CORNERS, "colors": np.zeros((3, 3), np.uint8)}, {}),
-    View: ({"lights": (), "yaw": 1, "pitch": 2, "dolly": 0, "size": None, "look": ps.Look()}, {"lights": "light"}),
+    View: (
+        {"lights": (), "yaw": 1, "pitch": 2, "dolly": 0, "picture_size": None, "look": ps.Look()}, {"lights": "light"}
+    ),
     Finish: ({"samples": 2, "background": "white", "ground": False}, {}),
 }  # fmt: skip
 ODD = st.one_of(

@@ -11,9 +11,9 @@ import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import RIM, State, marker_place, rims_from
 from pointshade_gl.scene.orbit_target import Stage
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.mouse import Mouse
 
 from ..support import frames
+from ..support.viewing import Hand
 
 CAMERA = ps.Camera(500, 500, 319.5, 239.5, 640, 480)
 STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
@@ -21,7 +21,7 @@ STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
 
 def moves(*places, state=None, mouse=None, camera=CAMERA, **options):
     """The states after the mouse moved through these places."""
-    mouse, state, states = mouse or Mouse(), state or State(), []
+    mouse, state, states = mouse or Hand(), state or State(), []
     for x, y in places:
         state = mouse.handle(Event("move", x=x, y=y, **options), state, STAGE, camera)
         states.append(state)
@@ -71,14 +71,14 @@ class TestLight:
         assert state.light(STAGE, ps.orbit_pose(None, (0, 0, 2), yaw=90)).position == pytest.approx((0, 0, 1))
 
     def test_shift_and_wheel_move_it_away_and_back(self):
-        mouse = Mouse()
+        mouse = Hand()
         there = mouse.handle(Event("wheel", steps=3, shift=True), State(), STAGE, CAMERA)
         assert there.light_reach > 1 and there.distance == 1
         back = mouse.handle(Event("wheel", steps=-3, shift=True), there, STAGE, CAMERA)
         assert back.light_reach == pytest.approx(1)
 
     def test_outside_of_light_mode_the_plain_mouse_leaves_it_and_ctrl_shift_drag_moves_it(self):
-        parked, mouse = State(light_mode=False), Mouse()
+        parked, mouse = State(light_mode=False), Hand()
         assert moves((10, 10), (600, 400), state=parked, mouse=mouse)[-1] == parked
         mouse.handle(Event("press", "left", 600, 400, ctrl=True, shift=True), parked, STAGE, CAMERA)
         first, *_, last = moves((600, 400), *line((600, 400), (100, 400)), state=parked, mouse=mouse)
@@ -86,7 +86,7 @@ class TestLight:
         assert last.light_at[0] < -0.8
 
     def test_it_does_not_jump_when_the_window_changes_its_shape_or_the_mouse_comes_back_elsewhere(self):
-        mouse = Mouse()
+        mouse = Hand()
         *_, held = moves(*line((100, 100), (400, 300)), mouse=mouse)
         (after,) = moves((400, 300), state=held, mouse=mouse, camera=CAMERA.fitted(900, 500))
         assert after.light_at == pytest.approx(held.light_at)
@@ -95,7 +95,7 @@ class TestLight:
 
     def test_it_does_not_jump_after_an_orbit_or_a_pan(self):
         for drag, options in (("left", {}), ("middle", {}), ("left", {"ctrl": True})):
-            mouse = Mouse()
+            mouse = Hand()
             *_, held = moves(*line((100, 100), (300, 200)), mouse=mouse)
             mouse.handle(Event("press", drag, 300, 200, **options), held, STAGE, CAMERA)
             *_, dragged = moves(*line((300, 200), (420, 260)), state=held, mouse=mouse)
@@ -151,11 +151,11 @@ class TestView:
 
 class TestLook:
     def test_one_of_its_values_changes_and_the_others_stay(self):
-        state = State(look=ps.Look(splat="round", noise="kinect"), yaw=3).with_look(shading="flat", size=2)
-        assert state == State(look=ps.Look(splat="round", noise="kinect", shading="flat", size=2), yaw=3)
+        state = State(look=ps.Look(splat="round", noise="kinect"), yaw=3).with_look(shading="flat", point_size=2)
+        assert state == State(look=ps.Look(splat="round", noise="kinect", shading="flat", point_size=2), yaw=3)
         assert (State().point_size, state.point_size) == (1, 2)
 
-    @pytest.mark.parametrize("option", ["normals", "size", "noise"])
+    @pytest.mark.parametrize("option", ["normals", "point_size", "noise"])
     def test_it_has_one_value_for_all_pixels(self, option):
         with pytest.raises(ValueError, match="must have one value for all pixels"):
             State(look=ps.Look(**{option: np.ones((2, 2))}))

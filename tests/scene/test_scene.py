@@ -147,7 +147,7 @@ def test_impossible_meshes_are_refused_in_words(values, complaint):
 
 @pytest.mark.parametrize(
     "values",
-    [{"shading": "toon"}, {"splat": "square"}, {"normals": "none"}, {"size": -1}, {"normals": np.ones((2, 3))}],
+    [{"shading": "toon"}, {"splat": "square"}, {"normals": "none"}, {"point_size": -1}, {"normals": np.ones((2, 3))}],
 )
 def test_impossible_point_objects_are_refused(values):
     with pytest.raises(ValueError, match=next(iter(values))):

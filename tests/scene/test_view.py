@@ -38,7 +38,7 @@ def test_the_objects_of_a_scene_keep_their_own_look():
 
 def test_the_view_is_that_of_orbit_pose_and_the_size_fits_the_whole_picture():
     frame = wall(pose=POSE)
-    arguments = View(yaw=20, pitch=10, dolly=0.3, size=(80, 90)).of(frame)
+    arguments = View(yaw=20, pitch=10, dolly=0.3, picture_size=(80, 90)).of(frame)
     np.testing.assert_allclose(arguments["pose"], ps.orbit_pose(POSE, frame.pivot, 20, 10, 0.3), atol=1e-12)
     assert arguments["camera"] == CAMERA.fitted(80, 90)
 

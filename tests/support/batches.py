@@ -8,12 +8,16 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-SMALL = "--size 64x48 --samples 1 --workers 1"
+from .children import end
+
+SMALL = "--picture-size 64x48 --samples 1 --workers 1"
 
 
 class Batch:
@@ -47,6 +51,22 @@ class Batch:
         """Exit code, stdout and stderr."""
         out, err = self.process.communicate(timeout=120)
         return self.process.returncode, out, err
+
+
+@contextmanager
+def running(folder: Path) -> Iterator[Callable[[str], Batch]]:
+    """Give a function that starts a Batch in the folder. Those that still run at the end are killed."""
+    started: list[Batch] = []
+
+    def start(line: str) -> Batch:
+        started.append(Batch(line, folder))
+        return started[-1]
+
+    try:
+        yield start
+    finally:
+        for batch in started:
+            end(batch.process)
 
 
 def lines_of(manifest: Path) -> list[dict]:

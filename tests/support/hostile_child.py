@@ -1,4 +1,4 @@
-"""Runs jobs that may misbehave, one after the other: `python -m tests.support.hostile_child jobs.json`.
+"""Runs jobs that may misbehave, one after the other, as a program: its argument is a file, jobs.json.
 
 Prints a line of JSON for each: what it raised, how long it took, how much memory, and which files it opened.
 """
@@ -26,6 +26,7 @@ from pointshade_gl.files.frames.examine import examine, facts
 from pointshade_gl.files.writing.film import Film
 
 from .damage import damaged
+from .places import ROOT
 
 MEMORY = 500 * 2**20
 PATIENCE = 60  # seconds until a job counts as hanging: other processes may keep this one waiting
@@ -107,13 +108,12 @@ def run(job):
 def outcomes(jobs: list[dict], folder: Path) -> dict[str, dict]:
     """Runs jobs in a process of their own: what each ended in, by its name."""
     (folder / "jobs.json").write_text(json.dumps(jobs))
-    root = Path(__file__).resolve().parents[2]
     temporary = folder / "temporary"
     temporary.mkdir()
-    command = [sys.executable, "-m", "tests.support.hostile_child", folder / "jobs.json"]
-    environment = os.environ | {"PYTHONPATH": str(root), "TMPDIR": str(temporary)}
+    command = [sys.executable, "-m", __name__, folder / "jobs.json"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
     patience = 120 + 2 * len(jobs)  # seconds, for the slowest machine
-    done = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, timeout=patience)
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience)
     found = {one["name"]: one for one in map(json.loads, re.findall(r"^{.*}$", done.stdout, re.M))}
     missing = next((job["name"] for job in jobs if job["name"] not in found), "")
     assert done.returncode == 0, f"the process ended in {missing!r}: {done.stderr[-2000:]}"

@@ -8,11 +8,22 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer.events import Event
-from pointshade_gl.viewer.redrawing import is_settling
+from pointshade_gl.viewer.mouse import Mouse
 
 from . import frames
 
 BALL = ps.Frame(None, frames.sphere().depth, frames.CAMERA)
+
+
+class Hand:
+    """A mouse that goes on from event to event, without a window."""
+
+    def __init__(self):
+        self.mouse = Mouse()
+
+    def handle(self, *arguments):
+        self.mouse, state = self.mouse.handle(*arguments)
+        return state
 
 
 def shown(viewer):
@@ -74,6 +85,11 @@ def rows(viewer):
         viewer.handle(Event("refresh"))
         viewer.step(wait=False)
     return found
+
+
+def is_settling(viewer):
+    """Whether the panel has not yet answered all that it was told."""
+    return viewer.state.panel and viewer.screen.panel.settling > 0
 
 
 def settle(viewer):

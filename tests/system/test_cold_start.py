@@ -9,6 +9,8 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.bounds import median
 
+pytestmark = pytest.mark.system
+
 PROGRAM = """
 import sys
 import numpy as np

@@ -1,7 +1,7 @@
 """Damaged files: whatever happened to their bytes, reading ends in a result or in one sentence, soon, in little memory.
 
-A long run: `POINTSHADE_DAMAGES=50 pytest tests/system/test_damaged_files.py` damages each file of every layout 50
-times, where a usual run takes a few of each kind. The damage is the same in each run.
+A long run: `POINTSHADE_DAMAGES=50 pytest tests/system/test_damaged_files.py --timeout 0` damages each file of every
+layout 50 times, where a usual run takes a few of each kind. The damage is the same in each run.
 """
 
 import os
@@ -20,7 +20,10 @@ from .test_hostile_inputs import check_opened
 COUNT = int(os.environ.get("POINTSHADE_DAMAGES", "0"))  # of each file; 0 is a usual run
 KINDS = "ValueError", "NotAPictureError", "OSError", "FileNotFoundError", "IsADirectoryError", "MemoryError"
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the child measures itself by signals")
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the child measures itself by signals"),
+]
 
 
 def jobs_of(items, count):

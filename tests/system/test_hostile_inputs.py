@@ -14,9 +14,9 @@ import pointshade_gl as ps
 from ..support import hostile_files as made
 from ..support.hostile_child import outcomes as outcomes_of
 from ..support.hostile_table import ALLOWED, AMOUNTS, FINE, NAMES, NUMBERS
+from ..support.places import ROOT
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs links and pipes")
-ROOT = Path(__file__).resolve().parents[2]
+pytestmark = [pytest.mark.system, pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs links and pipes")]
 REFUSED = NAMES | AMOUNTS | NUMBERS
 
 

@@ -15,6 +15,8 @@ from ..rendering.test_renderer import living_objects
 from ..support import frames
 from ..support.drivers import need_compute
 
+pytestmark = pytest.mark.system
+
 SIDE = ps.orbit_pose(None, (0, 0, 1.5), yaw=10)
 CAMERA = frames.CAMERA.fitted(40, 30)
 MAKERS = ("texture", "buffer", "framebuffer", "depth_texture", "depth_renderbuffer", "vertex_array")
@@ -40,8 +42,8 @@ SUN = ps.Light(direction=(1, 1, 2), shadow=True)
 CALLS = {
     "phong": lambda r: [r.render(SMOOTH, light, normals="star") for light in (None, SUN)][-1],
     "flat": lambda r: r.render(SMOOTH, shading="flat", pose=SIDE),
-    "own sizes": lambda r: r.render(SMOOTH, size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
-    "lit splats": lambda r: r.render(SMOOTH, size=2, shading="flat", pose=SIDE),
+    "own sizes": lambda r: r.render(SMOOTH, point_size=np.full(SMOOTH.depth.shape, 1.5), splat="round"),
+    "lit splats": lambda r: r.render(SMOOTH, point_size=2, shading="flat", pose=SIDE),
     "mesh": lambda r: [r.render(SMOOTH, SUN, splat="mesh", shading=shading) for shading in ("flat", "gouraud")][-1],
     "adaptive": lambda r: r.render(NOISY, normals="adaptive"),
     "small depth": lambda r: r.render(SMALL_DEPTH, shading="flat"),

@@ -1,6 +1,7 @@
 """Anything at all, done to a real window: no error, and neither memory nor GL objects grow.
 
-POINTSHADE_RANDOM_MINUTES=10 makes it as long as that instead of a number of events; `-s` shows how memory goes.
+POINTSHADE_RANDOM_MINUTES=10 makes it as long as that instead of a number of events (add `--timeout 0`); `-s` shows how
+memory goes.
 """
 
 import gc
@@ -25,6 +26,8 @@ if not sys.platform.startswith("linux"):
     pytest.skip("speaks to an X server", allow_module_level=True)
 
 from ..support.hands import Hands
+
+pytestmark = pytest.mark.system
 
 MINUTES = float(os.environ.get("POINTSHADE_RANDOM_MINUTES", "0"))
 SEED, EVENTS = 4, 100  # things that are done in a round
@@ -153,7 +156,7 @@ def test_anything_at_all_leaves_no_error_and_nothing_grows(display, files, tmp_p
         pytest.skip("moves the pointer: not on anybody's own screen, needs Xvfb")
     (tmp_path / "out").mkdir()
     monkeypatch.chdir(tmp_path / "out")
-    viewer = Viewer(ps.load_frame(files[2]), size=(320, 240), fps=50)
+    viewer = Viewer(ps.load_frame(files[2]), window_size=(320, 240), fps=50)
     viewer.samples = 3
     one, start, found = Hands(viewer), viewer.state, []
     began = time.monotonic()

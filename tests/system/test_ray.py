@@ -17,6 +17,8 @@ from pointshade_gl.batch.on_ray import on_ray
 from ..support import frames
 from ..support.small_ray import small_ray
 
+pytestmark = pytest.mark.system
+
 LIT = ps.View([ps.Light((1, -2, 0))], yaw=10)
 
 

@@ -8,6 +8,8 @@ import pytest
 
 from pointshade_gl.batch.cluster import connected
 
+pytestmark = pytest.mark.system
+
 
 def test_without_ray_an_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)

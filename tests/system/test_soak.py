@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene import shadow_cameras as shadow_views
 
 from ..rendering.test_lifetime import STATM, alive, megabytes, small
+
+pytestmark = pytest.mark.system
 
 CALLS = 1000
 
@@ -33,7 +36,7 @@ class Soak:
         sizes = self.pick(None, None, None, 1.5, self.random.uniform(0, 2, frame.depth.shape))
         return {
             "normals": self.pick(*self.METHODS), "shading": self.pick("none", "flat", "gouraud", "phong"),
-            "size": sizes, "splat": self.pick("footprint", "round", "footprint" if sizes is not None else "mesh"),
+            "point_size": sizes, "splat": self.pick("footprint", "round", "footprint" if sizes is not None else "mesh"),
         }  # fmt: skip
 
     def lights(self):
@@ -96,7 +99,7 @@ class Soak:
             case 6:
                 renderer.render(self.with_large_colors(), self.lights(), upsample=self.pick("vote", "none"))
             case 7:
-                options = {"size": "fill"}, {"flying": "snap"}, {"unlight": True}, {"remove_highlights": True}
+                options = {"point_size": "fill"}, {"flying": "snap"}, {"unlight": True}, {"remove_highlights": True}
                 renderer.render(frame, pose=self.pose(), **self.pick(*options))
             case 8:
                 self.pick(renderer.render_depth, renderer.render_points)(frame, normals=self.pick("auto", "star"))
@@ -121,7 +124,7 @@ def test_two_thousand_random_calls_leave_nothing_behind(renderer, monkeypatch):
 
     The second thousand repeats the first, so that it needs no program that was not built.
     """
-    monkeypatch.setattr("pointshade_gl.scene.shadow_cameras.SHADOW_SIDE", 32)
+    monkeypatch.setattr(shadow_views, "SHADOW_SIDE", 32)
     context = moderngl.create_context(standalone=True, backend="egl")
     context.simple_framebuffer((4, 4)).use()
     states = []

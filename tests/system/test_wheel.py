@@ -4,11 +4,12 @@ import os
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from ..support.places import ROOT
+
+pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 """The window in an application: its methods to override, its end, what it frees."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +11,8 @@ from pointshade_gl.viewer.keys import BY_NAME
 
 from ..rendering.test_renderer import living_objects
 from ..support import frames
+from ..support.places import README
 from ..support.viewing import Spoilt, press
-
-README = Path(__file__).resolve().parents[2] / "README.md"
 
 
 class TestApplication:
@@ -54,7 +52,7 @@ class TestApplication:
                 if self.drawn:
                     self.quit()
 
-        viewer = Brief(frames.sphere(), size=(64, 48))
+        viewer = Brief(frames.sphere(), window_size=(64, 48))
         viewer.run()
         assert viewer.told[:2] == ("start", "frame") and viewer.drawn
         assert viewer.window.handle is None
@@ -68,12 +66,13 @@ def random_input(rng, names):
     return Event(kind, str(key), *rng.uniform(-50, 400, 2), steps=float(rng.choice([-1, 1, 0.3])), **held)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("pictures", "without"), [(120, "M"), (60, "S")])  # shadows of large merged points are slow
 def test_pictures_with_random_input_leave_no_error_and_no_object(display, pictures, without):
     rng, names = np.random.default_rng(4), sorted(set(BY_NAME) - {"Q", "ESCAPE", "P", without})
-    bare = Viewer(frames.sphere(), size=(200, 150))
+    bare = Viewer(frames.sphere(), window_size=(200, 150))
     real_release, counts = bare.screen.gl.release, {}
-    viewer = Viewer(Spoilt(), size=(200, 150), fps=100)
+    viewer = Viewer(Spoilt(), window_size=(200, 150), fps=100)
     find = viewer.window.glfw.get_proc_address
     with bare.window:
         bare.screen.renderer.release()

@@ -25,6 +25,8 @@ from Xlib.display import Display
 from Xlib.ext import xtest
 from Xlib.protocol.event import ClientMessage
 
+pytestmark = pytest.mark.system
+
 COMMAND = [sys.executable, "-m", "pointshade_gl", "view"]
 PATIENCE = 60  # seconds, for a machine that is busy
 
@@ -176,7 +178,7 @@ def test_a_session_with_mouse_and_keys(user, folder, tmp_path):
 
 def test_a_sequence_is_put_to_a_frame_by_its_bar(user, tmp_path):
     walk = write_views(tmp_path / "walk", [seen_from(pose_at(yaw)) for yaw in (-8, -4, 0, 4, 8)])
-    someone = user(walk, "--depth-scale", "1000", "--fps", "1", "--size", "640x480")
+    someone = user(walk, "--depth-scale", "1000", "--fps", "1", "--window-size", "640x480")
     someone.wait_for(lambda: someone.see().max() > 100 or None)
     someone.press("space")
     someone.click((300, 475))
@@ -199,7 +201,7 @@ def test_a_software_renderer_is_announced_as_render_announces_it(user, folder, t
 
 
 def test_the_window_s_own_button_closes_it(user, folder):
-    someone = user(folder, "--size", "300x200", "--shading", "flat", "--light=-1,0,0")
+    someone = user(folder, "--window-size", "300x200", "--shading", "flat", "--light=-1,0,0")
     size = someone.window.get_geometry()
     assert (size.width, size.height) == (300, 200)
     atom = someone.server.intern_atom
@@ -277,7 +279,7 @@ def test_a_scene_takes_a_shading_for_all_its_objects_and_no_other_look():
         (["--normals", "magic"], "known are auto"),
         (["--splat", "star"], "known are footprint"),
         (["--max-depth-step", "wide"], "--max-depth-step must be metres"),
-        (["--size", "big"], "--size takes WIDTHxHEIGHT"),
+        (["--window-size", "big"], "--window-size takes WIDTHxHEIGHT"),
         (["--light", "1,2"], "--light '1,2': light position must be three finite numbers"),
         (["--record", "no/film.gif"], "create it first"),
         (["--views", "1"], "--views takes a whole number of 2 or more, or 'all', or frames such as 0,5,9, got '1'"),

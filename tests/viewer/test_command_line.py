@@ -2,6 +2,7 @@
 
 import shlex
 from dataclasses import fields, replace
+from functools import partial
 from importlib.util import find_spec
 
 import numpy as np
@@ -11,13 +12,12 @@ from typer.main import get_command
 
 import pointshade_gl as ps
 from pointshade_gl.cli import main as cli
-from pointshade_gl.cli.command_words import quaternion_of, words_of
+from pointshade_gl.cli.command_words import words_of
 from pointshade_gl.cli.look_options import LookOptions
 from pointshade_gl.cli.options import FrameOptions, ViewOptions
-from pointshade_gl.files.poses.pose_files import pose_of
+from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.sources import load_any, open_source
 from pointshade_gl.scene.orbit_state import State
-from pointshade_gl.viewer.command import Typed
 
 from ..support.view_sets import pose_at, seen_from, write_views
 from ..support.viewing import drag, move, press, quiet
@@ -49,15 +49,20 @@ def again(typed, capsys, tmp_path):
     return run
 
 
+def line_of(*inputs, options=()):
+    """The command line of a window that was opened with these words."""
+    return partial(render_line, Typed(inputs, options))
+
+
 def open_vase(open_viewer, **options):
-    return open_viewer(load_any("vase"), typed=Typed(("vase",)), **options)
+    return open_viewer(load_any("vase"), command_line=line_of("vase"), **options)
 
 
 class TestVase:
     def test_as_it_is_opened_with_the_panel_or_without(self, open_viewer, again):
-        viewer = open_vase(open_viewer, size=(640, 480))
+        viewer = open_vase(open_viewer, window_size=(640, 480))
         words = again(viewer)
-        assert words[:2] == ["vase", "--light"] and "--size" not in words and "--pose" not in words
+        assert words[:2] == ["vase", "--light"] and "--picture-size" not in words and "--pose" not in words
         if find_spec("imgui_bundle"):
             press(viewer, "G")
             assert viewer.panel_width and again(viewer) == words
@@ -67,7 +72,7 @@ class TestVase:
         drag(viewer, (160, 120), (190, 100))
         viewer.state = viewer.state.zoomed(2.5)
         words = again(viewer)
-        assert {"--yaw", "--pitch", "--dolly"} <= set(words) and words[words.index("--size") + 1] == "320x240"
+        assert {"--yaw", "--pitch", "--dolly"} <= set(words) and words[words.index("--picture-size") + 1] == "320x240"
 
     def test_panned_and_refined_it_is_named_by_its_pose(self, open_viewer, again):
         viewer = open_vase(open_viewer)
@@ -95,7 +100,9 @@ class TestVase:
         words = again(open_vase(open_viewer, state=State(look=look)))
         assert {"--splat", "--flying", "--unlight", "--remove-highlights", "--max-depth-step"} <= set(words)
 
-    @pytest.mark.parametrize("look", [ps.Look(splat="mesh", shading="gouraud"), ps.Look(size="fill", noise="kinect")])
+    @pytest.mark.parametrize(
+        "look", [ps.Look(splat="mesh", shading="gouraud"), ps.Look(point_size="fill", noise="kinect")]
+    )
     def test_as_a_mesh_and_filled(self, open_viewer, again, look):
         again(open_vase(open_viewer, state=State(look=look)))
 
@@ -123,16 +130,16 @@ class TestScene:
         lamp = ps.Node(ps.Light(position=(-0.5, -0.4, 0.2), shadow=True), "lamp")
         ball = ps.Mesh([(-1, 0.5, 1), (1, 0.5, 1), (0, -1, 2)], [(0, 1, 2)])
         ps.save_scene(tmp_path / "lit.glb", ps.Scene((ps.Node(ball, "ball"), lamp)))
-        viewer = open_viewer(load_any(tmp_path / "lit.glb"), typed=Typed(("lit.glb",)))
-        assert again(viewer) == ["lit.glb", "--size", "320x240", "--samples", "1"]
+        viewer = open_viewer(load_any(tmp_path / "lit.glb"), command_line=line_of("lit.glb"))
+        assert again(viewer) == ["lit.glb", "--picture-size", "320x240", "--samples", "1"]
         drag(viewer, (160, 120), (190, 110))
         assert "--light" in again(viewer)  # in light mode it goes with the viewer
 
     def test_as_the_demo_is_opened(self, open_viewer, again):
-        assert again(open_viewer(load_any("demo"), typed=Typed(("demo",))))[0] == "demo"
+        assert again(open_viewer(load_any("demo"), command_line=line_of("demo")))[0] == "demo"
 
     def test_with_tab_lights_moved_and_shadows_off(self, open_viewer, again):
-        viewer = open_viewer(load_any("demo"), typed=Typed(("demo",)))
+        viewer = open_viewer(load_any("demo"), command_line=line_of("demo"))
         press(viewer, "TAB")
         move(viewer, (160, 120), (250, 40))
         drag(viewer, (160, 120), (190, 110))
@@ -143,7 +150,7 @@ class TestScene:
 
     def test_hidden_nodes_are_said_to_be_missing(self, open_viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
-        viewer = open_viewer(load_any("demo"), typed=Typed(("demo",)))
+        viewer = open_viewer(load_any("demo"), command_line=line_of("demo"))
         path = next(path for path, node in viewer.frame.every_node() if node.name == "column")
         viewer.frame = viewer.frame.with_node(path, visible=False)
         press(viewer, "P")
@@ -161,7 +168,7 @@ class TestFrames:
 
     def open(self, open_viewer, walk, **options):
         source = open_source(walk, depth_scale=1000)
-        return open_viewer(source, typed=Typed((str(walk),), self.OPTIONS), fps=0.01, **options)
+        return open_viewer(source, command_line=line_of(str(walk), options=self.OPTIONS), fps=0.01, **options)
 
     def test_of_a_sequence(self, open_viewer, again, walk):
         viewer = self.open(open_viewer, walk)
@@ -172,7 +179,7 @@ class TestFrames:
 
     def test_merged_and_some_of_them_off(self, open_viewer, again, walk):
         viewer = self.open(open_viewer, walk, views=4)
-        while viewer.opened.playing.is_merging:
+        while viewer.document.playing.is_merging:
             viewer.step()
         drag(viewer, (160, 120), (180, 110))
         assert again(viewer)[3:5] == ["--views", ",".join(viewer.frame.names)]
@@ -182,16 +189,25 @@ class TestFrames:
     def test_of_several_inputs(self, open_viewer, again, walk, tmp_path):
         other = write_views(tmp_path / "other", [seen_from(pose_at(yaw)) for yaw in (-3, 3)])
         sources = [open_source(folder, depth_scale=1000) for folder in (walk, other)]
-        typed = Typed((str(walk), str(other)), self.OPTIONS)
-        viewer = open_viewer(sources[0], others=sources[1:], typed=typed, fps=0.01)
+        line = line_of(str(walk), str(other), options=self.OPTIONS)
+        viewer = open_viewer(sources[0], others=sources[1:], command_line=line, fps=0.01)
         press(viewer, "RIGHT", "RIGHT", "RIGHT")
         words = again(viewer, but=0.005)
         numbers = ",".join(map(str, viewer.playback.indices))
         assert words[:2] == [str(walk), str(other)] and words[words.index("--frame") + 1] == numbers
 
+    def test_that_were_dropped_since_are_named_by_their_paths(self, open_viewer, again, walk):
+        viewer = open_vase(open_viewer)
+        viewer.open([str(walk)])
+        assert again(viewer)[:3] == [str(walk), "--frame", str(viewer.playback.index)]
+        depth, camera = walk / "depth" / "1.png", walk / "intrinsics.txt"
+        viewer.open([str(camera), str(depth)])
+        words = again(viewer)
+        assert words[0] == str(depth.parent) and words[words.index("--depth") + 1] == str(depth)
+
     def test_of_a_live_stream_have_no_line_and_that_is_said(self, open_viewer, walk, tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
-        viewer = open_viewer((frame for frame in open_source(walk, depth_scale=1000)), typed=Typed(("live",)))
+        viewer = open_viewer((frame for frame in open_source(walk, depth_scale=1000)), command_line=line_of("live"))
         press(viewer, "SPACE", "P")
         assert len(capsys.readouterr().out.splitlines()) == 1 and "live stream" in viewer.messages.text
 
@@ -212,13 +228,3 @@ def test_words_of_options_are_options_of_render(group):
         named = [word for word in words_of(replace(group(), **{field.name: value})) if word.startswith("--")]
         assert set(named) <= known and named == ([] if field.name == "input" else [f"--{field.name.replace('_', '-')}"])
     assert words_of(group()) == []
-
-
-def test_a_rotation_is_its_quaternion():
-    rng = np.random.default_rng(5)
-    turns = [np.diag(signs) for signs in ((1, -1, -1), (-1, 1, -1), (-1, -1, 1), (1, 1, 1))]
-    for q in rng.normal(size=(50, 4)):
-        turns.append(pose_of(np.array([0, 0, 0, *q / np.linalg.norm(q)]), "pose")[:3, :3])
-    for turn in turns:
-        found = pose_of(np.array([1, 2, 3, *quaternion_of(turn)]), "pose")
-        np.testing.assert_allclose(found[:3, :3], turn, atol=1e-12)

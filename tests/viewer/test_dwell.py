@@ -2,7 +2,7 @@
 
 import pytest
 
-from pointshade_gl.viewer.dwell import MOMENT, Dwell
+from pointshade_gl.viewer.mouse import MOMENT, Dwell
 
 STEP = 0.01  # seconds between two moves
 
@@ -18,7 +18,7 @@ class Walk:
         for k in range(1, count + 1):
             self.time += seconds / count
             before, self.at = self.at, (x0 + (x - x0) * k / count, y0 + (y - y0) * k / count)
-            self.dwell.move(self.time, self.at, before, self.at)
+            self.dwell = self.dwell.moved(self.time, self.at, before, self.at)
         return self
 
     def rest(self, seconds=2 * MOMENT):
@@ -26,7 +26,7 @@ class Walk:
         return self
 
     def left(self):
-        return self.dwell.leave(self.time, self.at)
+        return self.dwell.left(self.time, self.at)
 
 
 def test_after_a_rest_the_way_out_does_not_count():
@@ -56,4 +56,4 @@ def test_a_trembling_hand_rests():
 
 def test_a_light_that_somebody_else_has_moved_since_stays_there():
     walk = Walk().go(0.5, 0.5, 0.3).rest().go(0.9, 0.5, 0.05)
-    assert walk.dwell.leave(walk.time, (0.1, 0.1)) == (0.1, 0.1)
+    assert walk.dwell.left(walk.time, (0.1, 0.1)) == (0.1, 0.1)

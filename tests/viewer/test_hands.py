@@ -22,6 +22,8 @@ if not sys.platform.startswith("linux"):
 
 from ..support.hands import Hands
 
+pytestmark = pytest.mark.system
+
 FLOOR = ps.Mesh([(-2, 0.4, 0.5), (2, 0.4, 0.5), (2, 0.4, 4), (-2, 0.4, 4)], [(0, 2, 1), (0, 3, 2)], [(0, -1, 0)] * 4)
 LAMP = ps.Light(position=(0.5, -1, 0.5), direction=(-0.3, 1, 0.7), cone=(20, 40), color=(1, 0.8, 0.5), shadow=True)
 SUN = ps.Light(direction=(0.5, 0.3, 1), color=(0.2, 0.4, 1), shadow=True)
@@ -56,7 +58,7 @@ def seen(one):
 
 def surface_at(viewer, x, y):
     """The point of the world that a pixel shows."""
-    point = viewer.screen.find_surface(viewer, viewer.camera, x, y)
+    point = viewer.screen.find_surface(viewer.picture, x, y)
     pose = viewer.pose @ viewer.state.pose(viewer.stage)
     return pose[:3, :3] @ point + pose[:3, 3]
 
@@ -112,7 +114,7 @@ class TestLight:
 
     def test_it_stays_where_it_was_held_when_the_pointer_goes_to_the_panel_and_comes_back(self, hands):
         pytest.importorskip("imgui_bundle")
-        one = hands(size=(640, 480))
+        one = hands(window_size=(640, 480))
         one.key("g")
         one.look(8)
         one.travel((200, 240), (150, 180))
@@ -149,11 +151,12 @@ class TestLight:
         way = iter([(140, 90), (220, 90), (300, 90), (400, 90)])
 
         def slowly(*arguments):
-            draw(*arguments)
+            chosen = draw(*arguments)
             if place := next(way, None):
                 one.point(*place)
                 one.server.sync()
                 one.clock += 0.4
+            return chosen
 
         monkeypatch.setattr(one.viewer.screen, "draw", slowly)
         one.point(80, 90)
@@ -205,7 +208,7 @@ class TestLight:
 
     def test_a_click_on_the_panel_places_nothing(self, hands):
         pytest.importorskip("imgui_bundle")
-        one = hands(size=(640, 480), panel=True)
+        one = hands(window_size=(640, 480), panel=True)
         one.point(600, 20)
         one.look(8)
         one.button("left")
@@ -236,7 +239,7 @@ class TestPivot:
     def test_a_double_click_makes_drags_turn_around_the_point_without_a_jump(self, hands, source):
         source, options = source()
         one = hands(source, **options)
-        one.until(lambda: not one.viewer.opened.playing.is_merging)
+        one.until(lambda: not one.viewer.document.playing.is_merging)
         one.look()
         press = (190, 150)
         one.point(*press)
@@ -290,7 +293,7 @@ class TestPivot:
         one.look()
         texture, drawn = type(one.viewer.renderer._pipeline._target.color), one.viewer.renderer.steps.counts.copy()
         monkeypatch.setattr(texture, "read", lambda *_: pytest.fail("a whole picture leaves the GPU"))
-        assert one.viewer.screen.find_surface(one.viewer, one.viewer.camera, 160, 120)
+        assert one.viewer.screen.find_surface(one.viewer.picture, 160, 120)
         assert one.viewer.renderer.steps.counts["upload"] == drawn["upload"]
         assert one.viewer.renderer.steps.counts["light"] == drawn["light"]
 

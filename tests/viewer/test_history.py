@@ -152,10 +152,10 @@ class TestUndo:
         before = viewer.state
         draw, intensity = viewer.screen.panel.draw, [1.5, 2.0]
 
-        def slide(viewer, *rest):
-            draw(viewer, *rest)
-            if intensity:
-                viewer.state = replace(viewer.state, light_intensity=intensity.pop(0))
+        def slide(*arguments):
+            now, effects = draw(*arguments)
+            state = replace(now.state, light_intensity=intensity.pop(0)) if intensity else now.state
+            return now._replace(state=state), effects
 
         monkeypatch.setattr(viewer.screen.panel, "draw", slide)
         for _ in range(3):

@@ -6,7 +6,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import State
-from pointshade_gl.viewer import saving
+from pointshade_gl.viewer import recording
 from pointshade_gl.viewer.keys import ESTIMATORS
 
 from ..support import frames
@@ -63,7 +63,7 @@ class TestKeys:
     def test_a_picture_that_cannot_be_written_is_said_and_nothing_ends(self, open_viewer, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         viewer = open_viewer()
-        monkeypatch.setattr(saving, "save_image", lambda *_: (_ for _ in ()).throw(OSError("the disk is full")))
+        monkeypatch.setattr(recording, "save_image", lambda *_: (_ for _ in ()).throw(OSError("the disk is full")))
         press(viewer, "P")
         assert "the disk is full" in viewer.messages.text
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.screen import render_arguments
 
 from ..support import frames
 from ..support.viewing import move, press, quiet, shown
@@ -31,7 +30,7 @@ both = pytest.mark.parametrize("show", [of_frame, of_scene])
 
 def drawn(viewer):
     """The lights that draw the window, the one that the mouse holds first."""
-    return render_arguments(viewer, viewer.camera)["light"]
+    return viewer.picture.lights
 
 
 def same(light, other):

@@ -1,5 +1,6 @@
 """Several sources at once: each plays at its own rate, and all are drawn as one object."""
 
+import shlex
 import threading
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.viewer import Viewer
-from pointshade_gl.viewer.together import Together
+from pointshade_gl.viewer.multi_playback import MultiPlayback
 from pointshade_gl.viewer.views import Views
 
 from ..support import frames
@@ -27,7 +28,7 @@ def play():
     made = []
 
     def start(*arguments, **options):
-        made.append(Together(*arguments, **options))
+        made.append(MultiPlayback(*arguments, **options))
         return made[-1]
 
     yield start
@@ -116,7 +117,7 @@ class TestWindow:
         press(viewer, "M")
         assert viewer.messages.text == "these sources are always merged" and isinstance(viewer.frame, Views)
         press(viewer, "SPACE", "RIGHT")
-        assert viewer.opened.playing.playback.is_paused
+        assert viewer.document.playing.playback.is_paused
 
     @pytest.mark.parametrize(
         ("options", "message"),
@@ -155,12 +156,12 @@ class TestCommandLine:
         ],
     )  # fmt: skip
     def test_what_cannot_play_together_is_said(self, typed, folders, line, sentence):
-        code, _, err = typed("view " + line.format(*folders))
+        code, _, err = typed("view " + line.format(*(shlex.quote(str(folder)) for folder in folders)))
         assert code == 2 and sentence in err, err
 
     def test_a_folder_without_poses_is_not_merged(self, typed, folders):
         import shutil
 
         shutil.rmtree(folders[1] / "pose")
-        code, _, err = typed(f"view {folders[0]} {folders[1]} --depth-scale 1000")
+        code, _, err = typed(f"view '{folders[0]}' '{folders[1]}' --depth-scale 1000")
         assert code == 2 and "right has no poses: several INPUTs are merged by their poses" in err

@@ -1,13 +1,14 @@
 """The panel over the picture, with and without its extra."""
 
 import sys
+import time
 from dataclasses import replace
 
 import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import State
-from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.events import Event, TakeLight
 from pointshade_gl.viewer.lights import kind_of
 
 from ..support import frames
@@ -16,7 +17,7 @@ from ..support.viewing import click_row, press, quiet, rows, settle, shown
 
 class TestPanel:
     def test_g_opens_it_and_the_mouse_over_it_is_its_own(self, open_viewer):
-        viewer = open_viewer(size=(640, 480))
+        viewer = open_viewer(window_size=(640, 480))
         before = shown(quiet(viewer))
         press(viewer, "G")
         for _ in range(8):
@@ -32,23 +33,41 @@ class TestPanel:
         assert (shown(viewer)[:, 400:] != before[:, 400:]).mean() < 0.3
 
     def test_a_click_on_its_box_changes_the_state(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "shadows (S)")
         assert viewer.state.shadows and viewer.state.light_mode
         click_row(viewer, "casts a shadow")
         assert not viewer.held.shadow
 
+    def test_it_changes_nothing_while_it_draws_and_returns_what_was_chosen(self, open_viewer, monkeypatch):
+        viewer = open_viewer(lights=TestLights.LAMPS, window_size=(640, 480), panel=True)
+        draw, chosen = viewer.screen.panel.draw, []
+
+        def drawn(*arguments):
+            before, frame = viewer.moment, viewer.frame
+            answer = draw(*arguments)
+            assert viewer.moment == before and viewer.frame is frame
+            if answer != (before, []):
+                chosen.append((answer[0].state.shadows, answer[1]))
+            return answer
+
+        monkeypatch.setattr(viewer.screen.panel, "draw", drawn)
+        click_row(viewer, "shadows (S)")
+        click_row(viewer, "light 2 (directional)")
+        assert chosen == [(False, []), (False, [TakeLight(1)])]
+        assert not viewer.state.shadows and viewer.light_number == 1
+
     def test_it_comes_to_rest(self, open_viewer):
         viewer = quiet(open_viewer(panel=True))
         for _ in range(10):
             viewer.step(wait=False)
-        assert quiet(viewer).turns.patience(viewer) in (0, None)
+        assert quiet(viewer).patience(time.perf_counter()) in (0, None)
         viewer.step(wait=False)
-        assert viewer.turns.patience(viewer) is None
+        assert viewer.patience(time.perf_counter()) is None
         assert set(viewer.renderer.steps.laps) >= {"surface", "splats", "resolve"}
 
     def test_it_keeps_what_its_sliders_cannot_show(self, open_viewer):
-        look = ps.Look(ps.Material(0.1, 7, 0.3, 900), size=0.01, max_depth_step=0.07)
+        look = ps.Look(ps.Material(0.1, 7, 0.3, 900), point_size=0.01, max_depth_step=0.07)
         state = State(look=look, light_intensity=9)
         viewer = open_viewer(state=replace(state, panel=True))
         for _ in range(4):
@@ -77,7 +96,7 @@ def key(viewer, name, **held):
 
 class TestKeys:
     def test_a_number_is_typed_and_its_keys_do_nothing_else(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "ambient", ctrl=True)
         write(viewer, "10.74")
         for name in ("BACKSPACE", "HOME", "DELETE"):
@@ -91,7 +110,7 @@ class TestKeys:
         assert viewer.state.shadows
 
     def test_impossible_numbers_become_the_nearest_possible(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         for text, number in (("-3", 0.0), ("1e30", 1.0)):
             click_row(viewer, "diffuse", ctrl=True)
             write(viewer, text)
@@ -99,7 +118,7 @@ class TestKeys:
             assert viewer.state.look.material.diffuse == number
 
     def test_esc_leaves_a_field_as_it_was(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "specular", ctrl=True)
         write(viewer, "0.9")
         key(viewer, "ESCAPE")
@@ -108,7 +127,7 @@ class TestKeys:
         assert viewer.window.is_closing
 
     def test_keys_that_come_with_the_click_wait_for_what_it_opens(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         x, y = rows(viewer)["ambient"]
         viewer.handle(Event("move", x=x, y=y))
         settle(viewer)
@@ -122,7 +141,7 @@ class TestKeys:
         assert viewer.state.look.material.ambient == 0.2 and not viewer.state.shadows
 
     def test_esc_closes_the_colours_and_not_the_program(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         before = shown(quiet(viewer))
         click_row(viewer, "colour")
         assert (shown(quiet(viewer)) != before)[:, :400].mean() > 0.1
@@ -132,14 +151,14 @@ class TestKeys:
         assert not viewer.window.is_closing and not viewer.screen.panel._input.takes_keys
 
     def test_arrows_and_enter_choose_from_a_list(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "shading")
         for name in ("UP", "UP", "ENTER"):
             key(viewer, name)
         assert viewer.state.look.shading == "flat" and not viewer.screen.panel._input.takes_keys
 
     def test_numbers_are_copied_and_pasted(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "diffuse", ctrl=True)
         key(viewer, "A", ctrl=True)
         key(viewer, "C", ctrl=True)
@@ -156,7 +175,7 @@ class TestKeys:
 class TestPlace:
     @pytest.mark.parametrize("size", [(640, 480), (1280, 960), (320, 240)])
     def test_the_picture_is_whole_beside_it(self, open_viewer, size):
-        viewer = open_viewer(frames.sphere(), size=size, panel=True)
+        viewer = open_viewer(frames.sphere(), window_size=size, panel=True)
         settle(viewer)
         wide, size = viewer.panel_width, viewer.window.picture_size  # it fits the screen
         assert wide <= max(size[0] / 3, 150)
@@ -166,7 +185,7 @@ class TestPlace:
         assert camera.fx == pytest.approx(viewer.frame.camera.fitted(size[0] - wide, size[1]).fx)
 
     def test_collapsed_it_gives_its_place_back(self, open_viewer):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         settle(viewer)
         x = 640 - viewer.panel_width + 10
         for kind in ("move", "press", "release"):
@@ -175,7 +194,7 @@ class TestPlace:
         assert viewer.panel_width == 0 and viewer.camera == viewer.window.fit(viewer.own_camera)
 
     def test_a_screen_of_another_scale_gets_another_panel(self, open_viewer, monkeypatch):
-        viewer = open_viewer(size=(640, 480), panel=True)
+        viewer = open_viewer(window_size=(640, 480), panel=True)
         settle(viewer)
         wide = viewer.screen.panel.width(1280)
         monkeypatch.setattr(type(viewer.window), "scale", property(lambda _: 2.0))
@@ -190,14 +209,14 @@ class TestLights:
     def test_a_list_names_them_and_the_mouse_takes_what_is_chosen(self, open_viewer):
         nodes = [ps.Node(ps.PointObject(frames.sphere()), "ball")]
         nodes += [ps.Node(light, name) for light, name in zip(self.LAMPS, ("lamp", "sun"), strict=True)]
-        viewer = open_viewer(ps.Scene(tuple(nodes)), size=(640, 480), panel=True)
+        viewer = open_viewer(ps.Scene(tuple(nodes)), window_size=(640, 480), panel=True)
         click_row(viewer, "sun (directional)")
         assert viewer.held == self.LAMPS[1] and viewer.light_number == 1
         click_row(viewer, "lamp (point)")
         assert viewer.light_number == 0 and viewer.held.position is not None
 
     def test_each_has_a_size_and_a_shadow_of_its_own(self, open_viewer):
-        viewer = open_viewer(lights=self.LAMPS, size=(640, 480), panel=True)
+        viewer = open_viewer(lights=self.LAMPS, window_size=(640, 480), panel=True)
         click_row(viewer, "radius", ctrl=True)
         write(viewer, "0.2")
         key(viewer, "ENTER")
@@ -208,7 +227,7 @@ class TestLights:
 
     @pytest.mark.parametrize("kind", ["spot", "directional"])
     def test_it_becomes_one_of_another_kind(self, open_viewer, kind):
-        viewer = open_viewer(size=(640, 480), panel=True, lights=[ps.Light(position=(-1, -1, 0), radius=0.1)])
+        viewer = open_viewer(window_size=(640, 480), panel=True, lights=[ps.Light(position=(-1, -1, 0), radius=0.1)])
         before = shown(quiet(viewer))
         click_row(viewer, "kind")
         for name in ["DOWN"] * (1 + (kind == "directional")) + ["ENTER"]:
@@ -218,7 +237,7 @@ class TestLights:
 
 
 def test_it_tells_rate_and_samples(open_viewer):
-    viewer = open_viewer(size=(640, 480), panel=True)
+    viewer = open_viewer(window_size=(640, 480), panel=True)
     viewer.samples = 7
     told = []
     imgui, text = viewer.screen.panel._imgui, viewer.screen.panel._imgui.text

@@ -1,11 +1,12 @@
 """A window in which nothing moves shows ever more samples, and only one while something does."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.viewer import refining
+from pointshade_gl.viewer import redrawing
 from pointshade_gl.viewer.events import Event
 from pointshade_gl.viewer.viewer import SAMPLES, Viewer
 
@@ -16,14 +17,14 @@ from ..support.viewing import drag, move, press, quiet, shown
 def rested(viewer):
     """The window after nothing has moved for long; how many turns it took."""
     turns = 0
-    while viewer.turns.patience(viewer) is not None:
+    while viewer.patience(time.perf_counter()) is not None:
         viewer.step()
         turns += 1
     return turns
 
 
 def refined(open_viewer, monkeypatch, *arguments, **options):
-    monkeypatch.setattr(refining, "REST", 0.0)
+    monkeypatch.setattr(redrawing, "REST", 0.0)
     viewer = quiet(open_viewer(*arguments, **options))
     viewer.samples = SAMPLES
     return viewer
@@ -33,10 +34,10 @@ def test_at_rest_it_is_refined_in_short_turns_and_then_sleeps(open_viewer, monke
     viewer = refined(open_viewer, monkeypatch)
     drag(viewer, (100, 100), (140, 110))
     viewer.step(wait=False)
-    assert viewer.redrawing.refining.samples == 1
+    assert viewer.redrawing.samples == 1
     first, before = shown(viewer).astype(float), viewer.renderer.steps.counts["splats"]
     turns = rested(viewer)
-    assert viewer.redrawing.refining.samples == 64 and turns >= 60 / refining.MORE
+    assert viewer.redrawing.samples == 64 and turns >= 60 / redrawing.MORE
     assert viewer.renderer.steps.counts["splats"] - before <= 64 + 1
     last = shown(viewer).astype(float)
     assert abs(last.mean() - first.mean()) < 0.5  # no jump in brightness
@@ -49,18 +50,18 @@ def test_whatever_moves_starts_again_and_texts_do_not(open_viewer, monkeypatch):
     for act in (lambda: move(viewer, (10, 10), (60, 60)), lambda: press(viewer, "4", "3"), lambda: press(viewer, "R")):
         act()
         viewer.step(wait=False)
-        assert viewer.redrawing.refining.samples == 1
+        assert viewer.redrawing.samples == 1
         rested(quiet(viewer))
-        assert viewer.redrawing.refining.samples == 64
+        assert viewer.redrawing.samples == 64
     viewer.held = replace(viewer.held, radius=0.2)
     viewer.step(wait=False)
-    assert viewer.redrawing.refining.samples == 1
+    assert viewer.redrawing.samples == 1
     rested(viewer)
     viewer.say("text")
     press(viewer, "H")
     viewer.handle(Event("refresh"))
     viewer.step(wait=False)
-    assert viewer.redrawing.refining.samples == 64
+    assert viewer.redrawing.samples == 64
 
 
 def test_it_waits_until_things_rest(open_viewer):
@@ -69,18 +70,18 @@ def test_it_waits_until_things_rest(open_viewer):
     viewer.handle(Event("move", x=5, y=5))
     move(viewer, (5, 5), (50, 50))
     viewer.step(wait=False)
-    assert 0 < viewer.turns.patience(viewer) <= refining.REST
+    assert 0 < viewer.patience(time.perf_counter()) <= redrawing.REST
     viewer.step(wait=False)
-    assert viewer.redrawing.refining.samples == 1
+    assert viewer.redrawing.samples == 1
 
 
 def test_a_photograph_as_it_was_taken_stays_sharp(open_viewer, monkeypatch):
     """At the size of the frame, unlit."""
-    viewer = refined(open_viewer, monkeypatch, size=(160, 120))
+    viewer = refined(open_viewer, monkeypatch, window_size=(160, 120))
     press(viewer, "B")
     rested(quiet(viewer))
     own = (viewer.camera.width, viewer.camera.height) == (160, 120)
-    assert viewer.redrawing.refining.samples == (1 if own else 64)
+    assert viewer.redrawing.samples == (1 if own else 64)
 
 
 def test_a_saved_picture_has_all_samples(open_viewer, monkeypatch, tmp_path):
@@ -89,12 +90,12 @@ def test_a_saved_picture_has_all_samples(open_viewer, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     viewer = refined(open_viewer, monkeypatch)
     with Image.open(viewer.save_picture()) as saved:
-        assert (np.asarray(saved) == viewer.screen.read(viewer, viewer.camera, 64)).all()
+        assert (np.asarray(saved) == viewer.screen.read(viewer.picture, 64)).all()
 
 
 def test_the_panel_makes_the_light_larger(open_viewer):
     lights = [ps.Light(position=(-0.8, -0.9, 0.2), radius=0.1, shadow=True)]
-    viewer = open_viewer(lights=lights, panel=True, size=(640, 480))
+    viewer = open_viewer(lights=lights, panel=True, window_size=(640, 480))
     for _ in range(4):
         viewer.step(wait=False)
     assert viewer.held.radius == 0.1
@@ -113,10 +114,10 @@ def test_the_panel_makes_the_light_larger(open_viewer):
 
 
 def test_a_stream_is_shown_with_one_sample_a_frame(display):
-    viewer = Viewer([frames.sphere(), frames.step()], size=(160, 120), fps=200)
+    viewer = Viewer([frames.sphere(), frames.step()], window_size=(160, 120), fps=200)
     try:
         for _ in range(20):
             viewer.step()
-            assert viewer.redrawing.refining.samples == 1
+            assert viewer.redrawing.samples == 1
     finally:
         viewer.release()

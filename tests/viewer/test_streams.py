@@ -31,7 +31,7 @@ class TestStreams:
         press(viewer, "LEFT")
         assert viewer.frame is first
         viewer.step(wait=False)
-        assert viewer.opened.playing.playback.patience(0) is None
+        assert viewer.document.playing.playback.patience(0) is None
         press(viewer, "SPACE")
         while viewer.frame is first:
             viewer.step()
@@ -40,7 +40,9 @@ class TestStreams:
     def test_any_iterable_is_a_stream_and_its_end_leaves_the_last_frame(self, open_viewer):
         viewer = open_viewer(iter([frames.sphere(), frames.step()]))
         last = None
-        while viewer.opened.playing.playback._thread.is_alive() or not viewer.opened.playing.playback._queue.empty():
+        while (
+            viewer.document.playing.playback._thread.is_alive() or not viewer.document.playing.playback._queue.empty()
+        ):
             viewer.step(wait=False)
             last = viewer.frame
         assert last.depth[0, 0] == pytest.approx(1.2)
@@ -51,18 +53,18 @@ class TestStreams:
             raise RuntimeError("unplugged")
 
         with pytest.raises(RuntimeError, match="unplugged"):
-            Viewer(camera(), size=(64, 48)).run()
+            Viewer(camera(), window_size=(64, 48)).run()
 
     def test_a_source_without_frames_is_said(self, display):
         with pytest.raises(ValueError, match="no frame"):
             Viewer(iter([]))
 
     def test_a_film_of_what_is_seen_is_written(self, tmp_path):
-        viewer = Viewer(frames.sphere(), size=(64, 48), record=tmp_path / "film.gif", fps=100)
-        while viewer.turns.recorder._written < 5:
+        viewer = Viewer(frames.sphere(), window_size=(64, 48), record=tmp_path / "film.gif", fps=100)
+        while viewer.recorder._written < 5:
             viewer.step()
         viewer.window.glfw.set_window_size(viewer.window.handle, 100, 90)
-        while viewer.turns.recorder._written < 10:
+        while viewer.recorder._written < 10:
             viewer.step()
         viewer.release()
         with Image.open(tmp_path / "film.gif") as film:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer.controller import BAR as HEIGHT
+from pointshade_gl.viewer.events import Event, Seek
 from pointshade_gl.viewer.playback import Playback
-from pointshade_gl.viewer.timeline import HEIGHT
 
 from ..support import frames
 from ..support.view_sets import pose_at, seen_from
@@ -67,7 +67,7 @@ class TestKeys:
 
     def test_it_plays_on_from_where_it_was_put(self, viewer):
         press(viewer, "SPACE")
-        viewer.jump(4)
+        viewer.perform(Seek(4))
         assert number(viewer) == 4
         end = time.monotonic() + 30
         while number(viewer) == 4 and time.monotonic() < end:
@@ -130,7 +130,7 @@ class TestBar:
 
     def test_it_leaves_room_for_the_panel(self, open_viewer):
         pytest.importorskip("imgui_bundle")
-        viewer = open_viewer(FILM, fps=30, size=(640, 480), panel=True)
+        viewer = open_viewer(FILM, fps=30, window_size=(640, 480), panel=True)
         press(viewer, "SPACE")
         settle(viewer)
         mouse(viewer, "press", 640 - viewer.panel_width - 2, 475)
@@ -140,7 +140,7 @@ class TestBar:
     def test_unreadable_frames_are_passed_over(self, open_viewer):
         viewer = open_viewer(Spoilt(), fps=30)
         press(viewer, "SPACE")
-        viewer.jump(1)
+        viewer.perform(Seek(1))
         assert viewer.playback.index == 2
 
     def test_it_is_not_in_saved_pictures(self, viewer, tmp_path, monkeypatch):

@@ -1,6 +1,7 @@
 """The window, a real one: what the mouse does to what is seen, and when it is drawn."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -123,7 +124,7 @@ class TestView:
             press(viewer, *set(BY_NAME) - {"Q", "ESCAPE"})
             viewer.step(wait=False)
             quiet(viewer)
-            assert viewer.drawn == drawn and viewer.turns.patience(viewer) is None
+            assert viewer.drawn == drawn and viewer.patience(time.perf_counter()) is None
         viewer.step(wait=False)
         assert viewer.drawn == drawn + 1
 
@@ -173,7 +174,7 @@ class TestRest:
     def test_without_a_message_or_a_stream_it_sleeps_until_it_is_woken(self, open_viewer):
         viewer = quiet(open_viewer())
         viewer.step(wait=False)
-        assert viewer.turns.patience(viewer) is None
+        assert viewer.patience(time.perf_counter()) is None
         drawn = viewer.drawn
         waker = threading.Timer(0.05, viewer.window.wake)
         waker.start()
@@ -185,12 +186,12 @@ class TestRest:
         monkeypatch.setattr(messages, "SECONDS", 0.02)
         viewer = open_viewer()
         viewer.say("short")
-        assert viewer.turns.patience(viewer) == 0
+        assert viewer.patience(time.perf_counter()) == 0
         viewer.step()
         while viewer.messages.text:
-            assert viewer.turns.patience(viewer) is not None
+            assert viewer.patience(time.perf_counter()) is not None
             viewer.step()
-        assert viewer.turns.patience(viewer) is None
+        assert viewer.patience(time.perf_counter()) is None
 
     def test_moving_the_light_runs_nothing_but_the_light(self, open_viewer):
         viewer = open_viewer()

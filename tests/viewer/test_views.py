@@ -1,6 +1,7 @@
 """Several views of one thing in the window: merged and played by a key, switched one by one, listed in the panel."""
 
 import threading
+import time
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,8 +11,8 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.files.sources import choose_views
 from pointshade_gl.scene.orbit_state import marker_place
-from pointshade_gl.viewer import panel_things
-from pointshade_gl.viewer.events import Event
+from pointshade_gl.viewer import panel_sections
+from pointshade_gl.viewer.events import Event, StepFrames
 from pointshade_gl.viewer.views import Merger, Views, check_views
 
 from ..support import frames
@@ -157,8 +158,8 @@ def merged(viewer):
 def paused(open_viewer):
     """Nine views, paused at the third."""
     viewer = open_viewer(Files(), fps=500)
-    while viewer.opened.playing.playback.index != 2:
-        viewer.step_frames(1)
+    while viewer.document.playing.playback.index != 2:
+        viewer.perform(StepFrames(1))
     return quiet(viewer)
 
 
@@ -179,7 +180,7 @@ class TestKey:
         assert paused.frame is WALK[3]
 
     def test_while_views_are_read_the_window_lives_and_says_so(self, paused):
-        source = paused.opened.playing.merger._source
+        source = paused.document.playing.merger._source
         source.gate.clear()
         press(paused, "M")
         paused.step(wait=False)
@@ -192,7 +193,7 @@ class TestKey:
         source.gate.set()
 
     def test_m_again_gives_it_up(self, paused):
-        source = paused.opened.playing.merger._source
+        source = paused.document.playing.merger._source
         source.gate.clear()
         press(paused, "M")
         threading.Timer(0.05, source.gate.set).start()
@@ -208,7 +209,7 @@ class TestKey:
             press(paused, name)
             assert "M plays" in paused.messages.text and paused.frame is views
         quiet(paused).step(wait=False)
-        assert paused.turns.patience(paused) is None
+        assert paused.patience(time.perf_counter()) is None
 
     def test_what_cannot_be_merged_is_said(self, open_viewer):
         viewer = open_viewer()
@@ -219,7 +220,7 @@ class TestKey:
         assert viewer.messages.text == "only frames of a sequence can be merged"
         viewer = open_viewer(Files(broken=range(1, 9)))
         press(viewer, "SPACE", "M")
-        while viewer.opened.playing.merger.is_reading:
+        while viewer.document.playing.merger.is_reading:
             viewer.step()
         assert viewer.messages.text == "not merged: fewer than two of 8 frames can be read"
 
@@ -295,16 +296,16 @@ class TestPanel:
         pytest.importorskip("imgui_bundle")
 
     def test_a_click_on_a_box_switches_a_view(self, open_viewer):
-        viewer = merged(open_viewer(WALK, views=3, size=(640, 480), panel=True))
+        viewer = merged(open_viewer(WALK, views=3, window_size=(640, 480), panel=True))
         click_row(viewer, "frame 0")
         assert viewer.frame.on == (False, True, True)
         click_row(viewer, "frame 0")
         assert viewer.frame.on == (True, True, True)
 
     def test_the_primary_ones_are_marked_and_change_with_the_view(self, open_viewer, monkeypatch):
-        viewer = merged(open_viewer(WALK, views="all", size=(640, 480), panel=True))
+        viewer = merged(open_viewer(WALK, views="all", window_size=(640, 480), panel=True))
         told = []
-        monkeypatch.setattr(panel_things, "_show_weight", lambda _, weight: told.append(weight))
+        monkeypatch.setattr(panel_sections, "_show_weight", lambda _, weight: told.append(weight))
         for yaw in (0, 18):
             viewer.state = replace(viewer.state, yaw=yaw)
             viewer.step(wait=False)
@@ -314,7 +315,7 @@ class TestPanel:
         assert np.argmax(last) > 3 and sum(weight == 1 for weight in last) == 3
 
     def test_why_is_asked_once_and_only_where_it_is_open(self, open_viewer, monkeypatch):
-        viewer = merged(open_viewer(WALK, views=3, size=(640, 480), panel=True))
+        viewer = merged(open_viewer(WALK, views=3, window_size=(640, 480), panel=True))
         asked, explain = [], viewer.renderer.explain
         monkeypatch.setattr(viewer.renderer, "explain", lambda names: asked.append(names) or explain(names))
         for _ in range(4):
@@ -332,7 +333,7 @@ class TestPanel:
     def test_200_views_leave_room_for_the_rest(self, open_viewer):
         camera = ps.Camera(8, 8, 3.5, 2.5, 8, 6)
         many = {k: ps.Frame(None, np.full((6, 8), 1.5), camera, pose_at(k / 20)) for k in range(200)}
-        viewer = merged(open_viewer(list(many.values()), views=6, size=(640, 900), panel=True))
+        viewer = merged(open_viewer(list(many.values()), views=6, window_size=(640, 900), panel=True))
         heights = []
         for views in (viewer.frame, Views.of(many)):
             viewer.frame = replace(views, on=(True, True, *[False] * (len(views.frames) - 2)))

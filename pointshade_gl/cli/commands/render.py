@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from ..options import (
 )
 from ..output import explainer, open_renderer, progress, report, spinner, warn_skipped
 from ..page_options import PageOptions, is_page
-from ..picture_options import PictureOptions
+from ..picture_options import PictureOptions, view_of
 from ..usage_errors import check_folders
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ def render(
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
     Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
     """
-    asked = _Asked(output, frame, look, picture, film, page, more or [], views, explain, small, device)
+    asked = _Asked(output, frame, look, place, picture, film, page, more or [], views, explain, small, device)
     asked.check_inputs()
-    view = place.view(look)
+    view = asked.view()
     if output.suffix.lower() == POINTS:
         _write_points(asked, view)
     elif is_page(output):
@@ -74,11 +74,12 @@ def render(
 
 @dataclass(frozen=True)
 class _Asked:
-    """What was typed, without the view."""
+    """What was typed."""
 
     output: Path
     frame: FrameOptions
     look: LookOptions
+    place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
     page: PageOptions
@@ -105,19 +106,27 @@ class _Asked:
                 f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
             )
 
-    def read(self, view: View, is_many: bool = False) -> tuple[Any, View, Callable[[Renderer], None]]:
-        """What is drawn, the view with its lights and its finish, and what --explain calls after each picture."""
+    def view(self) -> View:
+        """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
+        from ...files.sources import is_scene
+
+        is_set, turns = bool(self.inputs) or self.views is not None, self.film.turntable is not None
+        return view_of(
+            self.look, self.place, self.picture, self.output,
+            is_scene=not is_set and is_scene(self.frame.input),
+            is_film=not is_page(self.output) and (turns or self.is_series),
+            is_changed=is_set or self.film.turntable == "camera",
+        )  # fmt: skip
+
+    def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
+        """What is drawn, and what --explain calls after each picture."""
         from ...scene.graph import Scene
         from ...scene.shading_override import shaded
 
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
-        is_scene = isinstance(source, Scene) and not names
-        if is_scene:
+        if isinstance(source, Scene) and not names:
             source = shaded(source, check_look(view.look))
-        if self.picture.ground or is_scene:
-            view = replace(view, lights=self.look.lights(shadow=True))
-        finish = self.picture.finish(self.output, view, source, is_many, self.film.turntable == "camera")
-        return source, replace(view, finish=finish), explainer(self.explain, names)
+        return source, explainer(self.explain, names)
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
         """What INPUT names; and the names of the frames that are one object."""
@@ -130,14 +139,15 @@ class _Asked:
 
 def _write_picture(asked: _Asked, view: View) -> None:
     from ...files.pictures.picture_files import save_image
+    from ...rendering.request import RenderRequest
 
     check_stream(view.look, False)
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
-    source, view, tell = asked.read(view)
+    source, tell = asked.read(view)
     with open_renderer(asked.device) as renderer, spinner("rendering"):
         start = time.perf_counter()
-        image = renderer.render(source, **view.of(source))
+        image = renderer.render(RenderRequest.seen(source, view))
         spent = time.perf_counter() - start
         save_image(asked.output, image, asked.small)
         tell(renderer)
@@ -169,7 +179,7 @@ def _write_series(asked: _Asked, view: View) -> None:
     check_stream(view.look, asked.film.turntable is None)
     check_series(asked.output)
     asked.page.check_none(asked.output)
-    source, view, tell = asked.read(view, is_many=True)
+    source, tell = asked.read(view, is_many=True)
     jobs, count = jobs_of(source, view, asked.film.turntable, asked.film.frames, warn_skipped)
     with open_renderer(asked.device) as renderer:
         start = time.perf_counter()
@@ -187,7 +197,7 @@ def _write_series(asked: _Asked, view: View) -> None:
 def _write_page(asked: _Asked, view: View) -> None:
     check_stream(view.look, False)
     asked.page.check(asked.output, asked.film)
-    source, view, tell = asked.read(view)
+    source, tell = asked.read(view)
     asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
 
 
@@ -204,8 +214,8 @@ def _write_points(asked: _Asked, view: View) -> None:
     asked.picture.check_none(output)
     asked.page.check_none(output)
     check_points_path(first_of(output))
-    if view.size is not None:
-        raise ValueError(f"{output} holds points, {option('size')} is of a picture: leave it out")
+    if view.picture_size is not None:
+        raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
     source = load(asked.frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")

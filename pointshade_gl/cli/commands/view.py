@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from ..usage_errors import check_folders
 
 if TYPE_CHECKING:
     from ...scene.appearance import Look
-    from ...viewer.command import Typed
+    from ..window_line import Typed
 
 
 @spread
@@ -36,9 +37,10 @@ def view(
     from ...scene.graph import Scene
     from ...scene.orbit_state import State
     from ...viewer import Viewer
+    from ..window_line import render_line
 
     _check_panel(window)
-    state, size, inputs = State(look=look.look()), size_from(window.size), more or []
+    state, size, inputs = State(look=look.look()), size_from(window.window_size, "window_size"), more or []
     lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)
@@ -47,7 +49,7 @@ def view(
     viewer = Viewer(
         source,
         title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
-        size=size,
+        window_size=size,
         state=state,
         lights=lights,
         others=others,
@@ -55,7 +57,7 @@ def view(
         views=count,
         record=window.record,
         panel=window.panel,
-        typed=_typed(frame, inputs),
+        command_line=partial(render_line, _typed(frame, inputs)),
     )
     announce(viewer.renderer)
     if not isinstance(source, Scene):
@@ -90,8 +92,8 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
 def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:
     """What was typed about the input, for the command line that the window writes."""
     from ...files.access.builtin import FRAMES
-    from ...viewer.command import Typed
     from ..command_words import words_of
+    from ..window_line import Typed
 
     words = words_of(frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0]))
     named = 0 if words[0].startswith("--") else 1

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
 
@@ -160,35 +161,59 @@ def words_of(name: str) -> frozenset[str]:
     return frozenset(word.lower() for word in _WORD.findall(name))
 
 
-def list_files(folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
-    """All files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
+class Listing:
+    """What lies in folders. Each of them is looked at once: what changes afterwards is not seen."""
 
-    suffixes  in lower case, "" for none: only files with these
-    """
-    found = [Item(path, name) for path, name in _walk(folder, "", levels, suffixes)]
-    return sorted(found, key=lambda item: natural(item.path.name))
+    def __init__(self) -> None:
+        self._seen: dict[Path, _Seen] = {}
 
+    def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
+        """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
 
-def _walk(folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[tuple[Path, str]]:
-    """Files first, then what is in the folders. macOS leaves hidden twins such as ._color.png on foreign disks."""
-    try:
-        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."]
-    except PermissionError:
-        return
-    folders = []
-    for entry in entries[:_MOST]:
-        kind = kind_of(entry)
-        if kind == "folder":
-            folders.append(entry)
-        elif kind == "file":
-            name = entry.name.lower()
+        suffixes  in lower case, "" for none: only files with these
+        """
+        found = self._walk(folder, "", levels, suffixes)
+        return sorted(found, key=lambda item: natural(item.path.name))
+
+    def folders(self, folder: Path) -> list[Path]:
+        """Return the folders in a folder, in natural order, without hidden ones."""
+        return self._look(folder).folders
+
+    def _walk(self, folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[Item]:
+        """Files first, then what is in the folders."""
+        seen = self._look(folder)
+        for path, name in seen.files:
             if suffixes is None or suffix_of(name) in suffixes:
-                yield Path(entry.path), prefix + name
-    for entry in sorted(folders, key=lambda one: natural(one.name)) if levels else ():
-        yield from _walk(Path(entry.path), f"{prefix}{entry.name.lower()}/", levels - 1, suffixes)
+                yield Item(path, prefix + name)
+        for inside in seen.folders if levels else ():
+            yield from self._walk(inside, f"{prefix}{inside.name.lower()}/", levels - 1, suffixes)
+
+    def _look(self, folder: Path) -> _Seen:
+        if folder not in self._seen:
+            self._seen[folder] = _look_into(folder)
+        return self._seen[folder]
 
 
-def kind_of(entry: os.DirEntry[str]) -> str:
+class _Seen(NamedTuple):
+    """A folder's files, with their names in lower case, and the folders in it, in natural order."""
+
+    files: list[tuple[Path, str]]
+    folders: list[Path]
+
+
+def _look_into(folder: Path) -> _Seen:
+    """What is not hidden: macOS leaves hidden twins such as ._color.png on foreign disks."""
+    try:
+        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."][:_MOST]
+    except PermissionError:
+        return _Seen([], [])
+    kinds = [_kind_of(entry) for entry in entries]
+    files = [(Path(one.path), one.name.lower()) for one, kind in zip(entries, kinds, strict=True) if kind == "file"]
+    folders = [Path(one.path) for one, kind in zip(entries, kinds, strict=True) if kind == "folder"]
+    return _Seen(files, sorted(folders, key=lambda path: natural(path.name)))
+
+
+def _kind_of(entry: os.DirEntry[str]) -> str:
     """ "folder", "file", or "" for all else, such as a link that leads to itself."""
     try:
         return "folder" if entry.is_dir() else "file" if entry.is_file() else ""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ...messages.formatting import option, shown
+from .folder_listing import Listing
 
 _LONGEST = 1024  # characters of a name
 _ABSOLUTE = re.compile(r"[A-Za-z]:|[/\\]")
@@ -22,11 +23,13 @@ class Folder:
     allow_outside  names in its files may leave it
     root           its files must lie in here, also with links followed: the folder of a scene, which came as a whole.
                    Without a root any link is followed: it is the user's own, perhaps to a data set on another disk.
+    listing        what lies in it and around it, looked at once
     """
 
     path: Path
     allow_outside: bool = False
     root: Path | None = None
+    listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 
     def named(self, text: Any) -> Path:
         """The path for a name that a file in this folder holds, links not followed.

@@ -127,8 +127,7 @@ def _convert(
 
 def _ray_lengths(camera: Camera, rows: slice) -> NDArray[np.float64]:
     """(n, w) length of ((u-cx)/fx, (v-cy)/fy, 1) in these rows."""
-    x = (np.arange(camera.width) - camera.cx) / camera.fx
-    y = (np.arange(camera.height)[rows] - camera.cy) / camera.fy
+    x, y = camera.ray_at(np.arange(camera.width), np.arange(camera.height)[rows])
     return np.sqrt(x * x + (y * y)[:, None] + 1)
 
 

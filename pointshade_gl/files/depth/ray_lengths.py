@@ -28,7 +28,8 @@ def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
     if side < _POINTS // 2:
         return False
     v, u = np.mgrid[0 : depth.shape[0] : step, 0 : depth.shape[1] : step]
-    longer = np.sqrt(1 + ((u - camera.cx) / camera.fx) ** 2 + ((v - camera.cy) / camera.fy) ** 2)
+    x, y = camera.ray_at(u, v)
+    longer = np.sqrt(1 + x**2 + y**2)
     values = depth[::step, ::step].astype(np.float64)
     inverse = np.where(values > 0, 1 / values, np.nan)
     as_z, as_ray, bend = (_bends(one) for one in (inverse, longer * inverse, longer))

@@ -119,7 +119,7 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
     if depth is None:
         depth = open_folder(place, options, note).parts[0].path
     if color is None and is_path(depth):
-        color = find_color(place.path, Path(depth), note)
+        color = find_color(place, Path(depth), note)
     for path in (depth, color):
         if is_path(path):
             place.check(Path(path))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import overload
@@ -14,7 +15,7 @@ from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.frame import Frame
 from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
-from ..access.folder_listing import list_files
+from ..access.folder_listing import Listing
 from ..access.safe_paths import Folder
 from ..containers.contents import Contents
 from ..depth.depth_kinds import Coding
@@ -50,7 +51,7 @@ class FrameSequence(Sequence[Frame]):
     ):
         self.folder, self.parts, self.note, self.poses_from, self.reading = place.path, parts, note, poses_from, reading
         self.posed = sum(one.pose is not None for one in parts)  # how many frames have a pose
-        self._place, self._options = place, options
+        self._place, self._options = replace(place, listing=Listing()), options  # what was listed is not kept
         self._stream = stream or (object() if len(parts) > 1 else None)  # what its frames have in common
         if parts and isinstance(parts[0].color, Path) and parts[0].color.suffix.lower() in VIDEO_SUFFIXES:
             weakref.finalize(self, _end_video)
@@ -161,7 +162,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     place = Folder(source.parent, allow_outside)
     return _from_files(
         place,
-        [FrameFiles(source, find_color(place.path, source, _unheard if is_container(source) else note))],
+        [FrameFiles(source, find_color(place, source, _unheard if is_container(source) else note))],
         options,
         note,
     )
@@ -175,14 +176,14 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     if not files:
         raise FileNotFoundError(
             f"{place.path} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "
-            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}{_instead(place.path)}"
+            f"or a folder depth/ in it, or pass {option('depth', 'FILE')}{_instead(place)}"
         )
     return _from_files(place, files, options, note)
 
 
-def _instead(folder: Path) -> str:
+def _instead(place: Folder) -> str:
     """What a folder holds instead of depth, and what to do with it, to end a sentence; "" if nothing is known."""
-    files = [item.path for item in list_files(folder, 1)]
+    folder, files = place.path, [item.path for item in place.listing.files(place.path, 1)]
     for path in files:
         if found := what_else(path):
             return f"; {path.relative_to(folder)} is {found}"
@@ -207,7 +208,7 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     cameras = find_filed(place, files, options, note)
     poses = FoundPoses([None] * len(files))
     if options.pose is None and len(files) > 1:
-        poses = find_poses(place.path, files, note, limit)
+        poses = find_poses(place, files, note, limit)
     parts = [
         Parts(
             one.depth, one.color, cameras.of(one.number), pose, one.valid, cameras.missing, one.number, None, one.depth

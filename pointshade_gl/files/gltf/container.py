@@ -4,37 +4,24 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 from ...messages.formatting import cut, shown
 from ..access.content import parse_json, read_bytes, read_head
 from ..access.limits import SCENE_BYTES, SCENE_TEXT
 from .decode import decode
 
-if TYPE_CHECKING:
-    from pygltflib import GLTF2
-
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
 KNOWN = (LIGHTS, UNLIT, QUANTIZED)
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 
-def library() -> ModuleType:
-    """pygltflib, an optional extra. Raises ValueError without it."""
-    try:
-        import pygltflib
-    except ImportError:
-        raise ValueError("scene files need the extra gltf: pip install 'pointshade-gl[gltf]'") from None
-    return pygltflib
-
-
-def read_container(path: Path, max_pixels: float) -> tuple[GLTF2, memoryview | None]:
-    """The parts of a file as pygltflib's objects, and the binary chunk of a GLB.
+def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
+    """Return the parts of a file, see `decode`, and the binary chunk of a GLB.
 
     Raises OSError if the path is not a file, ValueError if it is not glTF 2.0 or requires an unknown extension.
     """
-    pygltflib = library()
     is_binary = read_head(path).startswith(_MAGIC)
     data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)
@@ -45,7 +32,7 @@ def read_container(path: Path, max_pixels: float) -> tuple[GLTF2, memoryview | N
         raise ValueError(f"{what} not text in UTF-8") from None
     _check_version(raw)
     try:
-        gltf = decode(pygltflib.GLTF2, raw)
+        gltf = decode(raw)
     except ValueError as error:
         raise ValueError(f"is not valid glTF 2.0: {error}") from None
     unknown = [name for name in gltf.extensionsRequired or () if name not in KNOWN]

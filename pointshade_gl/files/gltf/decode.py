@@ -1,113 +1,84 @@
-"""JSON becomes pygltflib's objects, every value of the type that the library's class has for it.
-
-The library's own way takes 0.2 ms for each object and lets wrong types pass.
-"""
+"""JSON becomes the parts of a glTF file: every value that is read has the type that glTF gives it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import is_dataclass
-from functools import cache
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from types import SimpleNamespace
+from typing import Any
 
 from ...messages.formatting import shown
 
-_UNREAD = ("animations", "skins", "samplers")  # only their presence matters
 _WHOLE = 2**63  # no larger number is needed
+_NAMES = {float: "a number", str: "a text", bool: "true or false", int: "a whole number", list: "a list"}
+_NAMED = {"name": str, "extensions": dict, "extras": object}
+_TEXTURE = {"index": int, "texCoord": int}
+_INDICES = {"bufferView": int, "byteOffset": int, "componentType": int}
+_PRIMITIVE = {"attributes": {"": int}, "indices": int, "mode": int, "material": int, "targets": list}
+_SPARSE = {"count": int, "indices": _INDICES, "values": _INDICES}
+_NODE = {
+    "mesh": int,
+    "camera": int,
+    "children": [int],
+    "matrix": [float],
+    "rotation": [float],
+    "scale": [float],
+    "translation": [float],
+}
+DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a list by its item, other values by type
+    "asset": {"version": str, "minVersion": str, "generator": str},
+    "extensions": dict,
+    "extensionsUsed": [str],
+    "extensionsRequired": [str],
+    "scene": int,
+    "scenes": [_NAMED | {"nodes": [int]}],
+    "nodes": [_NAMED | _NODE],
+    "meshes": [_NAMED | {"primitives": [_PRIMITIVE]}],
+    "materials": [
+        _NAMED | {"alphaMode": str, "pbrMetallicRoughness": {"baseColorFactor": [float], "baseColorTexture": _TEXTURE}}
+    ],
+    "textures": [_NAMED | {"source": int}],
+    "images": [_NAMED | {"uri": str, "bufferView": int}],
+    "cameras": [_NAMED | {"type": str, "perspective": {"yfov": float, "aspectRatio": float}}],
+    "accessors": [_NAMED | _INDICES | {"count": int, "type": str, "normalized": bool, "sparse": _SPARSE}],
+    "bufferViews": [{"buffer": int, "byteOffset": int, "byteLength": int, "byteStride": int}],
+    "buffers": [{"uri": str, "byteLength": int}],
+    "animations": object,  # only their presence matters
+    "skins": object,
+}
 
-Reader = Callable[[Any, str], Any]  # of a value and of its place in the file
 
+def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
+    """Return the value as parts with attributes, None where a key is missing. Unknown keys are left out.
 
-def decode(kind: type, value: Any, place: str = "") -> Any:
-    """An object of the class. Raises ValueError, naming the place in the file, for a value of the wrong type."""
+    Raises ValueError, naming the place in the file, for a value of the wrong type.
+    """
+    if kind is object:
+        return value
+    if isinstance(kind, list):
+        return _list(value, kind[0], place)
+    if not isinstance(kind, dict):
+        return _plain(value, kind, place)
     if not isinstance(value, dict):
         raise ValueError(f"{place} must be an object, got {shown(value)}")
-    readers = _readers(kind)
     before = f"{place}." if place else ""
-    return kind(**{
-        key: None if item is None else readers[key](item, before + key) for key, item in value.items() if key in readers
-    })  # fmt: skip
+    if "" in kind:
+        return {key: None if item is None else decode(item, kind[""], before + key) for key, item in value.items()}
+    known = {key: decode(value[key], kind[key], before + key) for key in kind if value.get(key) is not None}
+    return SimpleNamespace(**(dict.fromkeys(kind) | known))
 
 
-@cache
-def _readers(kind: type) -> dict[str, Reader]:
-    """A reader for each field of a class. Unknown keys of a file are ignored, as glTF requires."""
-    hints = get_type_hints(kind)
-    return {name: _any if name in _UNREAD else _reader(hint) for name, hint in hints.items()} | {"extras": _extras}
+def _list(value: Any, kind: Any, place: str) -> list[Any]:
+    """Return the list. A numbered part of the file may be null: `pick` refuses it where it is used."""
+    may_be_null = "." not in place
+    return [
+        None if item is None and may_be_null else decode(item, kind, f"{place}[{k}]")
+        for k, item in enumerate(_plain(value, list, place))
+    ]
 
 
-def _reader(hint: Any) -> Reader:
-    if get_origin(hint) is Union:  # Optional
-        return _reader(get_args(hint)[0])
-    if get_origin(hint) is list:
-        return _list_of(_reader(get_args(hint)[0]))
-    if get_origin(hint) is dict:
-        return lambda value, place: _of(dict, value, place)
-    if isinstance(hint, type) and is_dataclass(hint):
-        return lambda value, place: decode(hint, value, place)
-    return {int: _whole, float: _number, str: _text, bool: _switch}.get(hint) or _attributes_of(hint)
-
-
-def _list_of(item: Reader) -> Reader:
-    """A numbered part of the file may be null: `pick` refuses it where it is used."""
-
-    def read(value: Any, place: str) -> list[Any]:
-        may_be_null = "." not in place
-        return [
-            None if one is None and may_be_null else item(one, f"{place}[{k}]")
-            for k, one in enumerate(_of(list, value, place))
-        ]
-
-    return read
-
-
-def _of(kind: type, value: Any, place: str) -> Any:
-    if not isinstance(value, kind):
-        raise ValueError(f"{place} must be {'a list' if kind is list else 'an object'}, got {shown(value)}")
-    return value
-
-
-def _any(value: Any, _: str) -> Any:
-    return value
-
-
-def _extras(value: Any, _: str) -> dict[str, Any]:
-    """glTF allows extras of any type, pygltflib objects only."""
-    return value if isinstance(value, dict) else {}
-
-
-def _whole(value: Any, place: str) -> int:
-    is_whole = isinstance(value, int | float) and not isinstance(value, bool) and value % 1 == 0
-    if not is_whole or abs(value) > _WHOLE:
-        raise ValueError(f"{place} must be a whole number, got {shown(value)}")
-    return int(value)
-
-
-def _number(value: Any, place: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{place} must be a number, got {shown(value)}")
-    return value
-
-
-def _text(value: Any, place: str) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"{place} must be a text, got {shown(value)}")
-    return value
-
-
-def _switch(value: Any, place: str) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"{place} must be true or false, got {shown(value)}")
-    return value
-
-
-def _attributes_of(kind: type) -> Reader:
-    """Numbers of accessors by any name, in a class that is not a dataclass."""
-
-    def read(value: Any, place: str) -> Any:
-        attributes = kind()
-        for name, item in _of(dict, value, place).items():
-            vars(attributes)[name] = None if item is None else _whole(item, f"{place}.{name}")
-        return attributes
-
-    return read
+def _plain(value: Any, kind: type, place: str) -> Any:
+    """Return a value without parts, whole numbers as int."""
+    is_number = kind in (int, float)
+    fits = isinstance(value, (int, float) if is_number else kind) and isinstance(value, bool) == (kind is bool)
+    if not fits or (kind is int and not (value % 1 == 0 and abs(value) <= _WHOLE)):
+        raise ValueError(f"{place} must be {_NAMES.get(kind, 'an object')}, got {shown(value)}")
+    return int(value) if kind is int else value

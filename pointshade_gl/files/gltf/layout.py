@@ -1,4 +1,4 @@
-"""How the JSON of a written scene looks: one line for each part, the scene before the bytes."""
+"""How the JSON of a written scene looks: one line for each part."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 def layout(data: dict[str, Any]) -> str:
     """The text of a glTF file."""
-    return _lines(_ordered(data)) + "\n"
+    return _lines(data) + "\n"
 
 
 def _lines(value: Any, indent: str = "") -> str:
     """One line for each short value and for each part of a list."""
-    text = json.dumps(value, ensure_ascii=False)
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False)
     inner = indent + "  "
     if len(text) <= 100 or not isinstance(value, dict | list):
         return text
@@ -23,15 +23,3 @@ def _lines(value: Any, indent: str = "") -> str:
         lines = [f"{json.dumps(key)}: {_lines(item, inner)}" for key, item in value.items()]
     begin, end = "[]" if isinstance(value, list) else "{}"
     return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
-
-
-def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    """In the order in which people read: the scene before the bytes, each part's name before the rest."""
-    first = ("asset", "extensionsUsed", "scene", "scenes", "nodes", "cameras", "extensions", "meshes", "materials")
-    data = {key: data[key] for key in first if key in data} | data
-    for node in data.get("nodes", ()):
-        named = {"name": node.pop("name")} if "name" in node else {}
-        rest = dict(node)
-        node.clear()
-        node |= named | rest
-    return data

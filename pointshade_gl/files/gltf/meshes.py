@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,6 @@ from .container import UNLIT
 from .extras import options
 from .parts import Parts
 from .points import read_material
-
-if TYPE_CHECKING:
-    from pygltflib import Primitive
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 _MATERIAL_KEYS = ("ambient", "diffuse", "specular", "shininess", "shading")
@@ -42,8 +40,8 @@ class Meshes:
             self._read[index] = tuple(mesh for mesh in found if mesh is not None)
         return self._read[index]
 
-    def _primitive(self, primitive: Primitive, part: str) -> Mesh | None:
-        parts, held = self._parts, vars(primitive.attributes)
+    def _primitive(self, primitive: SimpleNamespace, part: str) -> Mesh | None:
+        parts, held = self._parts, primitive.attributes or {}
         mode = TRIANGLES if primitive.mode is None else primitive.mode
         if mode not in (TRIANGLES, STRIP, FAN) or held.get("POSITION") is None:
             what = "no positions" if held.get("POSITION") is None else "points or lines"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
@@ -19,9 +20,6 @@ from ..access.safe_paths import Folder, followed
 from ..frames.color_files import read_color, to_color
 from ..pictures.picture_files import decode_image
 from .checks import label, pick, telling
-
-if TYPE_CHECKING:
-    from pygltflib import GLTF2, Accessor, Image
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
@@ -42,7 +40,9 @@ def inside(folder: Folder, text: Any) -> Path:
 class Parts:
     """Numbered parts of one file. Every method raises ValueError or OSError, naming the part, for what is broken."""
 
-    def __init__(self, folder: Folder, gltf: GLTF2, blob: memoryview | None, note: Note, max_pixels: float) -> None:
+    def __init__(
+        self, folder: Folder, gltf: SimpleNamespace, blob: memoryview | None, note: Note, max_pixels: float
+    ) -> None:
         self.folder, self.gltf, self.note, self.max_pixels = folder, gltf, note, max_pixels
         self._blob = blob
         self._files: dict[Path, memoryview] = {}
@@ -85,7 +85,7 @@ class Parts:
         what = f"with it the scene's pictures have {self._pixels} pixels"
         check_limit(self._pixels, what, self.max_pixels, SCENE_PIXELS)
 
-    def _decoded(self, image: Image) -> NDArray[np.uint8]:
+    def _decoded(self, image: SimpleNamespace) -> NDArray[np.uint8]:
         if image.uri is not None and not image.uri.startswith("data:"):
             picture = read_color(self._file(image.uri), self.max_pixels)
         else:
@@ -106,7 +106,7 @@ class Parts:
         self.count_corners(count)
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize)).astype(dtype.newbyteorder("="))
 
-    def _changed(self, accessor: Accessor, values: NDArray[Any]) -> NDArray[Any]:
+    def _changed(self, accessor: SimpleNamespace, values: NDArray[Any]) -> NDArray[Any]:
         """The values with those that a sparse accessor replaces."""
         sparse = accessor.sparse
         if sparse is None or sparse.indices is None or sparse.values is None:

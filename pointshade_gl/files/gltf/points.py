@@ -22,7 +22,10 @@ from .extras import options, switch
 from .frames import FRAME_KEYS, read_frame, write_frame
 from .parts import Parts, inside
 
-OBJECT_KEYS = ("normals", "shading", "size", "splat", "max_depth_step", "noise", "upsample", "normals_at", "flying")
+# options of a Look by their names in files
+OBJECT_KEYS = {
+    "size" if name == "point_size" else name: name for name in Look().options if name not in (*SWITCHES, "material")
+}
 KEYS = (*FRAME_KEYS, "frames", *OBJECT_KEYS, *SWITCHES, "material")
 
 
@@ -41,7 +44,7 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
     for k, frame_said in enumerate(described):
         with _telling_frame(k, len(described)):
             found.append(_read_once(frame_said, parts, frames))
-    object_said = {key: _value(key, said[key], parts) for key in OBJECT_KEYS if key in said}
+    object_said = {name: _value(key, said[key], parts) for key, name in OBJECT_KEYS.items() if key in said}
     object_said |= {key: switch(said, key) for key in SWITCHES if key in said}
     return PointObject(found, read_material(said.get("material", {})), **object_said)
 
@@ -128,12 +131,12 @@ def write_points(
     several = [written[frame] for frame in points.frames]
     said: dict[str, Any] = dict(several[0]) if points.is_single else {"frames": several}
     name = names[0]
-    for key in OBJECT_KEYS:
-        value = getattr(points.look, key)
+    for key, name_in_look in OBJECT_KEYS.items():
+        value = getattr(points.look, name_in_look)
         if np.ndim(value):
             save_image(stage(f"{name}/{key}.npy"), np.asarray(value, np.float32))
             said[key] = f"{name}/{key}.npy"
-        elif value != getattr(Look(), key):
+        elif value != getattr(Look(), name_in_look):
             said[key] = value
     said |= {key: True for key in SWITCHES if getattr(points.look, key)}
     material = write_material(points.look.material)

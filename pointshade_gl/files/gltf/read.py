@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +26,6 @@ from .parts import Parts
 from .points import KEYS, read_points
 from .transforms import local_matrix
 from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
-
-if TYPE_CHECKING:
-    from pygltflib import Node as GltfNode
 
 _NODE_KEYS = (*KEYS, "visible", "shadow")
 
@@ -103,7 +101,7 @@ class _Reader:
         )
         return INTENSITY / LUMENS * exposure
 
-    def _node(self, index: Any) -> GltfNode:
+    def _node(self, index: Any) -> SimpleNamespace:
         return pick(self.gltf.nodes, index, "node")
 
     def _label(self, index: int) -> str:
@@ -163,13 +161,13 @@ class _Reader:
                 built[index] = (made,)
         return tuple(node for root in roots for node in built[root])
 
-    def _content(self, node: GltfNode, said: dict[str, Any]) -> tuple[Any, ...]:
+    def _content(self, node: SimpleNamespace, said: dict[str, Any]) -> tuple[Any, ...]:
         points = read_points(said, self.parts, self.frames)
         meshes = () if node.mesh is None else self.meshes[node.mesh]
         light = self._light(node, said)
         return (*([points] if points else []), *meshes, *([light] if light else []))
 
-    def _light(self, node: GltfNode, said: dict[str, Any]) -> Light | None:
+    def _light(self, node: SimpleNamespace, said: dict[str, Any]) -> Light | None:
         held = (node.extensions or {}).get(LIGHTS)
         if held is None:
             return None

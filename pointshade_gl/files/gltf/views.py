@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,6 @@ from ...scene.light import Light, unit
 from ..access.limits import check_pixels
 from .checks import numbers
 from .extras import options, switch
-
-if TYPE_CHECKING:
-    from pygltflib import Camera as GltfCamera
 
 Matrix = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
@@ -29,7 +27,7 @@ _LIGHT_KEYS = ("shadow", "attenuation", "at", "radius", "angle")
 _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
-def read_camera(camera: GltfCamera, max_pixels: float) -> Camera:
+def read_camera(camera: SimpleNamespace, max_pixels: float) -> Camera:
     """A perspective camera, 480 pixels high unless its extras say otherwise. Raises ValueError."""
     view = camera.perspective
     if view is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import defaultdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,15 @@ from ...scene.point_object import PointObject
 from ..access.atomic_write import FileSet
 from ..access.content import FilePath
 from .checks import telling
-from .container import LIGHTS, UNLIT, library, pack
+from .container import LIGHTS, UNLIT, pack
 from .layout import layout
 from .points import write_material, write_points
 from .transforms import transform_of
 from .views import FLIP, Matrix, light_place, write_camera, write_light
 
 NO_NAME = r"\W+"  # not in the names of folders
+ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # numbers of OpenGL
+COMPONENTS = {"f": 5126, "H": 5123, "I": 5125}  # by NumPy's type
 
 
 def save_scene(path: FilePath, scene: Scene) -> None:
@@ -48,9 +51,7 @@ def save_scene(path: FilePath, scene: Scene) -> None:
 
 class _Writer:
     def __init__(self, path: Path, files: FileSet) -> None:
-        self.lib = library()
-        self.gltf = self.lib.GLTF2()
-        self.gltf.asset = self.lib.Asset(generator="pointshade_gl")
+        self.gltf: dict[str, list[dict[str, Any]]] = defaultdict(list)  # numbered parts
         self.path, self.files = path, files
         self.is_binary = path.suffix.lower() == ".glb"
         self.blob = bytearray()
@@ -61,27 +62,30 @@ class _Writer:
 
     def scene(self, scene: Scene) -> None:
         """Numbers the nodes from above, each before those below it."""
+        nodes = self.gltf["nodes"]
         roots: list[int] = []
         stack: list[tuple[Node, list[int]]] = [(node, roots) for node in scene.nodes[::-1]]
         while stack:
             node, siblings = stack.pop()
-            with telling(f"node {node.name!r}" if node.name else f"node {len(self.gltf.nodes)}"):
+            with telling(f"node {node.name!r}" if node.name else f"node {len(nodes)}"):
                 siblings.append(self.node(node))
-            below = self.gltf.nodes[siblings[-1]].children
+            below = nodes[siblings[-1]]["children"]
             stack += [(child, below) for child in node.children[::-1]]
         said: dict[str, Any] = {}
         if scene.ambient != (1.0, 1.0, 1.0):
             said["ambient"] = list(scene.ambient)
         pose = np.asarray(scene.pose)
         if scene.camera is not None:
-            values = write_camera(scene.camera)
-            values["perspective"] = self.lib.Perspective(**values["perspective"])
-            self.gltf.cameras.append(self.lib.Camera(**values))
+            self.add("cameras", **write_camera(scene.camera))
             roots.append(self.add_node("camera", pose @ FLIP, camera=0))
         elif not np.array_equal(pose, FLIP):
             said["pose"] = pose.tolist()
-        self.gltf.scenes.append(self.lib.Scene(nodes=roots, extras={"pointshade": said} if said else {}))
-        self.gltf.scene = 0
+        self.add("scenes", extras=_extras(said), nodes=roots or None)
+
+    def add(self, kind: str, **values: Any) -> int:
+        """Adds a part without the values that are None. Returns its number."""
+        self.gltf[kind].append({key: value for key, value in values.items() if value is not None})
+        return len(self.gltf[kind]) - 1
 
     def node(self, node: Node) -> int:
         """One of our nodes with its content, without its children."""
@@ -98,16 +102,15 @@ class _Writer:
         if lights and np.array_equal(light_place(lights[0]), np.eye(4)):
             values["extensions"] = self.light(lights.pop(0), node.shadow)
         index = self.add_node(node.name, np.asarray(node.transform), **values)
-        below = self.gltf.nodes[index].children
+        below = self.gltf["nodes"][index]["children"]
         shadow = {} if node.shadow else {"shadow": False}
         below += [self.add_node("", np.eye(4), extras=shadow | self.points(item, node.name)) for item in points]
         below += [self.add_node("", light_place(item), extensions=self.light(item, True)) for item in lights]
         return index
 
     def add_node(self, name: str, matrix: Matrix, extras: dict[str, Any] | None = None, **values: Any) -> int:
-        extras = {"pointshade": extras} if extras else {}
-        self.gltf.nodes.append(self.lib.Node(name=name or None, extras=extras, **transform_of(matrix), **values))
-        return len(self.gltf.nodes) - 1
+        values |= {"extras": _extras(extras or {})} | transform_of(matrix)
+        return self.add("nodes", name=name or None, **values, children=[])
 
     def points(self, points: PointObject, name: str) -> dict[str, Any]:
         folders = [self.folder(name) for _ in points.frames]
@@ -131,36 +134,31 @@ class _Writer:
     def mesh(self, meshes: tuple[Mesh, ...]) -> int:
         key = meshes
         if key not in self.known:
-            primitives = [self.primitive(mesh) for mesh in meshes]
-            self.gltf.meshes.append(self.lib.Mesh(primitives=primitives))
-            self.known[key] = len(self.gltf.meshes) - 1
+            self.known[key] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
         return self.known[key]
 
-    def primitive(self, mesh: Mesh) -> Any:
+    def primitive(self, mesh: Mesh) -> dict[str, Any]:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
-        attributes = self.lib.Attributes(POSITION=self.accessor(mesh.positions, "VEC3"))
-        place = self.gltf.accessors[attributes.POSITION]  # glTF requires the bounds of positions
-        place.min, place.max = mesh.positions.min(0).tolist(), mesh.positions.max(0).tolist()
-        attributes.NORMAL = None if mesh.normals is None else self.accessor(_unit(mesh.normals), "VEC3")
-        attributes.TEXCOORD_0 = None if mesh.uv is None else self.accessor(mesh.uv, "VEC2")
+        bounds = {"max": mesh.positions.max(0).tolist(), "min": mesh.positions.min(0).tolist()}  # glTF requires them
+        attributes = {"POSITION": self.accessor(mesh.positions, "VEC3", **bounds)}
+        if mesh.normals is not None:
+            attributes["NORMAL"] = self.accessor(_unit(mesh.normals), "VEC3")
+        if mesh.uv is not None:
+            attributes["TEXCOORD_0"] = self.accessor(mesh.uv, "VEC2")
         indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), "SCALAR")
-        return self.lib.Primitive(attributes=attributes, indices=indices, mode=None, material=self.material(mesh))
+        material = self.material(mesh)
+        return {"attributes": attributes, "indices": indices} | ({} if material is None else {"material": material})
 
-    def accessor(self, values: NDArray[Any], kind: str) -> int:
-        is_corner = kind == "SCALAR"
-        view = self.view(values.tobytes(), self.lib.ELEMENT_ARRAY_BUFFER if is_corner else self.lib.ARRAY_BUFFER)
-        component = {"f": self.lib.FLOAT, "H": self.lib.UNSIGNED_SHORT, "I": self.lib.UNSIGNED_INT}[values.dtype.char]
-        known = {"bufferView": view, "componentType": component, "count": len(values), "type": kind}
-        self.gltf.accessors.append(self.lib.Accessor(**known, **dict.fromkeys(("byteOffset", "normalized"))))
-        return len(self.gltf.accessors) - 1
+    def accessor(self, values: NDArray[Any], kind: str, **bounds: list[float]) -> int:
+        view = self.view(values.tobytes(), ELEMENT_ARRAY_BUFFER if kind == "SCALAR" else ARRAY_BUFFER)
+        component = COMPONENTS[values.dtype.char]
+        return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **bounds)
 
     def view(self, data: bytes, target: int | None) -> int:
         self.blob += bytes(-len(self.blob) % 4)
-        self.gltf.bufferViews.append(
-            self.lib.BufferView(buffer=0, byteOffset=len(self.blob), byteLength=len(data), target=target)
-        )
+        start = len(self.blob)
         self.blob += data
-        return len(self.gltf.bufferViews) - 1
+        return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), target=target)
 
     def material(self, mesh: Mesh) -> int | None:
         said: dict[str, Any] = write_material(mesh.material)
@@ -171,19 +169,17 @@ class _Writer:
             return None
         if key not in self.known:
             # glTF's default metal would reflect no diffuse light in other viewers
-            base = self.lib.PbrMetallicRoughness(baseColorFactor=[*mesh.color, 1.0], metallicFactor=0.0)
-            base.roughnessFactor = None
-            material = self.lib.Material(
-                pbrMetallicRoughness=base, doubleSided=True, emissiveFactor=None, alphaMode=None
-            )
-            material.extras = {"pointshade": said} if said else {}
-            if mesh.shading == "none":
-                material.extensions = {UNLIT: {}}
+            base: dict[str, Any] = {"baseColorFactor": [*mesh.color, 1.0], "metallicFactor": 0.0}
             if mesh.texture is not None:
-                base.baseColorTexture = self.lib.TextureInfo(index=self.texture(mesh.texture), texCoord=None)
-                material.alphaMode = None if mesh.texture.shape[2] == 3 else "MASK"
-            self.gltf.materials.append(material)
-            self.known[key] = len(self.gltf.materials) - 1
+                base["baseColorTexture"] = {"index": self.texture(mesh.texture)}
+            self.known[key] = self.add(
+                "materials",
+                extensions={UNLIT: {}} if mesh.shading == "none" else None,
+                extras=_extras(said),
+                pbrMetallicRoughness=base,
+                alphaMode="MASK" if mesh.texture is not None and mesh.texture.shape[2] == 4 else None,
+                doubleSided=True,
+            )
         return self.known[key]
 
     def texture(self, texture: NDArray[np.uint8]) -> int:
@@ -193,37 +189,44 @@ class _Writer:
 
             file = BytesIO()
             Image.fromarray(texture).save(file, "PNG")
-            number = len(self.gltf.images)
             if self.is_binary:
-                image = self.lib.Image(bufferView=self.view(file.getvalue(), None), mimeType="image/png")
+                number = self.add("images", mimeType="image/png", bufferView=self.view(file.getvalue(), None))
             else:
-                name = f"{self.path.stem}_{number}.png"
+                name = f"{self.path.stem}_{len(self.gltf['images'])}.png"
                 self.files.stage(name).write_bytes(file.getvalue())
-                image = self.lib.Image(uri=quote(name))
-            self.gltf.images.append(image)
-            self.gltf.textures.append(self.lib.Texture(source=number))
-            self.known[key] = number
+                number = self.add("images", uri=quote(name))
+            self.known[key] = self.add("textures", source=number)
         return self.known[key]
 
     def finish(self) -> None:
         """Stages the buffer and, last, the file that names all others."""
-        gltf = self.gltf
-        if self.lights:
-            gltf.extensions[LIGHTS] = {"lights": self.lights}
-        unlit = any(UNLIT in material.extensions for material in gltf.materials)
-        gltf.extensionsUsed = [*([LIGHTS] if self.lights else []), *([UNLIT] if unlit else [])]
+        binary = f"{self.path.stem}.bin"
         if self.blob:
-            gltf.buffers.append(self.lib.Buffer(byteLength=len(self.blob)))
+            self.add("buffers", uri=None if self.is_binary else quote(binary), byteLength=len(self.blob))
         if self.is_binary:
-            text = gltf.gltf_to_json(indent=None).encode()
+            text = json.dumps(self.document(), allow_nan=False).encode()
             self.files.stage(self.path.name).write_bytes(pack(text, bytes(self.blob)))
             return
         if self.blob:
-            name = f"{self.path.stem}.bin"
-            gltf.buffers[0].uri = quote(name)
-            self.files.stage(name).write_bytes(self.blob)
-        text = layout(json.loads(gltf.gltf_to_json()))
-        self.files.stage(self.path.name).write_text(text, encoding="utf-8")
+            self.files.stage(binary).write_bytes(self.blob)
+        self.files.stage(self.path.name).write_text(layout(self.document()), encoding="utf-8")
+
+    def document(self) -> dict[str, Any]:
+        """The whole file as JSON has it, without empty lists, in the order in which people read: bytes last."""
+        for node in self.gltf["nodes"]:
+            if not node["children"]:
+                del node["children"]
+        used = {LIGHTS: bool(self.lights), UNLIT: any("extensions" in one for one in self.gltf["materials"])}
+        said: dict[str, Any] = {"asset": {"generator": "pointshade_gl", "version": "2.0"}}
+        said |= {"extensionsUsed": [name for name, is_used in used.items() if is_used], "scene": 0}
+        said |= {kind: self.gltf[kind] for kind in ("scenes", "nodes", "cameras")}
+        said |= {"extensions": {LIGHTS: {"lights": self.lights}}} if self.lights else {}
+        said |= {kind: self.gltf[kind] for kind in ("meshes", "materials")} | self.gltf
+        return {key: value for key, value in said.items() if value != []}
+
+
+def _extras(said: dict[str, Any]) -> dict[str, Any] | None:
+    return {"pointshade": said} if said else None
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -21,7 +21,7 @@ from ..access.file_name_patterns import (
     REGISTERED,
     TRANSFORMS,
 )
-from ..access.folder_listing import Item, key_of, list_files, matches, may_be_own, own_files
+from ..access.folder_listing import Item, key_of, matches, may_be_own, own_files
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..arrays.named_numbers import named_of
@@ -56,13 +56,13 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
     Raises ValueError for an intrinsics.json that holds none.
     """
-    items = _not_of_others(list_files(place.path, 2, CAMERA_SUFFIXES), frames, place.path)
+    items = _not_of_others(place.listing.files(place.path, 2, CAMERA_SUFFIXES), frames, place)
     own = _one_each(items, frames, note, max_pixels)
     if own:
         return Cameras(None, own)
     failed: list[str] = []
     of_color = bool(frames) and _is_registered(place.path, frames[0])
-    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place.path)]:
+    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place)]:
         try:
             found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
         except (ValueError, OSError) as error:
@@ -74,7 +74,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
             note(f"the camera is read from {item.path}")
         own = _in_transforms(item, frames, max_pixels) or _by_frame(item, frames, max_pixels)
         return Cameras(found, own)
-    known = _of_data_set(place.path, items, frames, note, max_pixels)
+    known = _of_data_set(place, items, frames, note, max_pixels)
     return Cameras(known, (), f"; not understood: {', '.join(failed[:2])}" if failed else "")
 
 
@@ -86,11 +86,11 @@ def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
     return sorted(items, key=lambda item: -len(commonpath([here, item.path.parent])))
 
 
-def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], folder: Path) -> list[Item]:
+def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], place: Folder) -> list[Item]:
     """Without the files of folders with pictures of their own, where frames lie beside those: another frame's."""
-    if not frames or frames[0].depth.parent != folder:
+    if not frames or frames[0].depth.parent != place.path:
         return list(items)
-    others = {item.path.parent for item in list_files(folder, 2, PICTURE_SUFFIXES) if item.level}
+    others = {item.path.parent for item in place.listing.files(place.path, 2, PICTURE_SUFFIXES) if item.level}
     return [item for item in items if item.path.parent not in others]
 
 
@@ -113,13 +113,13 @@ def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
     return [one[-1] for one in found]
 
 
-def _in_parents(folder: Path) -> list[Item]:
+def _in_parents(place: Folder) -> list[Item]:
     """The same in the folders above, nearest first."""
     found: list[Item] = []
-    here = folder.resolve()
+    here = place.path.resolve()
     for above in list(here.parents)[:_PARENTS]:
         if above != above.parent:
-            items = list_files(above, 0, CAMERA_SUFFIXES)
+            items = place.listing.files(above, 0, CAMERA_SUFFIXES)
             found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
     return found
 
@@ -171,12 +171,13 @@ def _by_frame(item: Item, frames: Sequence[FrameFiles], max_pixels: float) -> li
 
 
 def _of_data_set(
-    folder: Path, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
+    place: Folder, items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> Intrinsics | None:
     """The published camera of a data set that is recognised by the names of its folder and files."""
+    folder = place.path
     lists = [item for item in items if not item.level and re.fullmatch(r"(rgb|depth|assoc\w*)\.txt", item.name)]
     heads = [read_text(item.path, max_pixels)[:400] for item in lists]
-    names = [item.path.name for item in list_files(folder, 1) if item.suffix in (".freiburg",)]
+    names = [item.path.name for item in place.listing.files(folder, 1) if item.suffix in (".freiburg",)]
     names += [item.path.name for item in lists]
     names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
     seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from ...messages.notes import Note
 from ..access.file_name_patterns import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
-from ..access.folder_listing import Item, list_files, matches, may_be_own, numbers_in, own_files
+from ..access.folder_listing import Item, matches, may_be_own, numbers_in, own_files
 from ..access.limits import MAX_PIXELS
+from ..access.safe_paths import Folder
 from ..poses.pose_files import read_frame_pose, read_poses
 from ..poses.pose_key_names import PoseList
 from .folders import FrameFiles
@@ -34,12 +35,13 @@ class FoundPoses(NamedTuple):
     metric: bool = True
 
 
-def find_poses(folder: Path, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
+def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
     """The poses of a folder's frames.
 
     Raises ValueError for a file that is called like one of poses and holds none.
     """
-    items = [item for item in list_files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
+    folder = place.path
+    items = [item for item in place.listing.files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
     single = _one_each(items, frames, max_pixels)
     if single:
         first = _named(folder, next(path for path in single if path))

@@ -29,7 +29,7 @@ from ..access.file_name_patterns import (
     VALID,
     VIDEO_SUFFIXES,
 )
-from ..access.folder_listing import LEVELS, Item, key_of, list_files, matches, words_of
+from ..access.folder_listing import LEVELS, Item, key_of, matches, words_of
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..depth.colormaps import read_levels
@@ -85,7 +85,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """
     folder = place.path
     for levels in range(1, LEVELS + 1):
-        items = list_files(folder, levels)
+        items = place.listing.files(folder, levels)
         pictures = [item for item in items if item.suffix in (*COLOR_SUFFIXES, *DEPTH_SUFFIXES, *VIDEO_SUFFIXES)]
         pictures = [item for item in pictures if not NOT_PICTURES.fullmatch(item.name)]
         if place.root is not None:
@@ -98,7 +98,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
     if not colors and place.root is None and _above(folder) != folder:
-        beside = [item for item in list_files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
+        beside = [item for item in place.listing.files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
         colors = _colors_of(_above(folder), beside, depths, note)
     masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
@@ -115,9 +115,10 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     ]
 
 
-def find_color(folder: Path, depth: Path, note: Note) -> Path | None:
+def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     """The colour picture of a folder that belongs to a depth picture, which the caller has named."""
-    items = [item for item in list_files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
+    folder = place.path
+    items = [item for item in place.listing.files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
     named = next((item for item in items if item.path == depth), Item(depth, depth.name.lower()))
     colors = _colors_of(folder, items, [named], lambda _: None)
     same = next((item.path for item in colors if item.key == named.key), None)

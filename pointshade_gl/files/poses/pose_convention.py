@@ -136,12 +136,11 @@ def _error_of(a: Frame, b: Frame, reading: Reading) -> float:
     z = a.depth[::step, ::step] * reading.scale
     u, v, z = (part[z > 0] for part in (u, v, z))
     from_camera, to_camera = reading.camera(a.camera), reading.camera(b.camera)
-    x, y = (u - from_camera.cx) / from_camera.fx * z, (v - from_camera.cy) / from_camera.fy * z
+    x, y = from_camera.ray_at(u, v)
     relative = inverted(reading.pose(b.pose)[None])[0] @ reading.pose(a.pose)
-    x, y, far = relative[:3, :3] @ np.array([x, y, z]) + relative[:3, 3:]
+    x, y, far = relative[:3, :3] @ np.array([x * z, y * z, z]) + relative[:3, 3:]
     with np.errstate(all="ignore"):
-        column = np.rint(to_camera.fx * x / far + to_camera.cx)
-        row = np.rint(to_camera.fy * y / far + to_camera.cy)
+        column, row = (np.rint(part) for part in to_camera.pixel_at(x, y, far))
         inside = (far > 0) & (column >= 0) & (column < to_camera.width) & (row >= 0) & (row < to_camera.height)
     there = b.depth[row[inside].astype(int), column[inside].astype(int)] * reading.scale
     known = there > 0

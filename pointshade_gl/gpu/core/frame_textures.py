@@ -14,7 +14,7 @@ from ...estimation.light_fit import FoundLight
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
-from .images import Box, Images, check_size, empty, read_texture
+from .images import R32F, Box, Image, Images, check_size, empty
 
 CELL = 16  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
@@ -40,7 +40,8 @@ class DepthTextures(Images):
 class FrameTextures(DepthTextures):
     """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
 
-    lit      the points' light, for flat and gouraud shading
+    lit      the points' light, linear, not cut off at 1, for flat and gouraud shading
+    trust    whether the points are trusted, 0 or 1, and how good they are, see shaders/common/consensus.glsl
     """
 
     def __init__(self, context: moderngl.Context, frame: Frame):
@@ -50,15 +51,15 @@ class FrameTextures(DepthTextures):
         with self._all_or_nothing():
             check_size(context, *_size(color))
             self.color = self._texture(color.shape[2], size=_size(color))
-            self.lit = self._keep(PointLight(context, self.size))
+            self.lit = self._keep(Image(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.filled: LargePoints | None = None
         self.bridged: PointSurface | None = None  # made when the frame casts a shadow
-        self.trust: TrustImage | None = None  # made when the frame is one of several of the same thing
-        self.albedo: AlbedoImage | None = None  # made when the light in the picture is to be taken out
+        self.trust: Image | None = None  # RG8: made when the frame is one of several of the same thing
+        self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
-        self.matte: AlbedoImage | None = None  # made when the highlights are to be taken out
+        self.matte: Image | None = None  # the same, made when the highlights are to be taken out
         self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
         self.told: dict[str, tuple[str, Camera]] = {}  # why it did not tell the light or highlights, and whose it was
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
@@ -97,27 +98,11 @@ class LargePoints(Images):
         super().__init__(context, size)
         with self._all_or_nothing():
             self.surface = self._keep(PointSurface(context, size))
-            self.lit = self._keep(PointLight(context, size))
+            self.lit = self._keep(Image(context, size))
 
     @property
     def images(self) -> list[Images]:
         return [self.surface, self.lit]
-
-
-class AlbedoImage(Images):
-    """What takes the place of a frame's picture: its colours without their light (RGBA16, sRGB)."""
-
-    @cached_property
-    def texture(self) -> moderngl.Texture:
-        return self._texture(4, "nu2")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
-
-    def read(self) -> np.ndarray:
-        """(h, w, 4) uint16, read-only"""
-        return read_texture(self._context, self.texture, np.uint16)
 
 
 class Colors(NamedTuple):
@@ -127,23 +112,7 @@ class Colors(NamedTuple):
     image: Images
 
 
-class TrustImage(Images):
-    """Whether a frame's points are trusted, 0 or 1, and how good they are (RG8), see shaders/common/consensus.glsl."""
-
-    @cached_property
-    def texture(self) -> moderngl.Texture:
-        return self._texture(2)
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
-
-    def read(self) -> np.ndarray:
-        """(h, w, 2) uint8, read-only"""
-        return np.frombuffer(self.texture.read(alignment=1), np.uint8).reshape(*self.size[::-1], 2)
-
-
-class PointSurface(Images):
+class PointSurface(Image):
     """The surface at the points of a frame (RGBA32F): unit normal, depth; depth 0 where there is no point.
 
     Depth is negative at rims, see shaders/common/rim_marks.glsl: these pixels are drawn otherwise.
@@ -157,9 +126,7 @@ class PointSurface(Images):
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         with self._all_or_nothing():
-            self.texture = self._texture(4, "f4")
-            self.target = self._framebuffer(self.texture)
-        self.confine((0, 0, 0, 0))
+            self.confine((0, 0, 0, 0))
 
     @cached_property
     def staged_target(self) -> moderngl.Framebuffer:
@@ -176,9 +143,17 @@ class PointSurface(Images):
         return self._framebuffer(texture)
 
     @cached_property
-    def triangles(self) -> TriangleImage:
-        """For points that are drawn as a mesh."""
-        return self._keep(TriangleImage(self._context, self.size))
+    def triangles(self) -> Image:
+        """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches.
+
+        R32F, for points that are drawn as a mesh, see `grid_code` of common/grid.glsl.
+        """
+        return self._keep(Image(self._context, self.size, R32F))
+
+    @cached_property
+    def planes(self) -> Image:
+        """How the squares are drawn, one more column and row: see grid_planes.frag."""
+        return self._keep(Image(self._context, (self.size[0] + 1, self.size[1] + 1)))
 
     def confine(self, window: Box) -> None:
         """From now on only this part has points."""
@@ -188,49 +163,9 @@ class PointSurface(Images):
 
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, rims not marked"""
-        surface = read_texture(self._context, self.texture, np.float32).copy()
+        surface = super().read().copy()
         np.abs(surface[..., 3], out=surface[..., 3])
         return surface
-
-
-class TriangleImage(Images):
-    """Which triangles lie between a pixel and its neighbours on the right and below, and how far the pixel reaches.
-
-    R32F, see `grid_code` of common/grid.glsl.
-    """
-
-    @cached_property
-    def texture(self) -> moderngl.Texture:
-        return self._texture(1, "f4")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
-
-    @cached_property
-    def planes(self) -> moderngl.Texture:
-        """How the squares are drawn (RGBA32F), one more column and row: see grid_planes.frag."""
-        return self._texture(4, "f4", (self.size[0] + 1, self.size[1] + 1))
-
-    @cached_property
-    def planes_target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.planes)
-
-
-class PointLight(Images):
-    """The light of the points of a frame: RGBA32F, linear, not cut off at 1."""
-
-    @cached_property
-    def texture(self) -> moderngl.Texture:
-        return self._texture(4, "f4")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.texture)
-
-    def read(self) -> np.ndarray:
-        """(h, w, 4) float32, read-only"""
-        return read_texture(self._context, self.texture, np.float32)
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

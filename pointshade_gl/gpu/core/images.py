@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import moderngl
@@ -13,6 +14,9 @@ from .steps import Versioned
 
 _Images = TypeVar("_Images", bound="Images")
 Box = tuple[int, int, int, int]  # left, top, width, height
+Format = tuple[int, str]  # components, and their type as moderngl calls it
+RGBA32F, RG32F, R32F, RGBA16, RG8 = (4, "f4"), (2, "f4"), (1, "f4"), (4, "nu2"), (2, "f1")
+_DTYPES = {"f4": np.float32, "nu2": np.uint16, "f1": np.uint8}
 
 
 class Images(Versioned, Owner):
@@ -34,6 +38,35 @@ class Images(Versioned, Owner):
 
     def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
         return self._allocate(self._context.framebuffer, textures, depth)
+
+
+class Image(Images):
+    """A texture and the framebuffer that draws to it; or several textures that are drawn to at once.
+
+    Made when it is first used. Without formats it is one RGBA32F.
+    """
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], *formats: Format):
+        super().__init__(context, size)
+        self._formats = formats or (RGBA32F,)
+
+    @cached_property
+    def textures(self) -> tuple[moderngl.Texture, ...]:
+        with self._all_or_nothing(len(self._made)):
+            return tuple(self._texture(*one) for one in self._formats)
+
+    @property
+    def texture(self) -> moderngl.Texture:
+        """The first of them."""
+        return self.textures[0]
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(*self.textures)
+
+    def read(self) -> np.ndarray:
+        """Return the first texture as (h, w, components), read-only."""
+        return read_texture(self._context, self.texture)
 
 
 class Fitted(Generic[_Images]):
@@ -77,8 +110,9 @@ def check_size(context: moderngl.Context, width: int, height: int) -> None:
         )
 
 
-def read_texture(context: moderngl.Context, texture: moderngl.Texture, dtype: type) -> np.ndarray:
-    """A texture of four components as (h, w, 4), top row first."""
-    values = np.frombuffer(texture.read(), dtype).reshape(texture.height, texture.width, 4)
+def read_texture(context: moderngl.Context, texture: moderngl.Texture) -> np.ndarray:
+    """Return a texture as (h, w, components), top row first, read-only."""
+    values = np.frombuffer(texture.read(alignment=1), _DTYPES[texture.dtype])
+    values = values.reshape(texture.height, texture.width, texture.components)
     check_memory(context)  # some drivers take it only when they draw
     return values

@@ -33,12 +33,16 @@ class Owner:
         return item
 
     @contextmanager
-    def _all_or_nothing(self) -> Iterator[None]:
-        """Frees what was made when something inside fails: for constructors, after which nobody else could."""
+    def _all_or_nothing(self, kept: int = 0) -> Iterator[None]:
+        """Frees what was made when something inside fails: for constructors, after which nobody else could.
+
+        kept  how many of the things that were made before stay
+        """
         try:
             yield
         except BaseException:
-            Owner.release(self)  # that of a class of its own may want what there is not yet
+            while len(self._made) > kept:
+                self._made.pop().release()
             raise
 
 

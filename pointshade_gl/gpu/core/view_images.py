@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .images import Box, Images, confine, empty, read_texture
+from .images import R32F, RGBA32F, Box, Image, Images, confine, empty, read_texture
 from .memory import check_memory
 
 
@@ -86,7 +86,7 @@ class SurfaceImage(Images):
 
     def read(self) -> np.ndarray:
         """(h, w, 4) float32, read-only: `surface`"""
-        return read_texture(self._context, self.surface, np.float32)
+        return read_texture(self._context, self.surface)
 
     def read_depth(self, box: Box) -> np.ndarray:
         """(h, w) float32 of a part of `surface`: nothing else leaves the GPU."""
@@ -94,30 +94,11 @@ class SurfaceImage(Images):
         return pixels.reshape(box[3], box[2], 4)[..., 3]
 
 
-class SumImage(Images):
-    """What several frames add up to in a view (both RGBA32F: 16 bits lose the smallest weights).
-
-    See set_accumulate.frag.
-    """
-
-    @cached_property
-    def geometry(self) -> moderngl.Texture:
-        """Normal, and by how much 1/z differs from the nearest splat's, times the weights."""
-        return self._texture(4, "f4")
-
-    @cached_property
-    def albedo(self) -> moderngl.Texture:
-        """Linear albedo times the weights, and their sum."""
-        return self._texture(4, "f4")
-
-    @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.geometry, self.albedo)
-
-
 class SampleSums(Images):
     """What the samples of a picture add up to: surfaces, and the ground that is seen between them.
 
+    surfaces        RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage
+    ground          alpha of the shadows on the ground
     content, count  what the samples show, and how many there are
     has_ground      whether a ground is among it
     """
@@ -126,39 +107,31 @@ class SampleSums(Images):
     count = 0
     has_ground = False
 
-    @cached_property
-    def surfaces(self) -> moderngl.Texture:
-        """RGBA32F (16 bits lose some of 64 samples): linear light, not cut off at 1, and coverage."""
-        return self._texture(4, "f4")
-
-    @cached_property
-    def ground(self) -> moderngl.Texture:
-        """R32F: alpha of the shadows on the ground."""
-        return self._texture(1, "f4")
-
-    @cached_property
-    def surfaces_target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.surfaces)
-
-    @cached_property
-    def ground_target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.ground)
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
+        super().__init__(context, size)
+        self.surfaces = self._keep(Image(context, size))
+        self.ground = self._keep(Image(context, size, R32F))
 
     def clear(self, has_ground: bool) -> None:
         """No samples yet."""
         self.content, self.has_ground = None, has_ground
-        for target in (self.surfaces_target, *([self.ground_target] if has_ground else [])):
-            empty(target)
+        for image in (self.surfaces, self.ground) if has_ground else (self.surfaces,):
+            empty(image.target)
 
 
 class Target(Images):
-    """The images of one view: the picture, and what it is made from."""
+    """The images of one view: the picture, and what it is made from.
+
+    sums  what several frames add up to (16 bits lose the smallest weights), see set_accumulate.frag: normal, and by
+          how much 1/z differs from the nearest splat's, times the weights; linear albedo times the weights, and their
+          sum
+    """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         self.splats = self._keep(SplatImage(context, size))
         self.surfaces = self._keep(SurfaceImage(context, size))
-        self.sums = self._keep(SumImage(context, size))
+        self.sums = self._keep(Image(context, size, RGBA32F, RGBA32F))
         self.samples = self._keep(SampleSums(context, size))
 
     @cached_property

@@ -79,7 +79,7 @@ class ComputedDepths(Owner):
         way = grid.way(eye) | {"target_size": image.size}
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
         left, top, columns, rows = grid.squares_in_blocks
-        planes = {"plane_map": grid.surface.triangles.planes, "squares": (left, top, columns, rows)}
+        planes = {"plane_map": grid.surface.planes.texture, "squares": (left, top, columns, rows)}
         _set_inputs(squares, way | listed | planes)
         squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
         self._run_list(odd, odd_list, way | listed | grid.maps())

@@ -12,8 +12,8 @@ from ...scene.normal_methods import Step, parse_max_depth_step
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.canvas import Canvas
-from ..core.frame_textures import Colors, FrameTextures, PointLight
-from ..core.images import Fitted, confine, empty
+from ..core.frame_textures import Colors, FrameTextures
+from ..core.images import Fitted, Image, confine, empty
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass, FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage
@@ -30,7 +30,7 @@ class ShownGrid(NamedTuple):
     textures: FrameTextures
     colors: Colors
     shading: str
-    light: PointLight | None  # of the points, for gouraud shading
+    light: Image | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
 
     @property
@@ -60,7 +60,7 @@ class GridObjects(Owner):
         finding = self._passes.get("meshes/grid_triangles.frag")
         finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
         if self._look_up:
-            target, (left, top, width, height) = grid.surface.triangles.planes_target, grid.surface.window
+            target, (left, top, width, height) = grid.surface.planes.target, grid.surface.window
             empty(target, (left, top, width + 1, height + 1))
             self._passes.get("meshes/grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
 

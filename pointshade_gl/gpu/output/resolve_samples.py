@@ -20,18 +20,18 @@ class ResolveSamplesPass:
 
     def canvas(self, sums: SampleSums) -> Canvas:
         """What samples are drawn on, to be added up."""
-        return Canvas(sums.surfaces_target, self._adding)
+        return Canvas(sums.surfaces.target, self._adding)
 
     def ground_canvas(self, sums: SampleSums) -> Canvas:
         """The same of the ground."""
-        return Canvas(sums.ground_target, self._adding)
+        return Canvas(sums.ground.target, self._adding)
 
     def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
         """count samples -> the picture. background: linear RGB, None for a transparent one."""
         behind = (0.0,) * 4 if background is None else (*background, 1.0)
-        sums = {"sums": target.samples.surfaces}
+        sums = {"sums": target.samples.surfaces.texture}
         if target.samples.has_ground:
-            sums["grounds"] = target.samples.ground
+            sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
         develop = self._passes.get("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
         develop.draw(target.picture, sums, count=float(count), background=behind)

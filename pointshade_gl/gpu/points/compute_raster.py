@@ -8,14 +8,12 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ...scene.camera import Camera
-from ..core.frame_textures import PointSurface
 from ..core.images import Box
 from ..core.memory import Owner
 from ..core.passes import bind_textures
-from ..core.programs import build_compute, set_uniforms, source_and_target
+from ..core.programs import build_compute, set_uniforms
 from ..core.view_images import SplatImage
-from .set_splats import SetSplats, union
+from .set_splats import Splats, union
 
 GROUP, BLOCK = 32, 4  # as in splats.comp
 MOST_GROUPS = 65535  # of threads, which every driver takes
@@ -42,28 +40,16 @@ class ComputeSplatPass(Owner):
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
         self._rims: RimList | None = None
 
-    def draw(
-        self,
-        points: PointSurface,
-        source: Camera,
-        image: SplatImage,
-        camera: Camera,
-        view: np.ndarray,
-        near: float,
-        *_: object,
-    ) -> None:
-        """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
+    def draw(self, image: SplatImage, splats: Splats) -> None:
+        """Fills an image of the view. Sizes and shape are not asked."""
         self._clear(image)
-        image.window = self._add(points, source, image, camera, view, near)
+        image.window = self._add(image, splats)
         image.raise_version()
 
-    def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
+    def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats. Returns the part of the view that each comes to."""
         self._clear(image)
-        windows = []
-        for part in parts:
-            inputs = {"trust_map": part.trust, "primary": part.primary}
-            windows.append(self._add(part.surface, part.source, image, camera, part.view, part.near, inputs))
+        windows = [self._add(image, part) for part in parts]
         image.window = union(windows)
         image.raise_version()
         return windows
@@ -72,23 +58,13 @@ class ComputeSplatPass(Owner):
         self._wait_for_readers()
         image.nearest.clear()
 
-    def _add(
-        self,
-        points: PointSurface,
-        source: Camera,
-        image: SplatImage,
-        camera: Camera,
-        view: np.ndarray,
-        near: float,
-        of_set: dict[str, Any] | None = None,
-    ) -> Box:
-        """of_set: inputs of one of several frames."""
+    def _add(self, image: SplatImage, splats: Splats) -> Box:
+        points, is_set = splats.surface, splats.trust is not None
         left, top, width, height = points.window
         corner = left // BLOCK * BLOCK, top // BLOCK * BLOCK
         inputs = {"surface_map": points.texture, "target_size": image.size}
-        inputs |= source_and_target(source, camera, view) | (of_set or {})
-        listed = {"near": near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
-        is_set = of_set is not None
+        inputs |= splats.way | splats.of_set
+        listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
         program = self._program("points/splats.comp", is_set)
         bind_textures(program, inputs)
         set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)

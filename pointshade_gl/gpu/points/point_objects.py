@@ -13,10 +13,9 @@ from ...scene.level_of_detail import bridged_camera
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.canvas import Canvas
-from ..core.frame_textures import Colors, FrameTextures, PointLight, PointSurface, TrustImage
-from ..core.images import Box, Fitted, confine
+from ..core.frame_textures import Colors, FrameTextures, PointSurface
+from ..core.images import Box, Fitted, Image, confine
 from ..core.passes import FullscreenPasses
-from ..core.programs import source_and_target
 from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
 from ..surface.normals import Estimator
@@ -26,7 +25,7 @@ from .point_raster import PointSplatPass
 from .rasterizers import Rasterizers
 from .resolve import Looking, ResolvePass
 from .set_merge import Part, SetMergePass, key_inputs
-from .set_splats import SetSplats
+from .set_splats import Splats
 from .target_normals import TargetNormals
 from .view_consensus import Consensus
 
@@ -58,7 +57,7 @@ class ShownPoints(NamedTuple):
     points: Points
     textures: FrameTextures
     colors: Colors
-    light: PointLight | None  # of the points themselves, for flat and gouraud shading
+    light: Image | None  # of the points themselves, for flat and gouraud shading
     shading: str
 
     @property
@@ -71,7 +70,7 @@ class PointSet(NamedTuple):
     """The points of several frames of one thing."""
 
     parts: tuple[Points, ...]
-    trusts: tuple[TrustImage, ...]
+    trusts: tuple[Image, ...]
     differ: float  # by how much frames that agree may differ, in their own unit: so far off they cast no shadows
 
     @property
@@ -120,9 +119,7 @@ class PointObjects:
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
         """How far the nearest splat is at each pixel of a view."""
-        rasterizer, near = self._rasterizer(points), eye.near / points.scale
-        view = carried(points, eye)
-        rasterizer.draw(points.surface, points.source, image, eye.camera, view, near, points.sizes, points.splat)
+        self._rasterizer(points).draw(image, _splats(points, eye))
 
     def can_light(self, points: Points) -> bool:
         """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices, and
@@ -132,9 +129,7 @@ class PointObjects:
     def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
         """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
         self._lit = self._lit or LitSplatPass(self._context)
-        view, splats = carried(points, eye), (eye.near / points.scale, points.sizes, points.splat)
-        inputs = lights | {"color_map": colors.texture}
-        self._lit.draw(target, points.surface, points.source, eye.camera, view, *splats, inputs)
+        self._lit.draw(target, _splats(points, eye), lights | {"color_map": colors.texture})
         target.raise_version()
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
@@ -186,12 +181,11 @@ class PointObjects:
         self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
-        near = eye.near / points.scale
         parts = [
-            SetSplats(p.surface, trust.texture, p.source, carried(p, eye), near, p.sizes, p.splat, float(share))
-            for p, trust, share in zip(points.parts, points.trusts, primary, strict=True)
+            _splats(one, eye)._replace(trust=trust.texture, primary=float(share))
+            for one, trust, share in zip(points.parts, points.trusts, primary, strict=True)
         ]
-        return self._rasterizer(points.parts[0]).draw_set(parts, image, eye.camera)
+        return self._rasterizer(points.parts[0]).draw_set(image, parts)
 
     def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
         """The object's depth in a light's view, with what it hides. The eye is the light's."""
@@ -213,14 +207,13 @@ class PointObjects:
 
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
-        self.draw_splats(image, points, eye)
-        near = eye.near / points.scale
-        if not self._rasterizer(points).look_up:
-            way = source_and_target(points.source, eye.camera, carried(points, eye))
+        rasterizer, splats = self._rasterizer(points), _splats(points, eye)
+        rasterizer.draw(image, splats)
+        if not rasterizer.look_up:
             maps = {"source_ids": image.source_ids, "window_depths": image.depth, "surface_map": points.surface.texture}
-            return False, maps | way | {"first_id": 1, "near": near}
+            return False, maps | splats.way | {"first_id": 1, "near": splats.near}
         image.nearest.bind_to_storage_buffer(0)
-        return True, {"side": image.size[0], "near": near}
+        return True, {"side": image.size[0], "near": splats.near}
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """The same of several frames, for set_shadow.frag."""
@@ -260,3 +253,8 @@ def carried(points: Posed, eye: Eye) -> np.ndarray:
     view = np.linalg.inv(eye.pose) @ points.pose
     view[:3, 3] /= points.scale
     return view
+
+
+def _splats(points: Points, eye: Eye) -> Splats:
+    near = eye.near / points.scale
+    return Splats(points.surface, points.source, eye.camera, carried(points, eye), near, points.sizes, points.splat)

@@ -8,17 +8,14 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from ...scene.camera import Camera
 from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
-from ..core.frame_textures import PointSurface
 from ..core.images import Box
 from ..core.memory import Owner
 from ..core.passes import bind_textures
-from ..core.programs import build_program, set_uniforms, source_and_target
+from ..core.programs import build_program, set_uniforms
 from ..core.view_images import SplatImage
-from .rims import has_rims
-from .set_splats import SetSplats
+from .set_splats import Splats
 
 
 class PointSplatPass(Owner):
@@ -32,54 +29,27 @@ class PointSplatPass(Owner):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         with self._all_or_nothing():
-            self._program = self._keep(build_program(context, "points/splats.vert", "points/splats.frag"))
-            self._vertices = Vertices(context, self._program, np.ones(1, np.float32))
+            program = self._keep(build_program(context, "points/splats.vert", "points/splats.frag"))
+            self._vertices = Vertices(context, program, np.ones(1, np.float32))
         self._rims: dict[bool, moderngl.VertexArray] = {}  # of a frame, of one of a set; made when first needed
-        self._set_program: moderngl.Program | None = None  # these two for the first set of frames
-        self._set_vertices: Vertices | None = None
+        self._set_vertices: Vertices | None = None  # made for the first set of frames
 
-    def draw(
-        self,
-        points: PointSurface,
-        source: Camera,
-        image: SplatImage,
-        camera: Camera,
-        view: np.ndarray,
-        near: float,
-        sizes: np.ndarray,
-        splat: str,
-    ) -> None:
-        """view (4, 4) takes source axes to target axes; near in source units; sizes (1,) or (h*w,) float32."""
-        if not np.array_equal(sizes, self._vertices.sizes):
-            vertices = Vertices(self._context, self._program, sizes)
-            self._vertices.release()
-            self._vertices = vertices
+    def draw(self, image: SplatImage, splats: Splats) -> None:
+        """Fills an image of the view."""
+        self._vertices = self._vertices.fitted(splats.sizes)
         self._clear(image)
-        warp = points, source, image, camera, view, near
-        rims = has_rims(sizes, splat)
-        shape = {"side": self._vertices.side, "is_round": splat == "round", "has_rims": rims}
-        self._add(self._program, self._vertices.array, *warp, **shape)
-        if rims:
-            self._add_rims(*warp)
+        self._add(self._vertices, splats, image)
         image.raise_version()
 
-    def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
+    def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats, all of one size. Returns the part of the view that each comes to."""
-        if self._set_program is None:
-            self._set_program = self._keep(build_program(self._context, "points/splats.vert", "points/set_splats.frag"))
-        if self._set_vertices is None or not np.array_equal(parts[0].sizes, self._set_vertices.sizes):
-            vertices = Vertices(self._context, self._set_program, parts[0].sizes)
-            if self._set_vertices is not None:
-                self._set_vertices.release()
-            self._set_vertices = vertices
+        if self._set_vertices is None:
+            program = self._keep(build_program(self._context, "points/splats.vert", "points/set_splats.frag"))
+            self._set_vertices = Vertices(self._context, program, parts[0].sizes)
+        self._set_vertices = self._set_vertices.fitted(parts[0].sizes)
         self._clear(image)
         for part in parts:
-            rims, inputs = has_rims(part.sizes, part.splat), {"trust_map": part.trust, "primary": part.primary}
-            warp = part.surface, part.source, image, camera, part.view, part.near
-            shape = {"side": self._set_vertices.side, "is_round": part.splat == "round", "has_rims": rims}
-            self._add(self._set_program, self._set_vertices.array, *warp, **inputs, **shape)
-            if rims:
-                self._add_rims(*warp, **inputs)
+            self._add(self._set_vertices, part, image)
         image.raise_version()
         return [image.window] * len(parts)
 
@@ -88,33 +58,24 @@ class PointSplatPass(Owner):
         image.visible.use()
         image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
 
-    def _add(
-        self,
-        program: moderngl.Program,
-        vertices: moderngl.VertexArray,
-        points: PointSurface,
-        source: Camera,
-        image: SplatImage,
-        camera: Camera,
-        view: np.ndarray,
-        near: float,
-        **inputs: Any,
-    ) -> None:
-        warp = source_and_target(source, camera, view)
-        inputs |= {"surface_map": points.texture}
-        bind_textures(program, inputs)
-        set_uniforms(program, target_size=image.size, near=near, **warp, first_id=1, **inputs)
-        with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            vertices.render(moderngl.POINTS, vertices=source.width * source.height)
+    def _add(self, vertices: Vertices, splats: Splats, image: SplatImage) -> None:
+        """Draws the splats, and the rims, which their draw leaves out."""
+        self._draw(vertices.array, splats, image, **vertices.shape(splats))
+        if splats.has_rims:
+            self._draw(self._rim_array(splats.trust is not None), splats, image)
 
-    def _add_rims(self, *warp: Any, **of_set: Any) -> None:
-        """What the draw of the splats has left out. of_set: inputs of one of several frames."""
-        is_set = bool(of_set)
+    def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **shape: Any) -> None:
+        inputs = splats.of_set | shape | {"surface_map": splats.surface.texture}
+        bind_textures(array.program, inputs)
+        set_uniforms(array.program, target_size=image.size, near=splats.near, **splats.way, first_id=1, **inputs)
+        with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
+            array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
+
+    def _rim_array(self, is_set: bool) -> moderngl.VertexArray:
         if is_set not in self._rims:
             program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", SET=int(is_set)))
             self._rims[is_set] = self._allocate(self._context.vertex_array, program, [])
-        array = self._rims[is_set]
-        self._add(array.program, array, *warp, **of_set)
+        return self._rims[is_set]
 
     def release(self) -> None:
         for vertices in (self._set_vertices, self._vertices):
@@ -135,3 +96,15 @@ class Vertices(Owner):
             if sizes.size > 1:
                 content = [(self._allocate(context.buffer, self.sizes.tobytes()), "1f", "size")]
             self.array = self._allocate(context.vertex_array, program, content)
+
+    def fitted(self, sizes: np.ndarray) -> Vertices:
+        """These, or, for splats of other sizes, new ones in their place."""
+        if np.array_equal(sizes, self.sizes):
+            return self
+        made = Vertices(self._context, self.array.program, sizes)
+        self.release()
+        return made
+
+    def shape(self, splats: Splats) -> dict[str, Any]:
+        """The uniforms of how the splats look."""
+        return {"side": self.side, "is_round": splats.splat == "round", "has_rims": splats.has_rims}

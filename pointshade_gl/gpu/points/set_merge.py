@@ -12,9 +12,9 @@ from ...scene.appearance import SHADINGS
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.additive_blend import AdditiveBlend
-from ..core.images import Box, confine, empty
+from ..core.images import Box, Image, confine, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SplatImage, SumImage, SurfaceImage
+from ..core.view_images import SplatImage, SurfaceImage
 from .resolve import Looking
 
 
@@ -35,7 +35,7 @@ class SetMergePass:
         self._context, self._adding = context, AdditiveBlend(context)
         self._passes = FullscreenPasses(context)
 
-    def add_up(self, sums: SumImage, parts: Sequence[Part], shading: str, band: float) -> None:
+    def add_up(self, sums: Image, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
@@ -52,7 +52,7 @@ class SetMergePass:
     def draw_surfaces(
         self,
         surfaces: SurfaceImage,
-        sums: SumImage,
+        sums: Image,
         splats: SplatImage,
         look_up: bool,
         number: int,
@@ -67,7 +67,7 @@ class SetMergePass:
         normals     that were found in the view; None takes those of the frames
         others      the number of frames less one if normals are uncertain; None if they are not
         """
-        maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
         maps |= {} if normals is None else {"target_map": normals}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
         inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})

@@ -1,9 +1,9 @@
-"""The splats of one of several frames, as both rasterisers take them."""
+"""The splats of a frame, as the passes that draw them take them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -11,19 +11,36 @@ import numpy as np
 from ...scene.camera import Camera
 from ..core.frame_textures import PointSurface
 from ..core.images import Box
+from ..core.programs import source_and_target
+from .rims import has_rims
 
 
-class SetSplats(NamedTuple):
-    """One frame of a set, and its way into a view."""
+class Splats(NamedTuple):
+    """A frame's splats, and their way into a view."""
 
     surface: PointSurface
-    trust: moderngl.Texture  # of its points
-    source: Camera
+    source: Camera  # that took the frame
+    camera: Camera  # who looks
     view: np.ndarray  # (4, 4) source axes to target axes
     near: float  # source units
-    sizes: np.ndarray  # (1,) float32, source pixels
+    sizes: np.ndarray  # (1,) or (h*w,) float32, source pixels; of one of several frames (1,)
     splat: str
-    primary: float  # share of its splats
+    trust: moderngl.Texture | None = None  # of its points, if it is one of several frames
+    primary: float = 1.0  # share of its splats
+
+    @property
+    def way(self) -> dict[str, Any]:
+        """The uniforms of the warp."""
+        return source_and_target(self.source, self.camera, self.view)
+
+    @property
+    def of_set(self) -> dict[str, Any]:
+        """The inputs that only one of several frames has."""
+        return {} if self.trust is None else {"trust_map": self.trust, "primary": self.primary}
+
+    @property
+    def has_rims(self) -> bool:
+        return has_rims(self.sizes, self.splat)
 
 
 def union(windows: Sequence[Box]) -> Box:

@@ -8,9 +8,9 @@ from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.normal_methods import parse_max_depth_step
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, empty
+from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SplatImage, SumImage
+from ..core.view_images import SplatImage
 from ..surface.normals import Estimator, SurfacePass
 from .set_merge import key_inputs
 
@@ -35,13 +35,13 @@ class TargetNormals:
         self._view = Fitted(context, ViewDepth)
 
     def find(
-        self, sums: SumImage, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
+        self, sums: Image, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
     ) -> moderngl.Texture:
         """The sums of set_accumulate.frag -> unit normal and depth at each pixel of the view; depth 0 without any."""
         view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
         empty(view.target, splats.window)
-        maps = {"geometry_map": sums.geometry, "albedo_map": sums.albedo}
+        maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
         find_depth = self._passes.get("points/set_resolve_depth.frag", look_up)
         find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
         self._surface.run(view, camera, *estimator)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import moderngl
 import numpy as np
 
-from ...scene.appearance import LIT_EARLY, Look, check_sizes
+from ...scene.appearance import LIT_EARLY, Look
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
@@ -82,7 +82,7 @@ class TiledPoints(Versioned):
         noise = noise and noise_in(tile.box, noise, self.frame.depth.shape)
         textures, drawn = self._store.put(frame, look, noise)
         self.choice = textures.choice
-        sizes = check_sizes(look.size, frame.depth.shape)
+        sizes = look.sizes_for(frame.depth)
         points = Points(drawn.surface, drawn.camera, self.pose, self.scale, sizes, look.splat)
         return ShownPoints(
             points, textures, drawn.colors, drawn.lit if look.shading in LIT_EARLY else None, look.shading

@@ -100,10 +100,9 @@ def cut_frame(frame: Frame, box: Box) -> Frame:
 def cut_look(look: Look, box: Box) -> Look:
     """The look of a part: options that are arrays are cut, too."""
     left, top, width, height = box
-    arrays = {name: getattr(look, name) for name in ("normals", "size", "noise")}
     cuts = {
         name: array[top : top + height, left : left + width]
-        for name, array in arrays.items()
+        for name, array in look.options.items()
         if isinstance(array, np.ndarray)
     }
     return replace(look, **cuts) if cuts else look

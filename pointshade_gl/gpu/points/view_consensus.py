@@ -15,8 +15,8 @@ from ...estimation.pose_outliers import contradictions
 from ...scene.camera import view_matrix
 from ...scene.frame import Frame
 from ..core.additive_blend import AdditiveBlend
-from ..core.frame_textures import Colors, FrameTextures, PointSurface, TrustImage
-from ..core.images import Fitted, Images, empty
+from ..core.frame_textures import Colors, FrameTextures, PointSurface
+from ..core.images import RG8, Fitted, Image, Images, empty
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 from ..core.steps import Steps
@@ -55,7 +55,7 @@ class ConsensusPass(Owner):
         A frame that contradicts the others has no say: its points close holes. A note names it.
         """
         for member in members:
-            member.trust = member.trust or TrustImage(self._context, member.size)
+            member.trust = member.trust or Image(self._context, member.size, RG8)
         made = [image for member in members for image in (member.surface, member.trust)]
         return self._steps.run("consensus", self._find, tuple(members), tuple(colors), made, of=members[0])
 
@@ -102,11 +102,11 @@ class ConsensusPass(Owner):
         size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
         maps = {"surface_map": surface.texture, "color_map": colors.texture}
         maps |= {"other_map": other_surface.texture, "other_color_map": other_colors.texture}
-        image = Samples(self._context, size)
+        image = Image(self._context, size)
         try:
             empty(image.target)
             self._compare.draw(image.target, maps, **_way(_frame_of(one), _frame_of(other)))
-            samples = np.frombuffer(image.samples.read(), np.float32).reshape(-1, 4)
+            samples = image.read().reshape(-1, 4)
             colored = _frame_of(one).color is not None and _frame_of(other).color is not None
             return compared(samples, colored)
         finally:
@@ -122,18 +122,18 @@ class ConsensusPass(Owner):
         """The trust in a frame's points, from the votes of others."""
         images, frame = self._images.fit(member.size), _frame_of(member)
         maps = {"surface_map": surface.texture}
-        empty(images.votes_target)
+        empty(images.votes.target)
         with self._adding.on():
             for other, other_surface in voters:
                 others = {"other_map": other_surface.texture}
-                self._support.draw(images.votes_target, maps | others, **_way(frame, _frame_of(other)), band=band)
+                self._support.draw(images.votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
         source = {"source": frame.camera.intrinsics}
         assert member.trust is not None
-        for target in (images.ends_target, images.rows_target, member.trust.target):
-            empty(target)
-        self._stages[0].draw(images.ends_target, maps, **source)
-        self._stages[1].draw(images.rows_target, {"ends_map": images.ends})
-        last = maps | {"rows_map": images.rows, "votes_map": images.votes}
+        for image in (images.ends, images.rows, member.trust):
+            empty(image.target)
+        self._stages[0].draw(images.ends.target, maps, **source)
+        self._stages[1].draw(images.rows.target, {"ends_map": images.ends.texture})
+        last = maps | {"rows_map": images.rows.texture, "votes_map": images.votes.texture}
         self._stages[2].draw(member.trust.target, last, **source)
         member.trust.raise_version()
 
@@ -143,26 +143,12 @@ class ConsensusPass(Owner):
         member.trust.raise_version()
 
 
-class Samples(Images):
-    """What view_difference.frag writes (RGBA32F)."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.samples = self._texture(4, "f4")
-            self.target = self._framebuffer(self.samples)
-
-
 class JudgeImages(Images):
     """Votes, in steps of 1/255, and how far surfaces reach (all RG8), for one size of frame."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.votes, self.ends, self.rows = (self._texture(2) for _ in range(3))
-            self.votes_target, self.ends_target, self.rows_target = (
-                self._framebuffer(image) for image in (self.votes, self.ends, self.rows)
-            )
+        self.votes, self.ends, self.rows = (self._keep(Image(context, size, RG8)) for _ in range(3))
 
 
 def _frame_of(textures: FrameTextures) -> Frame:

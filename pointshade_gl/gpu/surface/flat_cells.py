@@ -8,7 +8,7 @@ from ...estimation.noise_model import flat_grid
 from ...scene.camera import Camera
 from ...scene.noise import Noise
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, Images
+from ..core.images import Fitted, Image, Images
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 
@@ -29,17 +29,15 @@ class FlatCellsPass(Owner):
         cells, first = flat_grid(*frame.size)
         images = self._images.fit(cells)
         common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}
-        self._windows.draw(images.window_target, {}, **common)
-        self._spread.draw(images.plane_target, {"planes": images.windows}, **common)
-        textures = {"planes": images.planes}
+        self._windows.draw(images.windows.target, {}, **common)
+        self._spread.draw(images.planes.target, {"planes": images.windows.texture}, **common)
+        textures = {"planes": images.planes.texture}
         self._answer.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics, **common)
 
 
 class FlatImages(Images):
-    """One plane (RGBA32F) for each cell: of the windows, and with those that neighbours lend."""
+    """One plane for each cell: of the windows, and with those that neighbours lend."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.windows, self.planes = self._texture(4, "f4"), self._texture(4, "f4")
-            self.window_target, self.plane_target = self._framebuffer(self.windows), self._framebuffer(self.planes)
+        self.windows, self.planes = (self._keep(Image(context, size)) for _ in range(2))

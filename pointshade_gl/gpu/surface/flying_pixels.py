@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import moderngl
-import numpy as np
 
 from ...scene.camera import Camera
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
-from ..core.images import Fitted, Images
+from ..core.images import RG32F, Fitted, Image, Images
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 from .normals import Estimator, SurfacePass
@@ -53,8 +52,8 @@ class FlyingPixelPass(Owner):
     def _mixes(self, frame: FrameTextures, images: SnapImages) -> bool:
         """Whether nearly all steps in depth have samples between their two sides. Clean depth has few."""
         self._find.draw(images.mixing_target, {"depth_map": frame.depth})
-        self._count.draw(images.count_target, {"mixing_map": images.mixing})
-        mixed, sharp = np.frombuffer(images.counts.read(), np.float32).reshape(-1, 2).sum(0)
+        self._count.draw(images.counts.target, {"mixing_map": images.mixing})
+        mixed, sharp = images.counts.read().reshape(-1, 2).sum(0)
         return mixed + sharp >= FEWEST and mixed > MIXES * (mixed + sharp)
 
 
@@ -67,6 +66,6 @@ class SnapImages(Images):
         with self._all_or_nothing():
             self.unmixed = self._keep(DepthTextures(context, size))
             self.snapped = self._keep(PointSurface(context, size))
-            self.mixing, self.counts = self._texture(2, "f4"), self._texture(2, "f4", blocks)
+            self.mixing = self._texture(*RG32F)
             self.mixing_target = self._framebuffer(self.mixing, self.unmixed.depth)
-            self.count_target = self._framebuffer(self.counts)
+            self.counts = self._keep(Image(context, blocks, RG32F))

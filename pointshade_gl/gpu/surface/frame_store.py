@@ -13,7 +13,8 @@ from ...scene.frame import Frame
 from ...scene.level_of_detail import bridged_camera
 from ...scene.noise import Choice, Noise, parse_noise
 from ...scene.normal_methods import parse_max_depth_step
-from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointLight, PointSurface
+from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointSurface
+from ..core.images import Image
 from ..core.steps import Steps
 from .gap_filling import GapFillingPass
 from .hidden_planes import HiddenPlanesPass
@@ -27,7 +28,7 @@ class DrawnPoints(NamedTuple):
     """A frame's points as they are drawn, and the camera that saw them at their size."""
 
     surface: PointSurface
-    lit: PointLight
+    lit: Image
     camera: Camera
     colors: Colors
 
@@ -111,9 +112,7 @@ class FrameStore:
             points = self._enlarge(textures, frame, look, camera)
         return DrawnPoints(*points, camera, self._colors.find(textures, frame, look, points[0], camera))
 
-    def _enlarge(
-        self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera
-    ) -> tuple[PointSurface, PointLight]:
+    def _enlarge(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> tuple[PointSurface, Image]:
         large = self._fit(textures, "large", (camera.width, camera.height))
         self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)

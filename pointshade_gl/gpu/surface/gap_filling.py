@@ -6,7 +6,7 @@ import moderngl
 
 from ...scene.camera import Camera
 from ..core.frame_textures import PointSurface
-from ..core.images import Fitted, Images
+from ..core.images import R32F, RG8, RGBA32F, Fitted, Image, Images
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 
@@ -43,42 +43,32 @@ class GapFillingPass(Owner):
 
     def _fill_once(
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, images: GapImages, reach: int
-    ) -> Filled:
-        self._rows.draw(images.row_target, {"surface_map": surface.texture}, reach=reach)
-        maps = {"surface_map": surface.texture, "row_map": images.rows, "color_map": colors}
+    ) -> Image:
+        self._rows.draw(images.rows.target, {"surface_map": surface.texture}, reach=reach)
+        maps = {"surface_map": surface.texture, "row_map": images.rows.texture, "color_map": colors}
         self._fill.draw(images.filled.target, maps, reach=reach, source=camera.intrinsics)
         return images.filled
 
-    def _keep_whole(self, surface: PointSurface, images: GapImages) -> Filled:
+    def _keep_whole(self, surface: PointSurface, images: GapImages) -> Image:
         """Several times, because the ways through a gap have bends."""
         result, other = images.filled, images.whole
         for _ in range(BENDS):
-            maps = {"surface_map": surface.texture, "filled_map": result.normals, "filled_depth": result.depth}
+            normals, depth = result.textures
+            maps = {"surface_map": surface.texture, "filled_map": normals, "filled_depth": depth}
             self._whole.draw(other.target, maps, reach=SMALL)
             result, other = other, result
         return result
 
-    def _write(self, result: Filled, camera: Camera, filled: PointSurface) -> None:
-        maps = {"normal_map": result.normals, "depth_map": result.depth}
+    def _write(self, result: Image, camera: Camera, filled: PointSurface) -> None:
+        normals, depth = result.textures
+        maps = {"normal_map": normals, "depth_map": depth}
         self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
 
 
 class GapImages(Images):
-    """How far the known pixels of a row are (RG8), and what is filled, for one size of surface."""
+    """How far the known pixels of a row are, and what is filled: normals and depths, for one size of surface."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.rows = self._texture(2)
-            self.row_target = self._framebuffer(self.rows)
-            self.filled, self.whole = (self._keep(Filled(context, size)) for _ in range(2))
-
-
-class Filled(Images):
-    """Normals (RGBA32F) and depths (R32F)."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.normals, self.depth = self._texture(4, "f4"), self._texture(1, "f4")
-            self.target = self._framebuffer(self.normals, self.depth)
+        self.rows = self._keep(Image(context, size, RG8))
+        self.filled, self.whole = (self._keep(Image(context, size, RGBA32F, R32F)) for _ in range(2))

@@ -8,7 +8,8 @@ import numpy as np
 from ...estimation.highlight_fit import FoundHighlights, fit_highlights
 from ...estimation.light_fit import FoundLight
 from ...scene.camera import Camera
-from ..core.frame_textures import AlbedoImage, FrameTextures, PointSurface
+from ..core.frame_textures import FrameTextures, PointSurface
+from ..core.images import Image
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass, data_texture
 from .unlighting import UnlightingPass
@@ -30,7 +31,7 @@ class HighlightRemovalPass(Owner):
         return fit_highlights(colors, surfaces, _rays(camera, surfaces.shape, stride), light)
 
     def run(
-        self, frame: FrameTextures, surface: PointSurface, camera: Camera, found: FoundHighlights, matte: AlbedoImage
+        self, frame: FrameTextures, surface: PointSurface, camera: Camera, found: FoundHighlights, matte: Image
     ) -> None:
         """Paints the picture without its highlights. camera: the frame's own, at the size of the surface."""
         height, width = found.strengths.shape[:2]
@@ -48,5 +49,5 @@ class HighlightRemovalPass(Owner):
 def _rays(camera: Camera, shape: tuple[int, ...], stride: float) -> np.ndarray:
     """(h, w, 3) float32 from the camera through the middles of blocks of pixels, z = 1."""
     v, u = ((np.arange(count) + 0.5) * stride - 0.5 for count in shape[:2])
-    x, y = np.meshgrid((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy)
+    x, y = np.meshgrid(*camera.ray_at(u, v))
     return np.stack([x, y, np.ones_like(x)], -1).astype(np.float32)

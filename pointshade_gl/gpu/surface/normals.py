@@ -13,7 +13,7 @@ from ...scene.normal_methods import PLANE_FITS, TRIANGLES, Step
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, Images, empty
+from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses
 from .flat_cells import FlatCellsPass
 from .noise_measurement import NoisePass
@@ -36,7 +36,7 @@ class SurfacePass:
         self._noise: NoisePass | None = None
         self._sparse: SparsePass | None = None
         self._flat: FlatCellsPass | None = None
-        self._scratch = Fitted(context, Scratch)
+        self._scratch = Fitted(context, Image)  # for normals_star.frag: normal and residual; or the caller's normals
         self._decisions = Decisions()
 
     def run(
@@ -74,7 +74,7 @@ class SurfacePass:
             self._passes.get("surface/normals_star.frag", RESIDUAL=1).draw(
                 scratch.target, source, intrinsics=intrinsics
             )
-            textures = source | {"normal_map": scratch.image}
+            textures = source | {"normal_map": scratch.texture}
             self._passes.get("surface/normals_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
         else:
             name = f"surface/normals_{method.replace('-', '_')}.frag"
@@ -86,8 +86,8 @@ class SurfacePass:
         frame.surface.raise_version()
         frame.surface.certainty = None
         scratch = self._scratch.fit(frame.size)
-        scratch.image.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
-        maps = {"normal_map": scratch.image, "depth_map": frame.depth}
+        scratch.texture.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
+        maps = {"normal_map": scratch.texture, "depth_map": frame.depth}
         self._passes.get("surface/normals_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
@@ -163,13 +163,3 @@ class SurfacePass:
 def _mean_focal(camera: Camera) -> float:
     """Pixels."""
     return (abs(camera.fx) + abs(camera.fy)) / 2
-
-
-class Scratch(Images):
-    """What normals_star.frag writes for normals_borrow.frag: normal and residual; or the caller's normals."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.image = self._texture(4, "f4")
-            self.target = self._framebuffer(self.image)

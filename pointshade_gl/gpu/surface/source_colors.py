@@ -10,7 +10,8 @@ from ...messages.notes import print_note
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame
-from ..core.frame_textures import AlbedoImage, Colors, FrameTextures, PointSurface
+from ..core.frame_textures import Colors, FrameTextures, PointSurface
+from ..core.images import RGBA16, Image
 from ..core.steps import Steps
 from .highlight_removal import HighlightRemovalPass
 from .unlighting import UnlightingPass
@@ -52,7 +53,7 @@ class SourceColors:
         if not found.tells:
             _note_once(textures, "highlights", found.why, camera, describe_highlights(found))
             return Colors(textures.color, textures)
-        matte = textures.matte = textures.matte or AlbedoImage(self._context, textures.color.size)
+        matte = textures.matte = textures.matte or Image(self._context, textures.color.size, RGBA16)
         self._steps.run("matte", self._matte.run, textures, surface, camera, found, matte, of=textures)
         return Colors(matte.texture, matte)
 
@@ -65,7 +66,7 @@ class SourceColors:
         surface: PointSurface,
         camera: Camera,
     ) -> Colors:
-        image = textures.albedo = textures.albedo or AlbedoImage(self._context, textures.color.size)
+        image = textures.albedo = textures.albedo or Image(self._context, textures.color.size, RGBA16)
         self._steps.run("albedo", albedo.run, colors, surface, camera, light, image, of=textures)
         return Colors(image.texture, image)
 

@@ -9,7 +9,7 @@ from ...scene.normal_methods import SPARSE_LEVELS, SPARSE_TILTS
 from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, Images, empty
+from ..core.images import Fitted, Image, Images, empty
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 
@@ -41,20 +41,12 @@ class SparsePass(Owner):
 
 
 class CellImages(Images):
-    """The cells of one size of frame, from 2x2 pixels on: each level half as many a side as the one before."""
+    """The cells of one size of frame, from 2x2 pixels on: each level half as many a side as the one before.
+
+    See shaders/common/sparse_cells.glsl.
+    """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            sizes = [(-(-size[0] >> k), -(-size[1] >> k)) for k in range(1, SPARSE_LEVELS + 1)]
-            self.levels = [self._keep(CellImage(context, one)) for one in sizes]
-
-
-class CellImage(Images):
-    """Cells of one level (RGBA32F), see shaders/common/sparse_cells.glsl."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.texture = self._texture(4, "f4")
-            self.target = self._framebuffer(self.texture)
+        sizes = [(-(-size[0] >> k), -(-size[1] >> k)) for k in range(1, SPARSE_LEVELS + 1)]
+        self.levels = [self._keep(Image(context, one)) for one in sizes]

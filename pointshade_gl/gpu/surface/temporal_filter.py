@@ -13,7 +13,7 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Noise
 from ..core.frame_textures import PointSurface
-from ..core.images import Fitted, Images, empty
+from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, empty
 from ..core.memory import Owner
 from ..core.passes import FullscreenPasses
 from ..core.steps import Steps
@@ -37,7 +37,7 @@ class TemporalPass(Owner):
         super().__init__(context)
         self._steps = steps
         self._passes = self._keep(FullscreenPasses(context))
-        self._change = self._keep(Fitted(context, ChangeImage))
+        self._change = self._keep(Fitted(context, _change_image))
 
     def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
         """Depth and its noise from depth_average.frag -> depth that rests on the frames before, and the same noise.
@@ -59,24 +59,25 @@ class TemporalPass(Owner):
         if view is None:
             empty(change.target)
         else:
-            maps = {"picture": picture, "history_map": history.depth, "normal_map": history.normals}
+            maps = {"picture": picture, "history_map": history.depth.texture, "normal_map": history.normals.texture}
             moved = not np.array_equal(view, np.eye(4))
             way = {"intrinsics": camera.intrinsics, "view": view.T.astype("f4").tobytes()} if moved else {}
             self._passes.get("surface/temporal_change.frag", MOVED=int(moved)).draw(
                 change.target, maps, rounding=rounding, **way
             )
-        maps = {"picture": picture, "change_map": change.change}
+        maps = {"picture": picture, "change_map": change.texture}
         mix = self._passes.get("surface/temporal_depth.frag")
-        mix.draw(history.depth_target, maps, intrinsics=camera.intrinsics, rounding=rounding)
-        return history.calm
+        mix.draw(history.depth.target, maps, intrinsics=camera.intrinsics, rounding=rounding)
+        return history.depth.textures[1]
 
     def _filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
         history, change = stream.history.fit(surface.size), self._change.fit(surface.size)
-        maps = {"surface_map": surface.texture, "old_normal_map": change.normals, "history_map": history.depth}
+        maps = {"surface_map": surface.texture, "history_map": history.depth.texture}
+        maps |= {"old_normal_map": change.textures[1]}
         self._passes.get("surface/temporal_normals.frag").draw(
-            history.normal_target, maps, intrinsics=camera.intrinsics
+            history.normals.target, maps, intrinsics=camera.intrinsics
         )
-        self._context.copy_framebuffer(surface.target, history.normal_target)
+        self._context.copy_framebuffer(surface.target, history.normals.target)
         stream.history.remember(stream.frame, camera)
 
 
@@ -126,27 +127,19 @@ class History:
 
 
 class HistoryImage(Images):
-    """What is remembered (the first two RGBA32F).
+    """What is remembered.
 
-    depth    depth, noise of the last frame, noise that is left, share of the last frame; noise over depth
+    depth    depth, noise of the last frame, noise that is left, share of the last frame; noise over depth;
+             and depth and noise of the last frame once more, as estimators read them
     normals  unit normal and depth, as in PointSurface
-    calm     depth and noise of the last frame once more (RG32F), as estimators read them
     """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.depth, self.normals = self._texture(4, "f4"), self._texture(4, "f4")
-            self.calm = self._texture(2, "f4")
-            self.depth_target = self._framebuffer(self.depth, self.calm)
-            self.normal_target = self._framebuffer(self.normals)
+        self.depth = self._keep(Image(context, size, RGBA32F, RG32F))
+        self.normals = self._keep(Image(context, size))
 
 
-class ChangeImage(Images):
-    """How a new frame differs from what is remembered (RG32F), and the old normals in its axes (RGBA32F)."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.change, self.normals = self._texture(2, "f4"), self._texture(4, "f4")
-            self.target = self._framebuffer(self.change, self.normals)
+def _change_image(context: moderngl.Context, size: tuple[int, int]) -> Image:
+    """Return how a new frame differs from what is remembered, and the old normals in its axes."""
+    return Image(context, size, RG32F, RGBA32F)

@@ -7,9 +7,10 @@ import numpy as np
 
 from ...estimation.light_fit import FoundLight, fit_light
 from ...scene.camera import Camera
-from ..core.frame_textures import AlbedoImage, Colors, FrameTextures, PointSurface
+from ..core.frame_textures import Colors, FrameTextures, PointSurface
+from ..core.images import RGBA32F, Image, read_texture
 from ..core.memory import Owner
-from ..core.passes import FullscreenPass, data_texture
+from ..core.passes import FullscreenPass
 
 SAMPLES = 160  # that the light is fitted to, across the longer side of a frame
 
@@ -28,37 +29,24 @@ class UnlightingPass(Owner):
         return fit_light(*self.sample(frame, surface)[:2])
 
     def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:
-        """Colours and surfaces of a small copy, see `SmallCopy.read`, and the pixels between its samples."""
+        """Colours and surfaces of a small copy, and the pixels between its samples.
+
+        Both are (h, w, 4) float32, read-only: linear RGB and 1, or 0 where unknown; unit normal and depth.
+        """
         stride = max(max(surface.size) / SAMPLES, 1.0)
         width, height = (max(int(side / stride), 1) for side in surface.size)
-        copy = SmallCopy(self._context, width, height)
+        copy = Image(self._context, (width, height), RGBA32F, RGBA32F)
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
             self._sample.draw(copy.target, maps, stride=stride)
-            colors, surfaces = copy.read()
+            colors, surfaces = (read_texture(self._context, one) for one in copy.textures)
             return colors, surfaces, stride
         finally:
             copy.release()
 
-    def run(
-        self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: AlbedoImage
-    ) -> None:
+    def run(self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: Image) -> None:
         """Paints the albedo. camera: the frame's own, at the size of the surface."""
         maps = {"color_map": colors.texture, "surface_map": surface.texture}
         values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
         self._paint.draw(albedo.target, maps, **values)
         albedo.raise_version()
-
-
-class SmallCopy(Owner):
-    """Linear colours, and normals and depths, of the same pixels."""
-
-    def __init__(self, context: moderngl.Context, width: int, height: int):
-        super().__init__(context)
-        with self._all_or_nothing():
-            self._maps = [self._keep(data_texture(context, width, height, 4)) for _ in range(2)]
-            self.target = self._allocate(context.framebuffer, self._maps)
-
-    def read(self) -> list[np.ndarray]:
-        """Twice (h, w, 4) float32, read-only: linear RGB and 1, or 0 where unknown; unit normal and depth."""
-        return [np.frombuffer(m.read(), np.float32).reshape(m.height, m.width, 4) for m in self._maps]

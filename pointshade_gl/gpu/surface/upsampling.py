@@ -8,7 +8,7 @@ import moderngl
 
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
-from ..core.images import Box, Fitted, Images
+from ..core.images import R32F, RGBA32F, Box, Fitted, Image, Images
 from ..core.memory import Owner
 from ..core.passes import FullscreenPass
 from .flying_pixels import FlyingPixelPass
@@ -46,12 +46,12 @@ class UpsamplePass(Owner):
         """
         images = self._images.fit(small.size)
         colors = {"color_map": frame.color}
-        self._find_guide.draw(images.guide_target, colors, small_size=small.size)
-        snapped = self._snap.run(frame, images.guide, camera, estimator)
+        self._find_guide.draw(images.guide.target, colors, small_size=small.size)
+        snapped = self._snap.run(frame, images.guide.texture, camera, estimator)
         source = {"surface_map": snapped.texture, "source": camera.intrinsics}
-        self._find_calm.draw(images.calm_target, source)
+        self._find_calm.draw(images.calm.target, source)
         large.confine(_enlarged(small.window, small.size, large.size))
-        maps = {"guide_map": images.guide, "calm_map": images.calm}
+        maps = {"guide_map": images.guide.texture, "calm_map": images.calm.texture}
         self._vote.draw(large.target, source | colors | maps, large_size=large.size)
         large.certainty = small.certainty
         large.raise_version()
@@ -62,9 +62,7 @@ class SampleImages(Images):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.guide, self.calm = self._texture(4, "f4"), self._texture(1, "f4")
-            self.guide_target, self.calm_target = self._framebuffer(self.guide), self._framebuffer(self.calm)
+        self.guide, self.calm = (self._keep(Image(context, size, one)) for one in (RGBA32F, R32F))
 
 
 def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench import demo_scene
+from assets import make_demo
 from pointshade_gl.bench.vase import POSE
 
 from ...support.compare import compare_images
@@ -17,7 +17,7 @@ def test_the_demo_has_the_vase_two_lights_and_shadows_and_fits_on_a_screen():
         "vase": "PointObject", "floor": "Mesh", "wall": "Mesh", "column": "Mesh", "lamp": "Light", "sky": "Light",
     }  # fmt: skip
     assert all(p.content.shadow for p in scene.placed() if isinstance(p.content, ps.Light))
-    assert len((demo_scene.FOLDER / "scene.gltf").read_text().splitlines()) < 65
+    assert len((make_demo.FOLDER / "scene.gltf").read_text().splitlines()) < 65
 
 
 def test_the_vase_stands_on_the_floor_where_it_was_photographed():
@@ -32,8 +32,8 @@ def test_the_vase_stands_on_the_floor_where_it_was_photographed():
 
 
 def test_the_files_are_what_the_program_writes(tmp_path):
-    ps.save_scene(tmp_path / "scene.gltf", demo_scene.scene())
-    names = sorted(path.name for path in demo_scene.FOLDER.iterdir())
+    ps.save_scene(tmp_path / "scene.gltf", make_demo.scene())
+    names = sorted(path.name for path in make_demo.FOLDER.iterdir())
     assert names == sorted(path.name for path in tmp_path.iterdir())
     stored, made = ps.load_scene("demo"), ps.load_scene(tmp_path / "scene.gltf")
     for a, b in zip(stored.placed(), made.placed(), strict=True):

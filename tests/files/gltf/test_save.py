@@ -78,7 +78,7 @@ def everything():
         ps.Material(specular=0.1),
         normals="star",
         shading="flat",
-        size=2.0,
+        point_size=2.0,
         splat="round",
         max_depth_step="2%",
         noise="kinect",
@@ -145,10 +145,10 @@ def test_arrays_of_a_point_object_are_kept(tmp_path):
     frame = step()
     normals = np.zeros((120, 160, 3), np.float32) - (0, 0, 1)
     sizes = CHANCE.random((120, 160)).astype(np.float32)
-    points = ps.PointObject(frame, normals=normals, size=sizes, noise=sizes / 100)
+    points = ps.PointObject(frame, normals=normals, point_size=sizes, noise=sizes / 100)
     ps.save_scene(tmp_path / "out.gltf", ps.Scene((ps.Node(points, "wall"),)))
     (back,) = ps.load_scene(tmp_path / "out.gltf", notes=refuse).placed()
-    for name in ("normals", "size", "noise"):
+    for name in ("normals", "point_size", "noise"):
         np.testing.assert_array_equal(
             getattr(back.content.look, name), np.asarray(getattr(points.look, name), np.float32)
         )

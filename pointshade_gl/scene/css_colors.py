@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .formatting import shown
-from .suggestions import did_you_mean
+from ..messages.formatting import shown
+from ..messages.suggestions import did_you_mean
+from .srgb import srgb_to_linear
 
 
 def linear_color(name: str) -> tuple[float, float, float]:
@@ -21,5 +22,5 @@ def linear_color(name: str) -> tuple[float, float, float]:
         near = did_you_mean(name, ImageColor.colormap)
         known = "known are three numbers, #rrggbb and the names of CSS"
         raise ValueError(f"color {shown(name)} is unknown{near}: {known}") from None
-    red, green, blue = (e / 12.92 if e <= 0.04045 else ((e + 0.055) / 1.055) ** 2.4 for e in (n / 255 for n in levels))
+    red, green, blue = (float(srgb_to_linear(level / 255)) for level in levels)
     return red, green, blue

@@ -1,4 +1,4 @@
-"""Records the window as a film."""
+"""Files that a window writes: the pictures that it saves, and the film of what it shows."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..files.pictures.picture_files import save_image
 
 RATE = 30.0
 
@@ -40,3 +42,10 @@ class Recorder:
 
     def close(self) -> None:
         self._film.close()
+
+
+def save_new(image: NDArray[np.uint8]) -> Path:
+    """Write a picture to a new file in the working directory, and return its path. Raises OSError."""
+    path = next(p for k in range(1, 1_000_000) if not (p := Path(f"pointshade_{k:04d}.png")).exists())
+    save_image(path, image)
+    return path

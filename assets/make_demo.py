@@ -1,6 +1,6 @@
 """The demo scene: the built-in vase on a mesh floor beside a mesh column, under a warm spot and a cool sky.
 
-Metres, y up, as in glTF. `python -m pointshade_gl.bench.demo_scene [FOLDER]` writes scene.gltf and its files.
+Metres, y up, as in glTF. `python -m assets.make_demo [FOLDER]` writes scene.gltf and its files.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.safe_paths import Folder
-from ..files.gltf import save_scene
-from ..files.gltf.frames import read_frame
-from ..files.gltf.views import FLIP, light_place
-from ..scene.appearance import Material
-from ..scene.camera import Camera, orbit_pose
-from ..scene.graph import Scene
-from ..scene.light import Light
-from ..scene.mesh import Mesh
-from ..scene.node import Node
-from ..scene.point_object import PointObject
-from .vase import POSE, UPRIGHT
+from pointshade_gl.bench.vase import POSE, UPRIGHT
+from pointshade_gl.files.access.safe_paths import Folder
+from pointshade_gl.files.gltf import save_scene
+from pointshade_gl.files.gltf.frames import read_frame
+from pointshade_gl.files.gltf.views import FLIP, light_place
+from pointshade_gl.scene.appearance import Material
+from pointshade_gl.scene.camera import Camera, orbit_pose
+from pointshade_gl.scene.graph import Scene
+from pointshade_gl.scene.light import Light
+from pointshade_gl.scene.mesh import Mesh
+from pointshade_gl.scene.node import Node
+from pointshade_gl.scene.point_object import PointObject
 
-FOLDER = Path(__file__).parents[2] / "assets" / "scene"
+FOLDER = Path(__file__).parent / "scene"
 FLOOR = -0.022  # thickness of the wooden disc under the vase in its frame
 STONE = Material(specular=0.1, shininess=12)
 SQUARE = np.array([(0, 1, 2), (0, 2, 3)], np.uint32)

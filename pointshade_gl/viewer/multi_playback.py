@@ -12,7 +12,7 @@ from .playback import Playback
 from .views import Views
 
 
-class Together:
+class MultiPlayback:
     """What Playback is for one source, for several: `advance` gives the Views to show, and never waits.
 
     sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)

@@ -1,0 +1,83 @@
+"""The options of `pointshade batch`: what comes out, and who draws it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import typer
+
+from ..messages.formatting import option
+from .completion import one_of
+
+KINDS = ("png", "jpg", "webp", "tif", "normals.png", "normals.exr", "normals.npy", "html", "mp4", "gif")
+BATCH = "Batch"
+
+
+@dataclass(frozen=True)
+class BatchOptions:
+    """What comes out of a batch, and who does it."""
+
+    to: Annotated[
+        str,
+        typer.Option(
+            metavar="KIND",
+            help=f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
+            autocompletion=one_of(KINDS),
+            rich_help_panel=BATCH,
+        ),
+    ] = "png"
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N", min=1, help="Processes that draw. Default: one for each core.", rich_help_panel=BATCH
+        ),
+    ] = None
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            metavar="local|ADDRESS",
+            help="Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
+            "Its machines must all see INPUT.",
+            rich_help_panel=BATCH,
+        ),
+    ] = None
+    num_gpus: Annotated[
+        float | None,
+        typer.Option(
+            metavar="N",
+            min=0,
+            help="With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
+            rich_help_panel=BATCH,
+        ),
+    ] = None
+    shard: Annotated[
+        str | None,
+        typer.Option(
+            metavar="I/N",
+            help="Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
+            rich_help_panel=BATCH,
+        ),
+    ] = None
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
+            "same options and version.",
+            rich_help_panel=BATCH,
+        ),
+    ] = False
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Do everything again.", rich_help_panel=BATCH)] = False
+
+    def part(self) -> tuple[int, int] | None:
+        """Which part of how many, from 1. Raises ValueError for anything else."""
+        if self.shard is None:
+            return None
+        number, _, count = self.shard.partition("/")
+        if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+            raise ValueError(
+                f"{option('shard')} is a part from 1 and how many there are, such as 1/8 to 8/8, got {self.shard!r}: "
+                "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
+            )
+        return int(number), int(count)

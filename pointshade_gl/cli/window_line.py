@@ -1,0 +1,132 @@
+"""The `pointshade render ...` line that makes a picture which the window saved: the other way round."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..scene.appearance import Look
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.view import viewing_pose
+from ..viewer.document import Dropped
+from ..viewer.picture import Picture, SavedPicture
+from ..viewer.views import Views, camera_of
+from .command_words import light_words, look_words, pose_words, text_of
+
+CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
+
+
+@dataclass(frozen=True)
+class Typed:
+    """How the command line names what a window shows.
+
+    inputs   one INPUT, or several; none where the options name the files
+    options  words that say how it is read, such as ("--depth-scale", "1000")
+    """
+
+    inputs: tuple[str, ...]
+    options: tuple[str, ...] = ()
+
+
+def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
+    """Return the line that makes a saved picture, and what it leaves out, in words ("": nothing).
+
+    The line is "" if there is none. typed  for what the window was opened with; what was dropped onto it names itself
+    """
+    picture, camera = saved.picture, saved.picture.camera
+    source, missing = _source_words(saved, typed if saved.dropped is None else _as_typed(saved.dropped))
+    if source is None:
+        return "", missing
+    shown = picture.shown
+    own = camera_of(shown.shown[0] if isinstance(shown, Views) else shown)  # of the line's picture, without a size
+    size = []
+    if (camera.width, camera.height) != (own.width, own.height):
+        size = ["--picture-size", f"{camera.width}x{camera.height}"]
+    if own.fitted(camera.width, camera.height) != camera:
+        return "", "no command line names this camera"
+    look, left_out = _look_words(picture)
+    words = [*source, *look, *_light_words(picture, picture.lights), *_pose_words(picture), *size]
+    words += ["--samples", str(saved.samples), "-o", saved.name]
+    return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out]))
+
+
+def _as_typed(dropped: Dropped) -> Typed:
+    return Typed(dropped.inputs, tuple(w for name, path in dropped.files.items() for w in (f"--{name}", str(path))))
+
+
+def _source_words(saved: SavedPicture, typed: Typed) -> tuple[list[str] | None, str]:
+    """INPUT and what tells its frames apart; or None, and why there are none."""
+    shown, numbers, options = saved.picture.shown, saved.numbers, list(typed.options)
+    if isinstance(shown, Scene):
+        hidden = _hidden(shown) - _hidden(saved.first)
+        return [*typed.inputs, *options], f"that these are hidden: {', '.join(sorted(hidden))}" if hidden else ""
+    if isinstance(shown, Views) and len(numbers) > 1:  # of several sources
+        chosen = [k for k, on in enumerate(shown.on) if on]
+        words = ",".join(str(max(numbers[k], 0)) for k in chosen)
+        return [*(typed.inputs[k] for k in chosen), *options, "--frame", words], ""
+    if isinstance(shown, Views):
+        names = ",".join(shown.shown_names)
+        return [*typed.inputs, *options, "--views" if len(shown.shown) > 1 else "--frame", names], ""
+    if not numbers:
+        return [*typed.inputs, *options], ""
+    if numbers[0] < 0:
+        return None, "no command line names a frame of a live stream"
+    return [*typed.inputs, *options, "--frame", str(numbers[0])], ""
+
+
+def _hidden(scene: Any) -> set[str]:
+    return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
+
+
+def _look_words(picture: Picture) -> tuple[list[str], str]:
+    """What of the look a scene has, which is a shading for all its objects, or all that frames have."""
+    if isinstance(picture.shown, Scene):
+        state = picture.now.state
+        return look_words(Look(shading=state.look.shading if state.lit else "none")), ""
+    look = picture.request().look
+    is_whole = look == look.alone
+    return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
+
+
+def _light_words(picture: Picture, lights: Sequence[Light]) -> list[str]:
+    """Nothing where light is not seen, or is as the scene has it."""
+    own = picture.shown.lights if isinstance(picture.shown, Scene) else None
+    if not picture.now.state.is_lit or (own is not None and _are_same(lights, own)):
+        return []
+    return [word for light in lights for word in light_words(light, in_scene=own is not None)]
+
+
+def _are_same(lights: Sequence[Light], others: Sequence[Light]) -> bool:
+    """Whether these are the same lights, in any order."""
+    return len(lights) == len(others) and all(any(_is_same(a, b) for b in others) for a in lights)
+
+
+def _is_same(light: Light, other: Light) -> bool:
+    for name in vars(light):
+        a, b = getattr(light, name), getattr(other, name)
+        if name == "direction" and a is not None and b is not None:
+            a, b = (np.array(one) / np.linalg.norm(one) for one in (a, b))
+        if not (a is b if a is None or b is None else np.allclose(a, b, rtol=1e-6, atol=1e-6)):
+            return False
+    return True
+
+
+def _pose_words(picture: Picture) -> list[str]:
+    """Yaw, pitch and dolly if they make its pose, otherwise the pose itself."""
+    state, shown, pose = picture.now.state, picture.shown, picture.pose
+    if isinstance(shown, Views):
+        return [] if np.allclose(shown.shown[0].pose, pose, rtol=0, atol=0) else pose_words(pose)
+    turns = {"yaw": state.yaw, "pitch": state.pitch, "dolly": 1 - state.distance}
+    turns = {name: round(value, 12) for name, value in turns.items()}
+    try:
+        moved = viewing_pose(shown, None, turns["yaw"], turns["pitch"], turns["dolly"])
+    except ValueError:
+        return pose_words(pose)
+    if np.abs(moved - pose).max() > CLOSE * max(shown.scale, 1e-3):
+        return pose_words(pose)
+    return [word for name, value in turns.items() if value for word in (f"--{name}", text_of(float(value)))]

@@ -1,0 +1,177 @@
+"""Options, each spelt once: a dataclass field carries its default, its documentation and its command-line option."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Callable, Iterable
+from dataclasses import Field, dataclass, field, fields
+from functools import wraps
+from typing import Any, TypeVar
+
+from ..messages.notes import note_new_name
+from ..messages.suggestions import did_you_mean
+
+FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film", "Picture"  # panels of the help
+WIDTH = 112  # columns of documentation
+_Any = TypeVar("_Any", bound=Any)
+
+
+@dataclass(frozen=True)
+class Option:
+    """What a field says beside its name, type and default.
+
+    doc      what Python's help says about it
+    help     what the command line's help says; "": there is no such option
+    metavar  stands for its value there
+    panel    of the help in which it is listed
+    known    values that the shell completes
+    kind     type of the text on the command line where the default does not tell it
+    read     value of such a text
+    place    among the options of its panel: those of place 0 come first
+    was      its older name, which is understood, too
+    """
+
+    doc: str
+    help: str = ""
+    metavar: str | None = None
+    panel: str = ""
+    known: tuple[str, ...] = ()
+    kind: type = str
+    read: Callable[[str], Any] | None = None
+    place: int = 1
+    was: str = ""
+
+
+def opt(default: Any, doc: str, help: str = "", **more: Any) -> Any:
+    """Return a dataclass field with a default and an `Option`; the help of one in a panel is the doc, unless given."""
+    help = help or (f"{doc[0].upper()}{doc[1:]}." if "panel" in more else "")
+    return field(default=default, metadata={"option": Option(doc, help, **more)})
+
+
+def option_of(one: Field[Any]) -> Option:
+    """Return what was said of a field."""
+    return one.metadata["option"]
+
+
+def number_or_text(text: str) -> float | str:
+    """Return the number that a text is, or else the text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def option_class(group: type[_Any]) -> type[_Any]:
+    """Decorate a dataclass of options: its help lists them, and fields answer to the names that they had before."""
+    parameters = inspect.signature(group).parameters
+    group.__doc__ = with_parameters(group.__doc__, [(one, parameters[one.name]) for one in fields(group)])
+    was = older_names(fields(group))
+    if was:
+        group.__init__ = _understanding(was, group.__init__, replaces=True)
+    for new, old in was.items():
+        setattr(group, old, property(_reader_of(old, new), doc=f"Older name of `{new}`."))
+    return group
+
+
+def older_names(found: Iterable[Field[Any]]) -> dict[str, str]:
+    """Return the older name of each field that had another, by its name."""
+    return {one.name: was for one in found if (was := option_of(one).was)}
+
+
+def takes(known: type, *groups: type) -> Callable[[_Any], _Any]:
+    """Decorate a function with `**options: Unpack[known]`: its signature and its help list them all.
+
+    groups  the dataclasses whose fields they are
+
+    The function raises TypeError for other names, and says which one is near.
+    """
+    found = {one.name: one for group in groups for one in fields(group)}
+
+    def decorate(function: _Any) -> _Any:
+        signature = inspect.signature(function)
+        plain = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        names = [name for name in keys_of(known) if name not in signature.parameters]
+        named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
+        listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
+        was = older_names(one for one, _ in listed)
+        called = _understanding(was, _checking(function, {one.name for one in plain} | set(names)))
+        called.__doc__ = with_parameters(function.__doc__, listed)
+        called.__signature__ = signature.replace(parameters=[*plain, *named])
+        return called
+
+    return decorate
+
+
+def _parameter(name: str, one: Field[Any] | None, kind: Any) -> inspect.Parameter:
+    """Return the parameter of a keyword, None by default if it is no field."""
+    default, kind = (None, getattr(kind, "__forward_arg__", kind)) if one is None else (one.default, one.type)
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+def keys_of(known: type) -> list[str]:
+    """Return the keys of a TypedDict, those of the one that it extends first."""
+    return list(known.__annotations__)
+
+
+def with_parameters(doc: str | None, listed: list[tuple[Field[Any], inspect.Parameter]]) -> str:
+    """Return a docstring whose section "Parameters" also lists options, unless it has them already."""
+    text = inspect.cleandoc(doc or "")
+    entries = [entry_of(*one) for one in listed if f"\n{one[0].name} :" not in text]
+    if "\nParameters\n---" not in text:
+        entries.insert(0, "\nParameters\n----------")
+    ends = [at for title in ("Returns", "Raises") if (at := text.find(f"\n\n{title}\n---")) >= 0]
+    end = min(ends, default=len(text))
+    return "\n".join([text[:end], *entries]) + text[end:] + "\n"
+
+
+def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
+    """Return the lines about an option in a section "Parameters"."""
+    said = textwrap.fill(option_of(one).doc, WIDTH, initial_indent="    ", subsequent_indent="    ")
+    return f"{one.name} : {parameter.annotation}, default {parameter.default!r}\n{said}"
+
+
+def renamed(**was: str) -> Callable[[_Any], _Any]:
+    """Decorate a function whose keywords had other names: it takes these, too."""
+    return lambda function: _understanding(was, function)
+
+
+def _checking(function: Callable[..., Any], known: set[str]) -> Callable[..., Any]:
+    """Return the function, which names a wrong keyword and the near one."""
+
+    @wraps(function)
+    def checked(*args: Any, **options: Any) -> Any:
+        for name in options:
+            if name not in known:
+                near = did_you_mean(name, known)
+                raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}{near}")
+        return function(*args, **options)
+
+    return checked
+
+
+def _understanding(was: dict[str, str], function: Callable[..., Any], replaces: bool = False) -> Any:
+    """Return the function, which also takes older names of its keywords; a note names the new one.
+
+    replaces  whether an older name may stand beside the new one, as in `dataclasses.replace(look, size=2)`
+    """
+    if not was:
+        return function
+
+    @wraps(function)
+    def called(*args: Any, **options: Any) -> Any:
+        for new, old in was.items():
+            if old in options and (replaces or new not in options):
+                note_new_name(old, new)
+                options[new] = options.pop(old)
+        return function(*args, **options)
+
+    return called
+
+
+def _reader_of(old: str, new: str) -> Callable[[Any], Any]:
+    def read(owner: Any) -> Any:
+        note_new_name(old, new)
+        return getattr(owner, new)
+
+    return read

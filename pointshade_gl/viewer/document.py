@@ -1,0 +1,174 @@
+"""What a window has opened: where frames come from, what they began with, and what was done to them since."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..files.access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, ONLY_DEPTH, VIDEO_SUFFIXES
+from ..files.access.folder_listing import Item
+from ..files.frames.frame_files import load_frame
+from ..files.pictures.picture_heads import is_deep_grey
+from ..files.sources import check_posed, is_scene, load_any, open_source
+from ..messages.formatting import option, shown
+from ..messages.validation import check_fps, items_of
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.orbit_state import OWN_LIGHT, State
+from ..scene.orbit_target import Stage
+from .history import History, Moment
+from .playing import Playing
+from .views import Shown, home_of
+
+PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
+
+
+class Dropped(NamedTuple):
+    """What was dropped onto a window.
+
+    source  the frame, the sequence or the scene
+    others  more sources of frames of the same thing
+    inputs  paths of the folders or of the file
+    files   of a single frame, by the names of `load_frame`'s options, where they were dropped one by one
+    """
+
+    source: Any
+    others: Sequence[Any]
+    inputs: tuple[str, ...]
+    files: dict[str, Path]
+
+
+class Document:
+    """A frame, a stream of frames or a scene, under its own lights unless others are given.
+
+    playing  closed here if it has nothing to show; afterwards whoever opened it does that
+    dropped  what of it came by a drop onto the window; None: the program opened it
+    merge    frames of a sequence are read to be merged
+
+    first    what was shown first: the user may have hidden something since
+    light_names  of the lights of a scene
+    start    the moment that R brings back
+    history  the steps since then
+    """
+
+    def __init__(
+        self,
+        playing: Playing,
+        state: State,
+        lights: Sequence[Light] = (),
+        merge: bool = False,
+        dropped: Dropped | None = None,
+    ):
+        self.playing, self.dropped = playing, dropped
+        with ExitStack() as undo:
+            undo.callback(playing.close)
+            self.first = first = playing.first(merge)
+            self.light_names: Sequence[str] = ()
+            if isinstance(first, Scene) and not lights:
+                self.light_names, lights = first.light_names, first.lights
+            self.start_at(_moment(first, state, lights), first)
+            undo.pop_all()
+
+    def instead(self, paths: Sequence[str], state: State) -> Document:
+        """Open what was dropped onto the window, with this look. Raises ValueError, TypeError or OSError."""
+        found = read_dropped(paths)
+        playing = self.playing.instead(found.source, found.others)
+        return Document(playing, state.reset_view(State()), dropped=found)
+
+    def start_at(self, moment: Moment, shown: Shown) -> None:
+        """R comes back to this, and nothing before it can be undone."""
+        self.start, self._pose = moment, np.asarray(home_of(shown).pose)
+        self.history = History(moment)
+
+    def restart(self, shown: Shown) -> Moment:
+        """View and lights as at the start, around the middle of what is shown now. Lights of the world stay there."""
+        stage, pose = Stage.of(home_of(shown)), np.asarray(home_of(shown).pose)
+        state, before, held, *_ = start = self.start
+        if stage.is_as(before) and np.array_equal(pose, self._pose):
+            return start
+        if held is not OWN_LIGHT:  # it stands in the world, not beside the viewer
+            state = state.with_light(state.light(before, self._pose, held), stage, pose)
+        return start._replace(state=state, stage=stage)
+
+
+def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
+    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes."""
+    home = home_of(shown)
+    stage = Stage.of(home)
+    if lights:
+        state = state.with_light(lights[0], stage, np.asarray(home.pose))
+    if isinstance(shown, Scene) or any(light.shadow for light in lights):
+        state = replace(state, shadows=True)
+    return Moment(state, stage, lights[0] if lights else OWN_LIGHT, tuple(lights[1:]))
+
+
+def read_dropped(paths: Sequence[str]) -> Dropped:
+    """Read what was dropped onto a window, as if `pointshade view` had been given it.
+
+    paths  a folder, a depth file or a scene; or the files of one frame: depth, colour, camera; or several folders
+
+    Raises ValueError, TypeError or OSError for anything else.
+    """
+    if not paths:
+        raise ValueError("the name of what was dropped cannot be read")
+    if len(paths) == 1:
+        return Dropped((load_any if is_scene(paths[0]) else open_source)(paths[0]), (), tuple(paths), {})
+    if all(Path(path).is_dir() for path in paths):
+        first, *others = map(open_source, paths)
+        check_posed((first, *others))
+        return Dropped(first, others, tuple(paths), {})
+    files = _files_of([Path(path) for path in paths])
+    folder = files["depth"].parent
+    return Dropped(load_frame(folder, **files), (), (str(folder),), files)
+
+
+def _files_of(paths: list[Path]) -> dict[str, Any]:
+    """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
+    items = [Item(path, path.name.lower()) for path in paths]
+    pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
+    depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]
+    colors = [item for item in pictures if item not in depths]
+    cameras = [item for item in items if item not in pictures]
+    if len(depths) != 1 or len(colors) > 1 or len(cameras) > 1:
+        names = ", ".join(path.name for path in paths[:4]) + (", ..." if len(paths) > 4 else "")
+        raise ValueError(f"{names}: drop the depth and the colour picture of one frame, a folder, or a scene")
+    found = {"depth": depths, "color": colors, "intrinsics": cameras}
+    return {name: some[0].path for name, some in found.items() if some}
+
+
+def _is_depth(item: Item) -> bool:
+    return item.suffix in ONLY_DEPTH or is_deep_grey(item.path)
+
+
+def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
+    """The others in a list. Raises TypeError or ValueError for what cannot be shown, or not as it is asked for."""
+    if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
+        raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+    for other in [others] if (found := items_of(others)) is None else found:
+        if found is None or not isinstance(other, Frame | Iterable) or isinstance(other, str | bytes):
+            raise TypeError(f"others must be Frames or iterables of frames, got {shown(other)}")
+    if found and isinstance(source, Scene):
+        raise TypeError("a scene has no others: they are more sources of frames of the same thing")
+    if views is not None and found:
+        raise ValueError(f"{option('views')} merges the frames of one sequence, and others are given: leave it out")
+    if views is not None and (isinstance(source, Frame) or not isinstance(source, Sequence)):
+        got = "a single frame" if isinstance(source, Frame) else f"a {type(source).__name__}"
+        raise ValueError(f"{option('views')} merges the frames of a sequence, and this is {got}: leave it out")
+    return list(found or ())
+
+
+def check_rates(fps: Any, count: int) -> list[float | None]:
+    """Frames per second of each source. Raises ValueError for another number of them, or impossible ones."""
+    rates = items_of(fps)
+    if rates is None or isinstance(fps, str):
+        rates = [fps] * count
+    if len(rates) != count:
+        name = option("fps")
+        raise ValueError(f"{name} must be a number of frames per second, or one for each source, got {shown(fps)}")
+    return [None if rate is None else check_fps(rate, option("fps"), "frames") for rate in rates]

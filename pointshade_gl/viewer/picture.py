@@ -1,0 +1,92 @@
+"""The picture that a window shows below marker, text and panel, as `Renderer.render` is asked for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rendering.request import RenderRequest
+from ..scene.camera import Camera
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light
+from ..scene.render_settings import Finish
+from ..scene.shading_override import shaded
+from .document import Dropped
+from .history import Moment
+from .views import Shown, Views, camera_of, home_of
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture of what is shown, by a camera that is fitted to its size.
+
+    now    view, lights and look
+    shown  the frame, the views or the scene
+    """
+
+    now: Moment
+    shown: Shown
+    camera: Camera
+
+    @property
+    def content(self) -> tuple[Any, ...]:
+        """Everything that it depends on, to be compared."""
+        state = replace(self.now.state, help=False, panel=False)
+        return state, self.now.lights, self.now.held, self.shown, self.camera
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of who looks."""
+        return self._home_pose @ self.now.state.pose(self.now.stage)
+
+    @property
+    def _home_pose(self) -> NDArray[np.float64]:
+        return np.asarray(home_of(self.shown).pose)
+
+    @property
+    def lights(self) -> list[Light]:
+        """The light that the mouse holds, then the others."""
+        held = self.now.state.light(self.now.stage, self._home_pose, self.now.held)
+        return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
+
+    def request(self, samples: int = 1) -> RenderRequest:
+        """Return what a renderer is asked for."""
+        state, shown, lights, finish = self.now.state, self.shown, self.lights, Finish(samples)
+        if isinstance(shown, Scene):
+            shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
+            return RenderRequest(shaded(shown, shading), lights, camera=self.camera, pose=self.pose, finish=finish)
+        look = state.look if state.lit else state.look.as_taken
+        source = shown.shown if isinstance(shown, Views) else shown
+        return RenderRequest(source, lights, look, self.camera, self.pose, finish=finish)
+
+    def most_samples(self, samples: int) -> int:
+        """Return as many, or 1 for a photograph seen as it was taken: it has no more, and stays sharp."""
+        state, stage = self.now.state, self.now.stage
+        is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
+        is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
+        return 1 if is_own and is_there and not state.is_lit else samples
+
+
+class SavedPicture(NamedTuple):
+    """A picture that the key P saved, with all that a command line needs to make the same.
+
+    name     of its file
+    first    what the window showed at first: nodes of a scene may be hidden since
+    numbers  of each source that plays: that of the frame in it, -1 in a live stream
+    dropped  what was opened by a drop onto the window; None: what the program opened
+    """
+
+    picture: Picture
+    samples: int
+    name: str
+    first: Shown
+    numbers: tuple[int, ...]
+    dropped: Dropped | None
+
+
+CommandLine = Callable[[SavedPicture], tuple[str, str]]  # the words of a command, and what it leaves out, in words

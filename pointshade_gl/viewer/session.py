@@ -1,0 +1,168 @@
+"""What is open in a window and how it is seen, and what actions of the user do to that. No GL, no window."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.camera import Camera
+from .controller import Answer, Control
+from .document import Document
+from .events import Command, Effect, PlayEffect, Remember, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
+from .history import Moment
+from .keys import when_seen
+from .lights import in_order, taking, titles
+from .messages import Messages
+from .multi_playback import MultiPlayback
+from .playback import Playback
+from .playing import Strip
+from .views import Shown, camera_of, home_of
+
+
+class Session:
+    """A frame, a stream of frames or a scene that is shown, with its view and its lights.
+
+    document  what is open
+    frame     of it is shown
+    state, stage, held, lights, light_number  are those of a Moment
+    messages  what is said
+    """
+
+    def __init__(self, document: Document, messages: Messages):
+        self.messages = messages
+        self.show(document, document.first, document.start)
+        self._control = Control(self.moment)
+        self._wanted: int | None = None  # the frame that was chosen on the timeline
+
+    def show(self, document: Document, frame: Shown, moment: Moment) -> None:
+        """Show a frame of a document, as it was at a moment."""
+        self.document, self.frame, self.moment = document, frame, moment
+
+    @property
+    def moment(self) -> Moment:
+        """View and lights as they are."""
+        return Moment(self.state, self.stage, self.held, self.lights, self.light_number)
+
+    @moment.setter
+    def moment(self, moment: Moment) -> None:
+        self.state, self.stage, self.held, self.lights, self.light_number = moment
+
+    @property
+    def control(self) -> Control:
+        """All that events change, as the application may have changed it since the last one."""
+        return replace(self._control, now=self.moment)
+
+    def take(self, answer: Answer) -> None:
+        """Become what the controller made of an event, and do what else it asks for."""
+        self._control, asked = answer
+        self.moment = self._control.now
+        for effect in asked:
+            self.perform(effect)
+
+    def perform(self, effect: Effect) -> None:
+        """Do what a key, the mouse or the panel asks for (see events.py)."""
+        match effect:
+            case ShowMessage(text):
+                self.say(text)
+            case Remember(kind, seconds, pause):
+                self.document.history.act(self.moment, kind, seconds, pause)
+            case Command.DROP_STEP:
+                self.document.history.drop_step(self.moment)
+            case Command.UNDO:
+                self.undo()
+            case Command.REDO:
+                self.redo()
+            case Command.RESET:
+                self.reset()
+            case TakeLight(number):
+                self.take_light(number)
+            case ShowFrame(frame):
+                self.frame = frame
+            case Scrub(index):
+                self._wanted = index
+            case _:
+                assert isinstance(effect, PlayEffect)  # all others need the window
+                self._follow(*self.document.playing.obey(effect, self.frame))
+
+    def say(self, text: str) -> None:
+        """Show a line of text for a few seconds."""
+        self.messages.say(text)
+
+    def undo(self) -> None:
+        """Take back the last change of view or lights."""
+        if moment := self.document.history.undo(self.moment):
+            self._go_to(moment)
+        self.say("undone" if moment else "nothing to undo")
+
+    def redo(self) -> None:
+        """Make the change again that was undone last."""
+        if moment := self.document.history.redo(self.moment):
+            self._go_to(moment)
+        self.say("done again" if moment else "nothing to do again")
+
+    def reset(self) -> None:
+        """Bring back view and lights as at the start, around the middle of the current frame."""
+        self._go_to(self.document.restart(self.frame))
+
+    def take_light(self, number: int) -> None:
+        """Let the mouse take the light with this number; the one that it held stays where it is."""
+        if number != self.light_number:
+            self._go_to(taking(number, self.moment, self.pose))
+            names = self.light_titles
+            self.say(f"the mouse holds {names[number]}, light {number + 1} of {len(names)}{when_seen(self.state)}")
+
+    def _go_to(self, moment: Moment) -> None:
+        """The look stays, which is not undone."""
+        self.moment = moment._replace(state=self.state.reset_view(moment.state))
+
+    @property
+    def light_titles(self) -> list[str]:
+        """What the lights are called, with their names in the scene."""
+        return titles(self.document.light_names, in_order(self.moment))
+
+    @property
+    def own_camera(self) -> Camera:
+        """The frame's or the scene's own camera."""
+        return camera_of(self.frame)
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """(4, 4) camera-to-world of the frame's or the scene's own camera."""
+        return np.asarray(home_of(self.frame).pose)
+
+    @property
+    def playback(self) -> Playback | MultiPlayback | None:
+        """What plays; None while nothing can."""
+        return self.document.playing.playback
+
+    @property
+    def strip(self) -> Strip | None:
+        """What the timeline shows; None where frames do not play."""
+        return self.document.playing.strip(self.frame)
+
+    def play(self, now: float) -> None:
+        """Show the frame that is due, or the views once they are merged."""
+        playing = self.document.playing
+        if playing.is_merging:
+            self._follow(*playing.merged(self.messages.text))
+        elif not self._control.is_scrubbing and (frame := playing.advance(self.frame, now)):
+            self.frame = frame
+
+    def seek(self) -> None:
+        """Show the frame that was chosen on the timeline, if one was."""
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
+            self._follow(self.document.playing.obey(Seek(wanted), self.frame)[0], "")
+
+    def plays_in(self, now: float) -> float | None:
+        """Return the seconds until something plays; None: no limit."""
+        return None if self._control.is_scrubbing else self.document.playing.patience(self.frame, now)
+
+    def _follow(self, frame: Shown | None, text: str) -> None:
+        """Shows the frame, unless it stays, and says the text, if there is one."""
+        if frame is not None:
+            self.frame = frame
+        if text:
+            self.say(text)

@@ -1,0 +1,224 @@
+"""Each option is spelt once: as a field with its documentation, its command-line option and its type."""
+
+import ast
+import inspect
+import json
+import re
+import subprocess
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.cli.look_options import LookOptions as TypedLook
+from pointshade_gl.cli.options import ViewOptions
+from pointshade_gl.cli.picture_options import PictureOptions
+from pointshade_gl.messages import notes
+from pointshade_gl.rendering.request import DepthOptions, PointsOptions, RenderOptions, RenderRequest
+from pointshade_gl.scene.appearance import LookOptions
+from pointshade_gl.scene.option_fields import option_of
+from pointshade_gl.scene.render_settings import FinishOptions
+from pointshade_gl.scene.view import MoveOptions
+from pointshade_gl.viewer import Viewer
+
+from ..support import frames
+
+PACKAGE = Path(ps.__file__).parent
+MOST = 6  # files of the package in which an option may stand
+FIELDS = {one.name: one for group in (ps.Look, ps.Material, ps.View, ps.Finish) for one in fields(group)}
+WORDS = {  # of the field: they also name arrays, steps, stages and files that are no options
+    "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
+    "pitch", "look", "finish", "samples", "background", "ground",
+}  # fmt: skip
+PASSED_BY = {"opt", "option", "Look", "Material", "View", "Finish", "RenderRequest"}
+HELD_BY = {"Look", "Material", "View", "Finish", "LookOptions", "FinishOptions", "MoveOptions", "SurfaceOptions"}
+SOURCES = {
+    path: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py") if "reference" not in path.parts
+}  # fmt: skip
+
+
+def spelt(tree):
+    """The names that a file declares as options, passes by name to what holds them, or writes in a message."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef) and node.name in HELD_BY:
+            yield from (one.target.id for one in node.body if isinstance(one, ast.AnnAssign))
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") in PASSED_BY:
+            yield from (one.arg for one in node.keywords)
+            yield from (one.value for one in node.args if isinstance(one, ast.Constant))
+
+
+SPELT = {path: set(spelt(ast.parse(text))) for path, text in SOURCES.items()}
+
+
+@pytest.mark.parametrize("name", FIELDS)
+def test_an_option_stands_in_few_files(name):
+    found = [path for path, names in SPELT.items() if name in names]
+    if name not in WORDS:
+        found = [path for path, text in SOURCES.items() if re.search(rf"\b{name}\b", text)]
+    assert 1 <= len(found) <= MOST, sorted(str(path.relative_to(PACKAGE)) for path in found)
+
+
+@pytest.mark.parametrize(
+    ("listed", "group", "besides"),
+    [
+        (LookOptions, ps.Look, {"material"}),
+        (FinishOptions, ps.Finish, set()),
+        (MoveOptions, ps.View, {"lights", "pose", "picture_size", "look", "finish"}),
+    ],
+)
+def test_the_types_for_editors_are_those_of_the_fields(listed, group, besides):
+    known = {one.name: one.type for one in fields(group) if one.name not in besides}
+    assert known == {name: kind.__forward_arg__ for name, kind in listed.__annotations__.items()}
+
+
+@pytest.mark.parametrize(
+    ("function", "options"),
+    [
+        (ps.render, RenderOptions), (ps.Renderer.draw, RenderOptions), (ps.render_depth, DepthOptions),
+        (ps.render_points, PointsOptions), (ps.save_page, RenderOptions), (ps.show, RenderOptions),
+    ],
+)  # fmt: skip
+def test_help_lists_every_option_with_its_default_and_its_documentation(function, options):
+    parameters, doc = inspect.signature(function).parameters, " ".join(inspect.getdoc(function).split())
+    assert set(options.__annotations__) <= set(parameters)
+    for name in set(parameters) & set(FIELDS):
+        assert parameters[name].default == FIELDS[name].default or name == "material"
+        assert f"{name} : " in doc and (name in ("shading", "pose") or option_of(FIELDS[name]).doc in doc)
+    assert not any(one.kind is one.VAR_KEYWORD for one in parameters.values())
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: ps.render("vase", shadng="flat"), r"render\(\) got .* 'shadng' \(did you mean shading\?\)"),
+        (lambda: ps.render_depth("vase", sample=2), r"render_depth\(\) got an unexpected keyword argument 'sample'"),
+        (lambda: ps.save_page("a.html", "vase", fliyng="snap"), r"'fliyng' \(did you mean flying\?\)"),
+        (lambda: RenderRequest.of("vase", unligt=True), r"of\(\) got .* 'unligt' \(did you mean unlight\?\)"),
+        (lambda: ps.render(RenderRequest.of("vase"), yaw=3), "a request has all its options: leave out yaw"),
+        (lambda: ps.Look(flyng="snap"), "flyng"),
+    ],
+)
+def test_a_wrong_name_is_named(call, says):
+    with pytest.raises(TypeError, match=says):
+        call()
+
+
+def test_a_request_keeps_what_was_passed():
+    one, other = frames.sphere(), frames.sphere()
+    lights = [ps.Light(position=(0, -1, 0))]
+    request = RenderRequest.of([one, other], light=lights, flying="snap", yaw=5, samples=2)
+    assert [frame is kept for frame, kept in zip((one, other), request.source, strict=True)] == [True, True]
+    assert request.lights[0] is lights[0] and request.look == ps.Look(flying="snap")
+    assert request.turns == (5, 0, 0) and request.finish == ps.Finish(2)
+    assert RenderRequest.of(request) is request and RenderRequest.of(one).source is one
+
+
+def test_a_request_is_drawn_as_its_options_are(renderer):
+    frame, options = frames.sphere(), {"shading": "flat", "yaw": 10, "background": "white", "point_size": 2}
+    request = RenderRequest.of(frame, **options)
+    assert (renderer.render(request) == renderer.render(frame, **options)).all()
+    assert (renderer.render_depth(request) == renderer.render_depth(frame, point_size=2, yaw=10)).all()
+    assert (
+        renderer.render_points(request).colors == renderer.render_points(frame, shading="flat", yaw=10).colors
+    ).all()
+    view = ps.View(look=request.look, finish=request.finish, yaw=10)
+    assert (renderer.render(RenderRequest.seen(frame, view)) == renderer.render(request)).all()
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Notes about new names, as if none had been printed before."""
+    monkeypatch.setattr(notes, "_renamed", set())
+    with notes.taken() as found:
+        yield found
+
+
+@pytest.mark.parametrize(
+    ("make", "new"),
+    [
+        (lambda: (ps.Look(size=2), ps.Look(point_size=2)), "point_size"),
+        (lambda: (replace(ps.Look(point_size=3), size=2), ps.Look(point_size=2)), "point_size"),
+        (lambda: (ps.Look(point_size=2).size, 2), "point_size"),
+        (lambda: (ps.PointObject(frames.sphere(), size=2).look, ps.Look(point_size=2)), "point_size"),
+        (lambda: (ps.View(size=(8, 6)).picture_size, (8, 6)), "picture_size"),
+        (lambda: (ps.View(picture_size="half").size, "half"), "picture_size"),
+    ],
+)
+def test_older_names_are_understood_and_one_note_names_the_new_one(told, make, new):
+    for _ in range(2):
+        made, expected = make()
+        assert made == expected
+    assert told == [f"size is called {new} now: the older name goes with the next version"]
+
+
+def test_older_names_in_render_and_in_the_window(told, renderer):
+    frame = frames.sphere()
+    assert (renderer.render(frame, size=3) == renderer.render(frame, point_size=3)).all()
+    assert (renderer.render_depth(frame, size=3) == renderer.render_depth(frame, point_size=3)).all()
+    with pytest.raises(TypeError, match="unexpected keyword argument 'size'"):
+        renderer.render(frame, size=3, point_size=2)
+    with pytest.raises(TypeError, match="window_size must be a width and a height"):
+        Viewer(frame, size=640)
+    assert [note.split(":")[0] for note in told] == ["size is called point_size now", "size is called window_size now"]
+
+
+@pytest.mark.parametrize(
+    ("line", "new"),
+    [
+        ("render vase --samples 1 --size 40x30 -o a.png", "--picture-size"),
+        ("depth vase --size half -o a.png", "--picture-size"),
+        ("view vase --size big", "--window-size"),
+    ],
+)
+def test_older_names_on_the_command_line(typed, tmp_path, monkeypatch, line, new):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(notes, "_renamed", set())
+    code, _, errors = typed(line)
+    assert f"note: --size is called {new} now: the older name goes with the next version\n" in errors
+    assert code == 0 if "view" not in line else "--window-size takes WIDTHxHEIGHT" in errors
+    monkeypatch.setattr(notes, "_renamed", set())
+    assert "is called" not in typed(f"{line} --quiet")[2] and "--size " not in typed("render --help")[1]
+
+
+def test_the_command_line_has_every_option():
+    typed = {one.name for group in (TypedLook, ViewOptions, PictureOptions) for one in fields(group)}
+    assert set(FIELDS) - {"material", "look", "finish", "lights"} | {"light"} == typed
+
+
+SCRIPT = """
+import numpy as np
+import pointshade_gl as ps
+
+frame = ps.load_frame("vase")
+lit = ps.render(frame, ps.Light(position=(0, -1, 0)), shading="flat", point_size=2, flying="snap", yaw=20, samples=4)
+depth = ps.render_depth(frame, None, np.eye(4), "star", upsample="none")
+normals = ps.estimate_normals(frame, "plane-fit-5", max_depth_step="3%")
+points = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
+ps.save_page("a.html", [frame, frame], quality="small", unlight=True)
+look = ps.Look(shading="gouraud", noise="kinect", point_size="fill")
+view = ps.View([ps.Light()], picture_size="half", look=look, finish=ps.Finish(16, "white", (0, -1, 0)))
+"""
+WRONG = """
+ps.render(frame, shading="toon")
+ps.render(frame, flyng="snap")
+ps.render_depth(frame, samples=2)
+ps.estimate_normals(frame, "magic")
+ps.Look(normals="magic")
+ps.PointObject(frame, splat="star")
+ps.Renderer(rasterizer="pionts")
+ps.View(picture_size="quarter")
+"""
+
+
+def test_a_users_script_is_checked_by_pyright(tmp_path):
+    """Right calls pass; each wrong name and each wrong word is an error."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT + WRONG)
+    (tmp_path / "pyrightconfig.json").write_text(json.dumps({"extraPaths": [str(PACKAGE.parent)]}))
+    line = [sys.executable, "-m", "pyright", "--outputjson", "--pythonpath", sys.executable, "-p", str(tmp_path)]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+    found = {one["range"]["start"]["line"] for one in json.loads(done.stdout)["generalDiagnostics"]}
+    first = len(SCRIPT.splitlines()) + 1
+    assert found == set(range(first, first + len(WRONG.splitlines()) - 1)), done.stdout

@@ -16,7 +16,7 @@ STAR = Choice("star")
 
 @pytest.fixture(scope="module")
 def own(renderer):
-    """A renderer of the module's own, which has drawn nothing else."""
+    """A renderer of the module's own."""
     with ps.Renderer() as made:
         yield made
 
@@ -81,8 +81,9 @@ def found_in(renderer):
 
 
 class TestRenderer:
-    def test_nothing_was_drawn(self, own):
-        assert own.explain() == []
+    def test_nothing_was_drawn(self, renderer):
+        with ps.Renderer() as fresh:
+            assert fresh.explain() == []
 
     def test_a_frame_is_explained_by_its_estimator(self, own):
         own.render(three_views()[0])

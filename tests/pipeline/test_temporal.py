@@ -310,9 +310,9 @@ def test_films_and_numbered_files_are_filtered(typed, sequence, tmp_path):
         pictures = [np.asarray(Image.open(tmp_path / name / f"{k}.png"), float) for k in range(8)]
         flicker[name] = np.std(pictures[3:], 0).mean()
     assert flicker["calm"] < 0.5 * flicker["plain"]
-    assert typed(f"render {sequence} -o out.mp4 --temporal --frames 3")[0] == 0
-    assert typed(f"normals {sequence} -o n%d.npy --temporal")[0] == 0
-    assert typed(f"depth {sequence} -o d%d.npy --temporal")[0] == 0
+    assert typed(f"render '{sequence}' -o out.mp4 --temporal --frames 3")[0] == 0
+    assert typed(f"normals '{sequence}' -o n%d.npy --temporal")[0] == 0
+    assert typed(f"depth '{sequence}' -o d%d.npy --temporal")[0] == 0
 
 
 @pytest.mark.parametrize(

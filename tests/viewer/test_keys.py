@@ -54,7 +54,7 @@ class TestKeys:
         monkeypatch.chdir(tmp_path)
         viewer = open_viewer()
         press(viewer, "P", "1", "P")
-        names = capsys.readouterr().out.split()
+        names = capsys.readouterr().out.splitlines()
         assert names == [str(tmp_path / f"pointshade_000{k}.png") for k in (1, 2)]
         with Image.open(names[1]) as image:
             expected = ps.render(viewer.frame, camera=viewer.frame.camera.fitted(320, 240), shading="none")

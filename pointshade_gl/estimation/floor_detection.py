@@ -1,4 +1,4 @@
-"""Finds a floor that a frame shows: a plane under everything else. No GL here."""
+"""Detects a floor in a frame: a large, nearly level plane below all other points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Where the ground lies: where the user says, on a floor that is shown, or under all that is visible."""
+"""Places the ground plane: at the height that the caller gives, on a detected floor, or under the lowest point in
+view."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The highlights of a picture: where its geometry says that they are, how sharp and how strong.
+"""Estimates the specular highlights in a colour image from its surface geometry: position, sharpness and strength.
 
 One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
 place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best

@@ -1,4 +1,4 @@
-"""Samples of a picture in which highlights are looked for: on smooth pieces, in pairs."""
+"""Samples a colour image for the highlight search: pairs of pixels on the same smooth piece of surface."""
 
 from __future__ import annotations
 

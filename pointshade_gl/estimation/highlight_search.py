@@ -1,4 +1,4 @@
-"""Where the light of a highlight is, and how sharp this is: a search, and its refinement."""
+"""Searches for the light direction and the Phong exponent that explain the highlights of an image, and refines both."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The light that a picture was taken in: one direction and ambient light, fitted to its colours and normals."""
+"""Estimates the light in which a photograph was taken, one direction and ambient light, from its colours and
+normals."""
 
 from __future__ import annotations
 

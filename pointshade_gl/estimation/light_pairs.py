@@ -1,4 +1,4 @@
-"""Pairs of pixels that tell how a picture is lit: of one surface and one colour, but facing different ways."""
+"""Finds pairs of pixels that show how an image is lit: on one surface, of one colour, with different normals."""
 
 from __future__ import annotations
 

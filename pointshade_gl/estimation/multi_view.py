@@ -1,4 +1,4 @@
-"""How several frames of one thing are weighed: which are compared, the band, exposures, and primary views."""
+"""Weighs several frames of one object against each other: which to compare, depth tolerance, exposure, view weights."""
 
 from __future__ import annotations
 

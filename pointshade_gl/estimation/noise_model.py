@@ -1,4 +1,4 @@
-"""Finds the noise of a depth picture from its measured blocks, and the estimator that it needs. Small arrays only."""
+"""Estimates the noise and the rounding of a depth image from statistics of its blocks, which the GPU has measured."""
 
 from __future__ import annotations
 

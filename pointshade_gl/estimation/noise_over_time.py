@@ -1,4 +1,4 @@
-"""One decision about the noise for all frames of a stream: it changes on evidence, not from frame to frame."""
+"""Keeps one noise estimate for all frames of a stream, and changes it only on evidence from several frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Tells fine structure from noise, block by block: leaves, fur and ornaments must not be averaged away."""
+"""Distinguishes fine structure (leaves, fur, ornaments) from depth noise, block by block, so that it is not smoothed
+away."""
 
 from __future__ import annotations
 

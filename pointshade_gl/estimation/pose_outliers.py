@@ -1,4 +1,4 @@
-"""Which frames of one thing contradict the others: their poses are wrong."""
+"""Finds frames whose depth contradicts that of the other frames of the same object: their poses are wrong."""
 
 from __future__ import annotations
 

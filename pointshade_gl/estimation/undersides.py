@@ -1,4 +1,4 @@
-"""How far down a frame's things go: their lowest ends, with undersides that the camera did not see. No GL here.
+"""Estimates how far down the objects in a frame reach, including undersides that the camera could not see.
 
 Where a surface ends downwards, at an outline, it goes on behind it. Near a smooth outline a surface is a circle seen
 from the side, as in shaders/common/rims.glsl: its lowest point is known though hidden. Elsewhere it ends between two

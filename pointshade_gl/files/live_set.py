@@ -1,4 +1,4 @@
-"""Live sets: several streams of frames at once, each at its own rate, to be drawn as one object."""
+"""Combines several live streams, each at its own frame rate, into sets of frames that are drawn as one object."""
 
 from __future__ import annotations
 

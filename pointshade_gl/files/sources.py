@@ -1,4 +1,4 @@
-"""Streams of frames. A stream is whatever `for frame in source:` accepts: a sequence on disk, a generator, a camera."""
+"""Opens sources of frames: a sequence on disk, a generator, a camera; anything that `for frame in source:` accepts."""
 
 from __future__ import annotations
 

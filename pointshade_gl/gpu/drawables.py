@@ -1,4 +1,4 @@
-"""All kinds of things that a scene holds, on the GPU: one way to draw each into views and into shadow maps."""
+"""Draws objects of every kind (splats, grids, meshes), each by its own pass, into views and into shadow maps."""
 
 from __future__ import annotations
 

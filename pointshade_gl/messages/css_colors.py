@@ -1,4 +1,4 @@
-"""Colours by the names of CSS and as #rrggbb."""
+"""Converts colours from CSS notation (a name such as tomato, or #rrggbb) to linear RGB."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How messages show options and values: `depth_kind='inverse'` in Python is `--depth-kind inverse` in a terminal."""
+"""Formats options and values for messages: `depth_kind='inverse'` in Python is `--depth-kind inverse` in a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Notes: one sentence for every guess, printed unless the caller takes them."""
+"""Prints notes: one sentence for every guess that the package makes, unless the caller collects them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a misspelt name was meant to be, for messages: " (did you mean phong?)", or nothing when no name is near."""
+"""Finds what a misspelt name was meant to be, for messages: " (did you mean phong?)", or nothing if no name is near."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adds up the samples of a picture, with the shadows on its ground, and develops the sum."""
+"""Averages several samples of a picture into the final one, with shadows on the ground."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""What was found out about the things of a picture: by which estimators, how far frames agree, in which light."""
+"""Collects what was estimated about the objects in a picture: normal methods, agreement of frames, light in
+photographs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draws one sample of a picture: what is seen of the drawables, then their light."""
+"""Draws one sample of a picture: the visible surfaces of all objects, then the light on them."""
 
 from __future__ import annotations
 

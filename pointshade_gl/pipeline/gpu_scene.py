@@ -1,4 +1,4 @@
-"""Puts the drawables of a scene on the GPU: points with their normals, as many as the view needs."""
+"""Puts the objects of a scene on the GPU: points with their normals, as many as the view needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sets up the lights of a picture: draws their shadow maps, and lights the points of shading models that mix light."""
+"""Prepares the lights of a picture: draws their shadow maps, and lights the points themselves for flat and gouraud."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pipeline: a scene in, a lit picture on the GPU out."""
+"""The rendering pipeline: takes a scene, lights and a camera, and draws the lit picture on the GPU."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Says in plain lines what drew a picture, and why: estimators, and what several frames of one thing agree on."""
+"""Explains in plain text how a picture was drawn: which normal methods ran and why, and how far frames agree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes and spheres round things. Culling, shadows and cameras are fitted to them."""
+"""Computes bounding boxes and bounding spheres, to which culling, shadow cameras and viewing cameras are fitted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras and poses, and the conventions of the whole project, stated here once.
+"""Pinhole cameras and their poses, and the conventions of the whole project, stated here once.
 
 Axes      OpenCV and Open3D: x right, y down, z forward. A pose is a 4x4 camera-to-world matrix.
 World     the frame's own camera, unless the frame has a pose.

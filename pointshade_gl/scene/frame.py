@@ -1,4 +1,4 @@
-"""A frame: one depth picture, one colour picture, the camera that took them."""
+"""A frame: one depth image with its colour image, and the camera that took them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Level of detail: fewer points where a view shows them smaller than its pixels, more where the colours have more;
-splats merged where they lie alike."""
+"""Level of detail: chooses how many points of a frame to draw, so that splats are about as fine as the view's
+pixels."""
 
 from __future__ import annotations
 

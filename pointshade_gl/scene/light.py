@@ -1,4 +1,4 @@
-"""Lights: plain values, checked once, and the rows that the shaders read. The formulas are in shaders/common."""
+"""Point, directional and spot lights, checked when they are made, and packed into the rows that shaders read."""
 
 from __future__ import annotations
 

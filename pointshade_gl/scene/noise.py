@@ -1,4 +1,4 @@
-"""The noise of a depth picture: what the caller says, what was measured, and how to describe it."""
+"""The noise of a depth image: given by the caller or measured on the image, and its description in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known about the noise of a depth picture, in a few words that can be written down and given back."""
+"""Describes the noise of a depth image in a short text that can be stored, and parses such a text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The normal estimators and their options. No GL here: the GPU and its mirror read the same list."""
+"""Names and options of the methods that estimate normals from depth. The GPU and its CPU mirror read the same list."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the viewer and the light are: plain values and their arithmetic, no GL, no window.
+"""The state of an interactive view, camera orbit, light and appearance, and how mouse drags change it.
 
 The light's direction is stored as a place on the window, in *rims* from the object's middle. The window is a map of
 directions: in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the

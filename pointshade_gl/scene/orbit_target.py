@@ -1,4 +1,4 @@
-"""What the viewer moves around: the object's middle, and how far from it the light is."""
+"""What an interactive view orbits around: the object's centre, the distance of its light, and which way is up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Content of a node where it lies in the world: its axes, its corners, its scale."""
+"""The content of a scene node together with its world transform: bounding box, axes and scale in world space."""
 
 from __future__ import annotations
 

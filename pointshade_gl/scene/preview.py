@@ -1,4 +1,4 @@
-"""The pictures by which notebooks show frames and scenes. These values know nothing of what draws them."""
+"""Lets notebooks show frames and scenes as pictures, without making these values depend on the renderer."""
 
 from __future__ import annotations
 

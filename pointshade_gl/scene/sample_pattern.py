@@ -1,4 +1,5 @@
-"""Where the samples of a picture lie: within each pixel, and on lights that are not points. No GL here."""
+"""Sample positions for antialiasing and soft shadows: offsets within a pixel, and points on the surface of area
+lights."""
 
 from __future__ import annotations
 

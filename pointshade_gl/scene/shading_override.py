@@ -1,4 +1,4 @@
-"""A scene whose objects are all shaded alike."""
+"""Copies a scene with one shading model for all of its objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The cameras of the pictures that lights take of a scene for their shadows. No GL here."""
+"""Computes the cameras from which shadow maps are rendered: for each light, the views that show all that casts
+shadows."""
 
 from __future__ import annotations
 

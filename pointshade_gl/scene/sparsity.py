@@ -1,4 +1,5 @@
-"""Whether only few depths of a picture are known, far from one another, such as LiDAR in a picture."""
+"""Decides whether a depth image is sparse: single known pixels far apart, such as LiDAR points projected into an
+image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The turntable: the way of a light or of the camera once around a frame or scene."""
+"""Turntable views: the light or the camera moves once around a frame or scene, in even steps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The shot: what one picture of a scene shows. What is in view, where the near plane lies, what casts shadows."""
+"""Determines what one view of a scene needs: the objects in view, the near plane, and the objects that cast shadows."""
 
 from __future__ import annotations
 

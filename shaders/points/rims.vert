@@ -20,7 +20,7 @@ flat out vec4 rim;             // outward, width, drop
 flat out vec2 slope;           // these as in rims.glsl
 flat out vec4 hidden;
 flat out mat4x3 folds;
-flat out float stretched;      // for set_rims.frag: 1 if the pixel's footprint is
+flat out float stretched;      // for rims.frag, SET: 1 if the pixel's footprint is
 
 #if LIT
 #include "points/vertex_lighting.glsl"

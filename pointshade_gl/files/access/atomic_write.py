@@ -1,4 +1,4 @@
-"""Writing files whole: beside their target under a hidden name, then renamed.
+"""Writes files completely or not at all: under a hidden name beside the target, then renamed.
 
 So nobody meets a half-written file. After an error or an interruption nothing is left; only a process that is killed
 leaves its hidden `.part` file. The names of a process's hidden files begin alike, so that who killed it removes them.

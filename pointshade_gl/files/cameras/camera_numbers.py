@@ -1,4 +1,5 @@
-"""Cameras that are written as bare numbers: four, a matrix, or with a size. The numbers themselves say which."""
+"""Interprets cameras that are written as bare numbers: four, a matrix, or with a size. The numbers show which form it
+is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a source says about the camera that took a picture, and the camera that follows for the depth picture."""
+"""Intrinsics as a file states them, and the camera that follows from them for the depth image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One frame out of arrays with roles: its depth, camera, pose, colour, normals, and where it is valid."""
+"""Assembles one frame from named arrays: its depth, camera, pose, colour, normals and validity mask."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames from arrays with known names, as networks, renderers and data sets write them (the names: `roles.ROLES`).
+"""Reads frames from arrays whose names are known (array_roles.ROLES), as networks, renderers and data sets write them.
 
 Shapes    (h, w), (h, w, c) or (c, h, w); one frame or several (n, ...); any axes of length 1 before.
 Points    (h, w, 3): z is the depth, and the camera is fitted to x/z and y/z. Beside poses they may be in the world's

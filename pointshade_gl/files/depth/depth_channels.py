@@ -1,4 +1,4 @@
-"""Depth whose bytes are spread over the channels of a colour picture: 16 bits in two, 24 in three, a float in four.
+"""Decodes depth whose bytes are spread over colour channels: 16 bits in two, 24 in three, a float in four.
 
 HO-3D (Hampali 2020) and NOCS (Wang 2019) have 16 bits, CARLA 24 of 1000 m (Dosovitskiy 2017), TartanAir V2 floats.
 Only the right order of bytes is smooth: where the higher byte goes one up, the lower one starts again.

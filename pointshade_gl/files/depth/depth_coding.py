@@ -1,4 +1,4 @@
-"""What the raw numbers of one depth picture mean: their kind, their unit, and bits that are no plain numbers.
+"""Finds out what the raw numbers of a depth image mean: depth kind, unit, and special bit encodings.
 
 What the caller says is taken as it is. What the camera's file says comes next, unless it cannot be; then the values
 themselves. Every guess is a note that names the option which ends it.

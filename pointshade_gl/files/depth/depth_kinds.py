@@ -1,4 +1,4 @@
-"""From raw depth values to metres along the optical axis: the six kinds of depth."""
+"""Converts raw depth values to metres along the optical axis, for the six kinds of depth."""
 
 from __future__ import annotations
 

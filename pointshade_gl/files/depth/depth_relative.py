@@ -1,4 +1,4 @@
-"""Depth without distances: 8-bit and colour-mapped pictures, what networks write, and disparity."""
+"""Recognises depth without absolute distances: 8-bit and colour-mapped pictures, network output, and disparity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many raw values a metre has, where nobody says so or what is said cannot be."""
+"""Guesses the unit of depth, as raw values per metre, where none is given or the given one is impossible."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which raw depth values are distances, and which say "missing": holes, markers of sensors, backgrounds of renderers.
+"""Decides which raw depth values are distances, and which mean "missing": holes, sensor markers, renderer backgrounds.
 
 In arrays, `Frame` decides. Pictures may have 100 million pixels, so they are read in blocks of rows. 8 and 16 bits have
 few values: each is judged once, in a table.

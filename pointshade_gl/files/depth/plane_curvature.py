@@ -1,4 +1,4 @@
-"""How the values of a picture bend across tilted planes: it tells depth from inverse depth, whatever their scale.
+"""Tells depth from inverse depth, whatever their scale, by how the values bend across tilted planes.
 
 A plane a x + b y + c z = d has 1/z = (a u + b v + c)/d: inverse depth is linear in pixels, depth z is not. Along its
 slope z'' = 2 z'^2 / z. Floors, walls and tables are planes, and they keep this through noise, blur, 8 bits, an unknown

@@ -1,4 +1,5 @@
-"""Is a depth the length of the ray instead of the distance along the axis? Planes tell: they are flat only in one.
+"""Recognises depth that stores the length of each pixel's ray instead of z: planes come out flat in only one of the
+two.
 
 A plane has 1/z linear in pixels; the ray to the same point is n = |((u - cx)/fx, (v - cy)/fy, 1)| times as long, so of
 lengths r it is n/r that is linear. Renderers write r (SceneNet RGB-D, InteriorNet, Hypersim), sensors z. Only depth as

@@ -1,4 +1,4 @@
-"""The parts of one frame, from files or arrays, put together: depth in metres, colours, camera, pose."""
+"""Assembles one frame from files or arrays: depth in metres, colours, camera and pose."""
 
 from __future__ import annotations
 

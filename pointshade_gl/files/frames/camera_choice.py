@@ -1,4 +1,5 @@
-"""Which camera a frame gets: the caller's, the file's beside it, the photograph's lens, or a usual one."""
+"""Chooses the camera of a frame: the caller's, that of a file beside it, that of the photograph's lens, or a usual
+one."""
 
 from __future__ import annotations
 

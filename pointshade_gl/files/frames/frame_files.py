@@ -1,4 +1,4 @@
-"""Files become frames: finds the pictures, the camera and the pose, reads them, and prints every guess."""
+"""Loads a frame: finds its pictures, camera and pose, reads them, and prints every guess."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def load_frame(
     baseline     metres between the cameras of a disparity
     pose         a file (see `load_pose`) or a (4, 4) camera-to-world matrix
     allow_outside  let depth.txt and rgb.txt name files outside the folder
-    max_pixels   of a picture; the default passes 12 288 x 8 192. Other limits follow from it (see `files.limits`).
+    max_pixels   of a picture; the default passes 12 288 x 8 192. All other limits follow from it
     notes        called with one sentence for every guess; the default prints it to stderr
 
     Raises ValueError, TypeError or OSError, in one sentence, for files that cannot be read right.

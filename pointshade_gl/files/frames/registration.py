@@ -1,4 +1,4 @@
-"""Do colour and depth show the same? Steps of the depth lie on edges of the colours, unless one is shifted."""
+"""Checks whether colour and depth are aligned: steps in depth should lie on edges in the colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The frames of a folder or a file as a sequence, each read when it is asked for."""
+"""Opens the frames of a folder or a file as a sequence, each read when it is asked for."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that hold a recording, a model or an archive in a form that is not read here: what they are, what to do.
+"""Recognises recordings, models and archives in formats that cannot be read here, and says what to do instead.
 
 A new kind is a row of _KINDS.
 """

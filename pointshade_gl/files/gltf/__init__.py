@@ -1,4 +1,4 @@
-"""Scenes from glTF 2.0 and GLB files and back. What a file says in `extras` of the name "pointshade":
+"""Reads and writes scenes as glTF 2.0 and GLB files. What a file says in `extras` under the name "pointshade":
 
 node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object: a built-in frame, a folder, or a depth
         picture, relative to the glTF file. Further keys: color, depth, intrinsics, fov, depth_scale, depth_kind,
@@ -45,7 +45,7 @@ def load_scene(
     `extras` (see above). Files that it names must lie in its folder, also through links; nothing is fetched or run.
 
     allow_outside  let the scene name files outside its folder
-    max_pixels     of one picture; all other limits follow from it (see `files.limits`)
+    max_pixels     of one picture; all other limits follow from it
     notes          called with one sentence for everything that is left out; the default prints it to stderr
 
     Raises ValueError or OSError, in one sentence that names the node or the part, for what cannot be read right.

@@ -1,4 +1,4 @@
-"""Frames in the extras of a node: they lie in folders beside the file."""
+"""Reads and writes the frames that the extras of a glTF node name; they lie in folders beside the glTF file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Point objects in the extras of a node."""
+"""Reads and writes point objects, which are stored in the extras of glTF nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The camera of a folder's frames: found by name, read by content, or that of a data set that is known by its form."""
+"""Finds the camera of a folder's frames: by file name and content, or as that of a recognised data set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The poses of a folder's frames: found by name, read by content, matched by name, time, number or order."""
+"""Finds the poses of a folder's frames, and assigns them by file name, time stamp, number or order."""
 
 from __future__ import annotations
 

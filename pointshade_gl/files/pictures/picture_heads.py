@@ -1,4 +1,4 @@
-"""What the first bytes of a picture say about its values, without decoding it."""
+"""Reads from the first bytes of an image file what kind of values it holds, without decoding it."""
 
 from __future__ import annotations
 

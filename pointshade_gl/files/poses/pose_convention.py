@@ -1,4 +1,4 @@
-"""Do the views agree? Points of one frame, carried into another by their poses, must meet the depth that is there.
+"""Finds out which pose convention a file uses: points of one frame, projected into another, must meet its depth.
 
 That tells what no file says: whether poses lead to the world or from it, whose axes they use, whether a picture is
 mirrored (a negative fy that is written nowhere), how many units a metre has. Nothing is changed unless the given

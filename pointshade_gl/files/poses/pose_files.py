@@ -1,8 +1,8 @@
-"""Poses out of a file, whatever its form: quaternions, matrices, JSON, COLMAP. The content decides.
+"""Reads camera poses from a file of any form: quaternions, matrices, JSON, COLMAP. The content decides which it is.
 
-A new form is a reader in `read_poses`; names that say what a matrix is are in pose_words.py. Each gives
+A new form is a reader in `read_poses`; names that say what a matrix is are in pose_key_names.py. Each gives
 poses camera-to-world in OpenCV axes as the form defines them; what a file means in truth is checked against the depth
-(agreement.py).
+(pose_convention.py).
 """
 
 from __future__ import annotations

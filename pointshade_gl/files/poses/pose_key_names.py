@@ -1,4 +1,5 @@
-"""Poses whose names say what they are: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in texts.
+"""Reads poses by the names of their numbers: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in
+texts.
 
 A new word is a row of _POSE_WORDS, a form of its own a reader in `from_json`.
 """

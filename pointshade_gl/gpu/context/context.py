@@ -1,4 +1,4 @@
-"""OpenGL contexts: made off screen, checked, and tied to the thread and process that made them."""
+"""Opens an off-screen OpenGL context or wraps the caller's, and checks that only its own thread and process use it."""
 
 from __future__ import annotations
 

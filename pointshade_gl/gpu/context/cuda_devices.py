@@ -1,4 +1,4 @@
-"""Which EGL device is a GPU that CUDA names: EGL counts devices in an order of its own, and counts software, too."""
+"""Finds the EGL device of a GPU that CUDA names: EGL counts devices in its own order, software renderers included."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which OpenGL context is current in this thread: noted before one of ours is, and made current again afterwards.
+"""Remembers which OpenGL context is current in this thread, and makes it current again after ours was used.
 
 Only for Linux. There moderngl leaves none current after it has used one of EGL; and while GLX holds one current, EGL
 cannot, but does not say so. Elsewhere moderngl itself restores what was current.

@@ -1,4 +1,4 @@
-"""OpenGL's own functions, for what moderngl does not offer: state, asked for and set."""
+"""Calls OpenGL functions that moderngl does not offer: reading and setting state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The OpenGL state of a caller's context: set aside for our passes, and put back as it was.
+"""Saves the OpenGL state of a caller's context before our passes run, and restores it afterwards.
 
 It is read and set by GL itself, because others than moderngl may have set it (PyOpenGL, imgui). Our passes rely on GL's
 defaults. Not covered: queries, conditional rendering and transform feedback in progress, and arrays of viewports.

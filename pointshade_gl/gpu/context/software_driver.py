@@ -1,4 +1,4 @@
-"""Programs for software drivers: the same shaders, in words for which these make faster code.
+"""Rewrites shaders so that software drivers run them faster; the values are the same, bit for bit.
 
 llvmpipe (Mesa) compiles shaders for eight pixels at a time. A uniform of a fragment shader it gathers pixel by pixel,
 but not a flat input; a sampler is a function call, but not an image whose format is known. The values are the same, bit

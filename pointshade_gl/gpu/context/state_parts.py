@@ -1,4 +1,4 @@
-"""The parts of OpenGL's state that our passes depend on or change: how each is read, set and restored."""
+"""The parts of the OpenGL state that our passes depend on or change: how each is read, set and restored."""
 
 from __future__ import annotations
 

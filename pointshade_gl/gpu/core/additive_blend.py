@@ -1,4 +1,4 @@
-"""Blending that adds: each draw is added to what the target holds."""
+"""Switches additive blending on: each draw adds to what the render target holds."""
 
 from __future__ import annotations
 

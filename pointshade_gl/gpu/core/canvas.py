@@ -1,4 +1,4 @@
-"""What the last pass of a picture draws on: the picture itself, or the sum of its samples."""
+"""The render target of the light pass: the picture itself, or the sum of its antialiasing samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Memory of the GPU: each allocation is checked, and what is only half made is freed."""
+"""Allocates GPU memory: raises MemoryError where it runs out, and frees what was made before a failure."""
 
 from __future__ import annotations
 

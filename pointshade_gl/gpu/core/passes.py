@@ -1,4 +1,4 @@
-"""One full-screen pass: textures in, a framebuffer out."""
+"""Full-screen passes: a fragment shader that reads textures and fills a framebuffer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Shader files -> programs: splices includes, and translates the driver's line numbers back to files."""
+"""Builds programs from shader files: splices includes, and maps line numbers in the driver's errors back to the
+files."""
 
 from __future__ import annotations
 
@@ -71,7 +72,7 @@ def build_program(
     version: int = 330,
     **constants: int,
 ) -> moderngl.Program:
-    """A program from two shader files; `constants` are defined in both. For software drivers see software.py.
+    """A program from two shader files; `constants` are defined in both. For software drivers see software_driver.py.
 
     version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
 

@@ -1,4 +1,4 @@
-"""The steps of the pipeline: each runs only when what it reads has changed; counted, and timed on demand."""
+"""Runs the steps of the pipeline only when their inputs have changed; counts them, and times them on demand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the meshes between the pixels of frames are in a view: by a compute shader where there is one, else drawn."""
+"""Rasterises the depth of the triangle mesh between a frame's pixels, by a compute shader where there is one."""
 
 from __future__ import annotations
 

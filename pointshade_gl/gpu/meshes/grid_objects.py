@@ -1,4 +1,4 @@
-"""Point objects as meshes: the triangles between neighbouring pixels, instead of splats."""
+"""Draws point objects as meshes, with triangles between neighbouring pixels instead of splats."""
 
 from __future__ import annotations
 

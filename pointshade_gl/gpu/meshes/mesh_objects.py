@@ -1,4 +1,4 @@
-"""Meshes on the GPU: triangles drawn as surfaces of a view, or as depth in a light's view."""
+"""Draws triangle meshes: as visible surfaces of a view, or as depth in a shadow map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Present pass: a picture, the light's marker and drawings with text, into a window."""
+"""Draws the finished picture into a window, with a marker for the light and overlays with text."""
 
 from __future__ import annotations
 

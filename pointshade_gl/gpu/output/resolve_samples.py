@@ -1,4 +1,4 @@
-"""Develop pass: the sums of a picture's samples -> their mean, over a background, as sRGB."""
+"""Averages the samples of a picture, puts a background behind them, and converts the result to sRGB."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compute rasteriser (OpenGL 4.3): the footprints' 1/z, the nearest of each pixel kept by atomics."""
+"""Rasterises splats with compute shaders (OpenGL 4.3): atomics keep the nearest inverse depth of each pixel."""
 
 from __future__ import annotations
 

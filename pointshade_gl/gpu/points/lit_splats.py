@@ -1,4 +1,4 @@
-"""Splats lit where they are made: GL points with their light, drawn straight into the picture in one pass."""
+"""Draws splats in one pass, lit in the vertex shader, straight into the picture."""
 
 from __future__ import annotations
 

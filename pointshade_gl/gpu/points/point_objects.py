@@ -1,4 +1,5 @@
-"""Point objects on the GPU: splats carried into a view, then what each of its pixels sees of them."""
+"""Draws point objects: rasterises their splats into a view, then resolves the surface and colour that each pixel
+sees."""
 
 from __future__ import annotations
 

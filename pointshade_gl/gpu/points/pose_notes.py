@@ -1,4 +1,4 @@
-"""What is wrong with the poses of several frames of one thing, said once."""
+"""Prints a note, once, about wrong or missing poses among several frames of one object."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which rasteriser draws which points: the compute shader where it can, else GL points."""
+"""Chooses the rasteriser for splats: the compute shader where it can draw them, otherwise GL points."""
 
 from __future__ import annotations
 

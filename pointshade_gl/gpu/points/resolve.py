@@ -1,4 +1,4 @@
-"""Resolve pass: what each pixel of the view shows is looked up in the frame."""
+"""Resolve pass: looks up, for each pixel of the view, which point of the frame it shows, and that point's values."""
 
 from __future__ import annotations
 

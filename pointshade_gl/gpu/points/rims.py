@@ -1,4 +1,4 @@
-"""Rims: pixels beside which a surface ends are drawn as what is there, see shaders/common/rims.glsl."""
+"""Decides whether splats have rims: pixels at which a surface ends, drawn by its outline (shaders/common/rims.glsl)."""
 
 from __future__ import annotations
 

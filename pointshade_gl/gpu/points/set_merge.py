@@ -1,4 +1,4 @@
-"""Merge pass: what several frames show at each pixel of a view is added up, then made one surface."""
+"""Merges several frames of one object in a view: at each pixel the weighted mean of their visible surfaces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The splats of one of several frames, as both rasterisers take them."""
+"""The splats of one frame among several of one object, in the form that both rasterisers take."""
 
 from __future__ import annotations
 

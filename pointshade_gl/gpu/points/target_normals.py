@@ -1,4 +1,4 @@
-"""Normals that are estimated in a view, on the depth that several frames add up to there."""
+"""Estimates normals from the depth that several merged frames show in a view, not from the frames themselves."""
 
 from __future__ import annotations
 

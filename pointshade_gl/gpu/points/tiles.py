@@ -1,4 +1,4 @@
-"""Large frames on the GPU, tile by tile: one set of textures takes each tile in turn."""
+"""Draws frames that are too large for the GPU tile by tile, through one set of textures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames too large to lie on the GPU as a whole: their tiles, and what is decided once for all of them."""
+"""Divides frames that are too large for the GPU into tiles, and measures once what all tiles share, such as noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What several frames of one thing say about each other: agreement of depths, exposures, and votes on points."""
+"""Compares several frames of one object: depth agreement, exposure, and votes on which points to trust."""
 
 from __future__ import annotations
 

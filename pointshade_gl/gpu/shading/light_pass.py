@@ -1,4 +1,4 @@
-"""Light pass: pictures of surfaces -> lit pictures, by the formulas of shaders/common/phong.glsl."""
+"""Light pass: shades surfaces (normal, depth, albedo) with Phong's model (shaders/common/phong.glsl)."""
 
 from __future__ import annotations
 

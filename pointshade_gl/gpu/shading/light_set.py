@@ -1,4 +1,4 @@
-"""The lights of a picture, and how shaders are told of them."""
+"""The lights of a picture with their shadow cameras, in the axes in which shaders read them."""
 
 from __future__ import annotations
 

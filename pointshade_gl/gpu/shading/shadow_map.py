@@ -1,4 +1,4 @@
-"""The shadow map: what each light with a shadow sees of the scene, as tiles of one depth picture."""
+"""The shadow map: the depth that every shadow-casting light sees, as tiles of one texture."""
 
 from __future__ import annotations
 

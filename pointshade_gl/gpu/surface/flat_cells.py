@@ -1,4 +1,4 @@
-"""Flat pass: where rounded depth lies on wide planes, see shaders/common/flat_cells.glsl."""
+"""Finds wide planes in rounded depth and uses them as the surface (shaders/common/flat_cells.glsl)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Snap pass: depth samples that lie between two surfaces are put onto one of them."""
+"""Moves flying pixels, depth samples that hang between two surfaces, onto one of the two."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Frames on the GPU: uploaded once, with the normals that were asked for, at the size that a view needs."""
+"""Keeps frames on the GPU: each is uploaded once, with its normals, at the resolution that a view needs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fill pass: a surface -> the same surface without small gaps, or without those between sparse points."""
+"""Fills small gaps in a surface, or the gaps between the points of a sparse depth image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bridge pass: a surface -> what it hides and what goes on behind it, as a smaller surface that only casts shadows."""
+"""Continues planes behind the objects that hide them, as a smaller surface that only casts shadows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matte pass: a frame's picture -> the same without its highlights."""
+"""Removes specular highlights from a frame's colour image."""
 
 from __future__ import annotations
 

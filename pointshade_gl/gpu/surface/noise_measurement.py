@@ -1,4 +1,4 @@
-"""Noise passes: how noisy and how coarsely rounded a depth texture is, and depth with its noise per pixel."""
+"""Measures the noise and rounding of a depth texture, and smooths the depth accordingly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Surface pass: depth texture -> surface texture (normal and depth), by the estimator that was asked for."""
+"""Surface pass: turns a depth texture into a surface texture (normal and depth), by a chosen normal estimator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The colours of a frame's points: its picture, or what is left of it without its highlights and its light."""
+"""The colours of a frame's points: its colour image, on request without highlights and without its shading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The streams that are filtered over time, and what each of them has left on the GPU."""
+"""Keeps the history of each depth stream that is filtered over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Temporal pass: the depth and the normals of a stream's frames are averaged over time, where neither has changed."""
+"""Averages the depth and the normals of a stream's frames over time, where the surface has not changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Albedo pass: a frame's picture -> its colours without the light that it was taken in."""
+"""Divides the light out of a frame's colour image, so that the albedo remains."""
 
 from __future__ import annotations
 

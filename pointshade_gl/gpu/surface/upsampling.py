@@ -1,4 +1,4 @@
-"""Upsampling: a small surface -> the same surface at a larger size, its outlines as the colour picture shows them."""
+"""Upsamples a surface to the resolution of the colour image, whose edges decide where its outlines run."""
 
 from __future__ import annotations
 

@@ -28,23 +28,24 @@ class NoisePass(Owner):
         self._images: Images | None = None
 
     def measure(self, frame: DepthTextures, focal: float) -> Noise:
-        """focal = mean focal length, pixels."""
+        """Measure the noise and the rounding of a frame's depth. focal: mean focal length, pixels."""
         images = self._fit(frame)
         levels, counts = self._grid(frame, images, 1)
         coarse, structure = lambda: self._grid(frame, images, COARSE), lambda: self._structure(frame, images)
         return find_noise(levels, counts, focal, coarse, structure)
 
     def read(self, frame: DepthTextures, words: NoiseWords) -> Noise:
-        """The caller's own, for this frame."""
+        """Return the noise that the caller has described in words, for this frame."""
         return told_noise(words, self._fit(frame).shape)
 
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0
     ) -> moderngl.Texture:
-        """RG32F: depth freed from most of its noise, and the noise that is left over depth.
+        """Average away most of the depth's noise. Returns an RG32F texture: smoothed depth, and its remaining noise
+        over it.
 
-        told (1, 1) or (h, w) float32 metres takes the place of the noise that was measured, not of the rounding.
-        snap_focal  mean focal length, pixels, to put flying pixels onto surfaces; 0 keeps them
+        told        (1, 1) or (h, w) float32 metres, the caller's noise: it replaces what was measured, but not the rounding
+        snap_focal  mean focal length, pixels, to move flying pixels onto surfaces; 0 keeps them
         """
         images = self._fit(frame)
         grid = np.zeros((*images.shape, 3), np.float32) if noise.grid is None else noise.grid
@@ -66,8 +67,8 @@ class NoisePass(Owner):
         return images.calm
 
     def find_certainty(self, surface: PointSurface, noise: Noise, camera: Camera) -> moderngl.Texture | None:
-        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if neighbours
-        share no noise: then the fits leave too little to matter."""
+        """Estimate how certain the normals are that were fitted to the depth of the last `calm_depth`. Returns None if
+        neighbours share no noise: then the fits leave too little error to matter."""
         if not noise.is_shared or self._images is None:
             return None
         target, images = surface.certainty_target, self._images
@@ -96,7 +97,7 @@ class NoisePass(Owner):
         return levels, counts
 
     def _structure(self, frame: DepthTextures, images: Images) -> np.ndarray:
-        """Levels only: (rows, columns, 4)."""
+        """Measure the levels that distinguish structure from noise, (rows, columns, 4)."""
         patches, blocks = (
             self._pass("surface/noise_structure.frag"),
             self._pass("surface/noise_blocks.frag", MEASURED=2),

@@ -50,7 +50,7 @@ class Comparison(NamedTuple):
 def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
     """Summarise the differences between two frames by their medians.
 
-    samples  (n, 4) from view_difference.frag: relative excess of the other frame's depth, and three log ratios of colours
+    samples  (n, 4) from view_difference.frag: relative excess of the other frame's depth, log ratios of three colours
     colored  False where a frame has no colours: then the ratios mean nothing
     """
     apart = _share_apart(samples[:, 0])

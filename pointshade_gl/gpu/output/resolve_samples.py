@@ -12,22 +12,22 @@ from ..core.view_images import SampleSums, Target
 
 
 class ResolveSamplesPass:
-    """Averages in linear light, weighted by coverage."""
+    """Averages samples in linear light, weighted by coverage."""
 
     def __init__(self, context: moderngl.Context):
         self._passes = FullscreenPasses(context)
         self._adding = AdditiveBlend(context)
 
     def canvas(self, sums: SampleSums) -> Canvas:
-        """What samples are drawn on, to be added up."""
+        """Return the canvas on which samples are added up."""
         return Canvas(sums.surfaces_target, self._adding)
 
     def ground_canvas(self, sums: SampleSums) -> Canvas:
-        """The same of the ground."""
+        """Return the canvas on which the samples of the ground are added up."""
         return Canvas(sums.ground_target, self._adding)
 
     def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
-        """count samples -> the picture. background: linear RGB, None for a transparent one."""
+        """Average `count` samples into the picture. background: linear RGB, None for a transparent one."""
         behind = (0.0,) * 4 if background is None else (*background, 1.0)
         sums = {"sums": target.samples.surfaces}
         if target.samples.has_ground:

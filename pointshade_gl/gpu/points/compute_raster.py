@@ -24,9 +24,10 @@ PIXELS_A_GROUP = 1 << 20  # of the view
 
 
 class ComputeSplatPass(Owner):
-    """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
+    """Notes the depth of the nearest splat; the resolve pass finds which one it was by looking up that point in the
+    frame.
 
-    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself. The first
+    For footprints of size 1: these leave no gap between neighbours, so the look-up finds the splat itself. The first
     step draws most splats; it puts those that are large, and the rims, on lists for steps of their own.
     """
 
@@ -52,13 +53,19 @@ class ComputeSplatPass(Owner):
         near: float,
         *_: object,
     ) -> None:
-        """view (4, 4) takes source axes to target axes; near in source units. Sizes and shape are not asked."""
+        """Rasterise a frame's splats into a view.
+
+        view  (4, 4) source axes to target axes
+        near  in source units
+
+        Sizes and shape are ignored: only footprints of size 1 come here.
+        """
         self._clear(image)
         image.window = self._add(points, source, image, camera, view, near)
         image.raise_version()
 
     def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
-        """The keys of several frames' splats. Returns the part of the view that each comes to."""
+        """Rasterise the splats of several frames, by their keys. Returns the part of the view that each covers."""
         self._clear(image)
         windows = []
         for part in parts:
@@ -129,7 +136,7 @@ class ComputeSplatPass(Owner):
         return self._rims.buffer
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
-        """Draws what the first step has put on a list."""
+        """Draw what the first step has put on a list."""
         program = self._program(name, is_set)
         set_uniforms(program, **inputs)
         program.run_indirect(listed)
@@ -142,19 +149,19 @@ class ComputeSplatPass(Owner):
         return self._programs[name, is_set]
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
-        """Whether a list is known to be empty.
+        """Return whether a list is known to be empty.
 
         A software driver runs compute shaders at once, so there is nothing to wait for.
         """
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
     def _read_window(self, width: int, height: int) -> Box:
-        """The part of the view that has splats, to which later passes are confined."""
+        """Return the part of the view that has splats, to which later passes are confined."""
         to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
         return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def _wait_for_readers(self) -> None:
-        """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
+        """Wait until nobody reads `nearest` any more, before it is cleared: llvmpipe's threads ignore barriers."""
         if self._is_software:
             self._context.finish()
         else:

@@ -20,9 +20,9 @@ from .rims import has_rims
 
 
 class LitSplatPass(Owner):
-    """Phong's light in the vertex shader, once a splat; nothing is noted for later passes.
+    """Lights splats in the vertex shader, once per splat; nothing is kept for later passes.
 
-    Which splat is seen, and where, is as in `PointSplatPass`.
+    Which splat is visible, and where, is as in `PointSplatPass`.
     """
 
     def __init__(self, context: moderngl.Context):
@@ -44,7 +44,8 @@ class LitSplatPass(Owner):
         splat: str,
         lights: dict[str, Any],
     ) -> None:
-        """lights: inputs of shaders/common/lights.glsl, source axes, with color_map, material and eye."""
+        """Draw the lit splats. lights: inputs of shaders/common/lights.glsl, source axes, with color_map, material and
+        eye."""
         if not np.array_equal(sizes, self._vertices.sizes):
             vertices = Vertices(self._context, self._program, sizes)
             self._vertices.release()

@@ -64,7 +64,8 @@ class PointSplatPass(Owner):
         image.raise_version()
 
     def draw_set(self, parts: Sequence[SetSplats], image: SplatImage, camera: Camera) -> list[Box]:
-        """The keys of several frames' splats, all of one size. Returns the part of the view that each comes to."""
+        """Rasterise the splats of several frames, all of one size, by their keys. Returns the part of the view that
+        each covers."""
         if self._set_program is None:
             self._set_program = self._keep(build_program(self._context, "points/splats.vert", "points/set_splats.frag"))
         if self._set_vertices is None or not np.array_equal(parts[0].sizes, self._set_vertices.sizes):
@@ -108,7 +109,7 @@ class PointSplatPass(Owner):
             vertices.render(moderngl.POINTS, vertices=source.width * source.height)
 
     def _add_rims(self, *warp: Any, **of_set: Any) -> None:
-        """What the draw of the splats has left out. of_set: inputs of one of several frames."""
+        """Draw the rims, which the draw of the splats has left out. of_set: inputs of one of several frames."""
         is_set = bool(of_set)
         if is_set not in self._rims:
             program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", SET=int(is_set)))

@@ -14,7 +14,7 @@ from ..core.images import Box
 
 
 class SetSplats(NamedTuple):
-    """One frame of a set, and its way into a view."""
+    """The splats of one frame of several, and how they are projected into a view."""
 
     surface: PointSurface
     trust: moderngl.Texture  # of its points
@@ -27,7 +27,7 @@ class SetSplats(NamedTuple):
 
 
 def union(windows: Sequence[Box]) -> Box:
-    """The least box round all that are not empty."""
+    """Return the smallest box round all boxes that are not empty."""
     boxes = [(x, y, x + w, y + h) for x, y, w, h in windows if w > 0 and h > 0] or [(0, 0, 0, 0)]
     edges = zip(*boxes, strict=True)
     left, top, right, bottom = (pick(edge) for pick, edge in zip((min, min, max, max), edges, strict=True))

@@ -15,7 +15,7 @@ BENDS = 6  # straight parts of a way through a gap, up to SMALL pixels each
 
 
 class GapFillingPass(Owner):
-    """See shaders/common/gap_filling.glsl."""
+    """Fills gaps between known pixels of one surface, see shaders/common/gap_filling.glsl."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -29,7 +29,7 @@ class GapFillingPass(Owner):
     def run(
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
     ) -> None:
-        """camera: who took the frame, at the surface's size."""
+        """Write the surface without gaps to `filled`. camera: took the frame, at the surface's size."""
         images = self._images.fit(surface.size)
         filled.confine(surface.window)
         result = self._fill_once(surface, colors, camera, images, WIDE if is_sparse else SMALL)
@@ -50,7 +50,7 @@ class GapFillingPass(Owner):
         return images.filled
 
     def _keep_whole(self, surface: PointSurface, images: GapImages) -> Filled:
-        """Several times, because the ways through a gap have bends."""
+        """Keep only gaps that were filled completely. Repeated, because the paths through a gap have bends."""
         result, other = images.filled, images.whole
         for _ in range(BENDS):
             maps = {"surface_map": surface.texture, "filled_map": result.normals, "filled_depth": result.depth}
@@ -64,7 +64,7 @@ class GapFillingPass(Owner):
 
 
 class GapImages(Images):
-    """How far the known pixels of a row are (RG8), and what is filled, for one size of surface."""
+    """Distances to known pixels of the same row (RG8), and filled surfaces, for one size of surface."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)

@@ -41,10 +41,9 @@ class NoisePass(Owner):
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0
     ) -> moderngl.Texture:
-        """Average away most of the depth's noise. Returns an RG32F texture: smoothed depth, and its remaining noise
-        over it.
+        """Average away most of the depth's noise. Returns RG32F: smoothed depth, and its remaining noise over depth.
 
-        told        (1, 1) or (h, w) float32 metres, the caller's noise: it replaces what was measured, but not the rounding
+        told        (1, 1) or (h, w) float32 metres, the caller's noise: it replaces what was measured, not the rounding
         snap_focal  mean focal length, pixels, to move flying pixels onto surfaces; 0 keeps them
         """
         images = self._fit(frame)

@@ -24,11 +24,11 @@ class UnlightingPass(Owner):
             self._paint = self._keep(FullscreenPass(context, "surface/unlighting.frag"))
 
     def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
-        """The light in a frame's picture, from the normals of its surface."""
+        """Find the light in a frame's colour image, from the normals of its surface."""
         return fit_light(*self.sample(frame, surface)[:2])
 
     def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:
-        """Colours and surfaces of a small copy, see `SmallCopy.read`, and the pixels between its samples."""
+        """Return colours and surfaces of a small copy, see `SmallCopy.read`, and the pixels between its samples."""
         stride = max(max(surface.size) / SAMPLES, 1.0)
         width, height = (max(int(side / stride), 1) for side in surface.size)
         copy = SmallCopy(self._context, width, height)
@@ -43,7 +43,7 @@ class UnlightingPass(Owner):
     def run(
         self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: AlbedoImage
     ) -> None:
-        """Paints the albedo. camera: the frame's own, at the size of the surface."""
+        """Write the albedo: the colours divided by their light. camera: the frame's own, at the size of the surface."""
         maps = {"color_map": colors.texture, "surface_map": surface.texture}
         values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
         self._paint.draw(albedo.target, maps, **values)
@@ -60,5 +60,6 @@ class SmallCopy(Owner):
             self.target = self._allocate(context.framebuffer, self._maps)
 
     def read(self) -> list[np.ndarray]:
-        """Twice (h, w, 4) float32, read-only: linear RGB and 1, or 0 where unknown; unit normal and depth."""
+        """Read back colours and surfaces, (h, w, 4) float32 each, read-only: linear RGB and 1, or 0 where unknown; unit
+        normal and depth."""
         return [np.frombuffer(m.read(), np.float32).reshape(m.height, m.width, 4) for m in self._maps]

@@ -7,7 +7,8 @@ from .suggestions import did_you_mean
 
 
 def linear_color(name: str) -> tuple[float, float, float]:
-    """Linear RGB of a colour as Pillow and CSS write it: #fc9, #ffcc99, tomato. It names sRGB (IEC 61966-2-1).
+    """Convert a colour as Pillow and CSS write it (#fc9, #ffcc99, tomato), which is sRGB (IEC 61966-2-1), to linear
+    RGB.
 
     Raises ValueError with what is wrong, for a sentence about what has the colour.
     """

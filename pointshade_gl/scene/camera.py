@@ -90,7 +90,7 @@ def _check_side(value: int, name: str) -> int:
 
 
 class Eye(NamedTuple):
-    """Who looks: a camera, where it stands, and how near something may come to it."""
+    """A viewing camera with its pose, and its near plane."""
 
     camera: Camera
     pose: NDArray[np.float64]  # (4, 4) camera-to-world
@@ -98,7 +98,7 @@ class Eye(NamedTuple):
 
     @classmethod
     def at_distance(cls, camera: Camera, pose: NDArray[np.float64], distance: float) -> Eye:
-        """Of a viewer who looks at things at this distance: the near plane is at a thousandth of it."""
+        """Return the eye of a viewer who looks at objects at this distance: the near plane is at a thousandth of it."""
         return cls(camera, pose, NEAR * distance)
 
 

@@ -76,19 +76,19 @@ class Frame(Preview):
 
     @cached_property
     def picture_camera(self) -> Camera:
-        """Who looks unless another camera is given: the frame's own, at the colours' size if both sides are larger."""
+        """Return the default viewing camera: the frame's own, at the colours' size if both sides are larger."""
         height, width = self.depth.shape if self.color is None else self.color.shape[:2]
         is_larger = width > self.camera.width and height > self.camera.height
         return self.camera.resized(width, height) if is_larger else self.camera
 
     @cached_property
     def points_known(self) -> int:
-        """How many pixels have a depth."""
+        """Return how many pixels have a depth."""
         return int(np.count_nonzero(self.depth))
 
     @cached_property
     def is_sparse(self) -> bool:
-        """Whether few depths are known, far from one another, see scene/sparsity.py."""
+        """Return whether few depths are known, far from one another, see scene/sparsity.py."""
         return is_sparse(self.depth)
 
     @cached_property
@@ -102,12 +102,12 @@ class Frame(Preview):
         return self.splat_corners(0.5)
 
     def splat_corners(self, reach: float) -> NDArray[np.float64]:
-        """The same when each point reaches so many pixels from its middle."""
+        """Return the same when each point reaches so many pixels from its centre."""
         return self._corners(self.box, self.depth_range, reach)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
-        """The same without stray points: depths far beyond those that nearly all points have.
+        """Return the same without stray points, whose depth lies far beyond that of nearly all others.
 
         Shadows and near planes are fitted to it: one wrong pixel at 3 km must not decide about them.
         """
@@ -120,7 +120,7 @@ class Frame(Preview):
 
     @cached_property
     def _probe(self) -> NDArray[np.float32]:
-        """The known depths among about PROBE pixels, or of all if these have none."""
+        """Return the known depths among about PROBE pixels, or all known depths if these have none."""
         step = max(1, round((self.depth.size / PROBE) ** 0.5))
         known = self.depth[::step, ::step]
         known = known[known > 0]
@@ -128,7 +128,8 @@ class Frame(Preview):
 
     @cached_property
     def _usual_range(self) -> tuple[float, float]:
-        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+        """Return the range of depths of nearly all points: from the 1st to the 99th percentile, extended by as much on
+        both sides."""
         if not self._probe.size:
             return 0.0, np.inf
         low, high = np.quantile(self._probe, (0.01, 0.99)).tolist()
@@ -138,7 +139,8 @@ class Frame(Preview):
     def _corners(
         self, box: tuple[int, int, int, int], depths: tuple[float, float], reach: float = 0.5
     ) -> NDArray[np.float64]:
-        """Of the box round the part of the view that these pixels and depths limit; none where there are no pixels."""
+        """Return the corners of the box around the part of the view within these pixels and depths; none without
+        pixels."""
         (left, top, right, bottom), c = box, self.camera
         if not right:
             return np.zeros((0, 3))
@@ -149,7 +151,7 @@ class Frame(Preview):
 
     @cached_property
     def depth_range(self) -> tuple[float, float]:
-        """The nearest and the farthest depth; 0 and 0 without any."""
+        """Return the nearest and the farthest depth; 0 and 0 without any."""
         farthest = float(self.depth.max())
         return float(self.depth.min(where=self.depth > 0, initial=farthest)), farthest
 
@@ -175,12 +177,13 @@ class Frame(Preview):
 
     @cached_property
     def scale(self) -> float:
-        """The median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
+        """Return the median depth of the known points, in the frame's unit; 1 without any."""
         return median(self._probe) if self._probe.size else 1.0  # that of the pivot
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without any."""
+    """Return left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without
+    any."""
     height, width = known.shape
     if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
         return 0, 0, width, height
@@ -229,12 +232,12 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
 
 
 def _is_frozen(array: NDArray[Any]) -> bool:
-    """Whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
+    """Return whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
     return array.base is None and not array.flags.writeable and array.flags.c_contiguous
 
 
 def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Depth without the pixels whose colour is fully transparent."""
+    """Return depth without the pixels whose colour is fully transparent."""
     h, w = depth.shape
     rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
     columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]

@@ -31,7 +31,7 @@ FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 @dataclass(frozen=True, eq=False)
 class Scene(Preview):
-    """Nodes, and who looks at them.
+    """Nodes, and the camera that looks at them.
 
     camera   who looks unless `render` is given another; None is a camera that sees everything, turned like the pose
     pose     (4, 4) camera-to-world of that camera
@@ -100,12 +100,13 @@ class Scene(Preview):
 
     @cached_property
     def bounds(self) -> tuple[NDArray[np.float64], float]:
-        """Centre (3,) and radius of a sphere round all things but stray points, world; radius 1 without any."""
+        """Return centre (3,) and radius of a sphere around all objects except stray points, world; radius 1 without
+        any."""
         return sphere_round(self._main_corners)
 
     @cached_property
     def extent(self) -> Extent:
-        """Where all things but stray points lie, for the views of lights."""
+        """Return where all objects except stray points lie, for the shadow cameras of lights."""
         members = (m for p in self.things if isinstance(p.content, PointObject) for m in p.members)
         grain = max((m.grain for m in members), default=0.0)
         return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
@@ -115,7 +116,7 @@ class Scene(Preview):
         return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
 
     def framed(self) -> Scene:
-        """The scene with a camera: its own, or one that sees everything, turned like its pose."""
+        """Return the scene with a camera: its own, or one that sees everything, turned like its pose."""
         if self.camera is not None:
             return self
         centre, radius = self.bounds
@@ -135,14 +136,15 @@ class Scene(Preview):
 
     @property
     def scale(self) -> float:
-        """How far the middle lies ahead of the camera; 1 when it does not."""
+        """Return how far the scene's centre lies ahead of the camera; 1 if it does not."""
         pose = np.asarray(self.pose)
         ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
         return ahead if ahead > 0 else 1.0
 
     @property
     def upright(self) -> NDArray[np.float64]:
-        """(3,) what yaw turns round: the world's y, as in glTF; the camera's own y if it leans over 60 degrees."""
+        """Return the axis, (3,), that yaw turns around: the world's y, as in glTF; the camera's own y if it leans over
+        60 degrees."""
         own = np.asarray(self.pose)[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 

@@ -26,7 +26,7 @@ def check_method(method: str) -> str:
 
 
 def parse_max_depth_step(value: float | str | None) -> Step:
-    """(metres, share of the depth) beyond which a neighbour belongs to another surface.
+    """Return (metres, share of the depth) beyond which a neighbour belongs to another surface.
 
     A number is metres, "3%" a share of the pixel's own depth, None no limit.
     """

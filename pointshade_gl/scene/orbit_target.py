@@ -26,7 +26,8 @@ class Stage:
 
     @classmethod
     def of(cls, frame: Frame | Scene) -> Stage:
-        """The light moves outside most of the object, but not behind the camera."""
+        """Return the stage of a frame or scene. The light moves outside most of the object, but not behind the
+        camera."""
         if isinstance(frame, Scene):
             return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
@@ -42,7 +43,7 @@ class Stage:
         return cls(upright @ pivot, radius, upright)
 
     def is_as(self, other: Stage) -> bool:
-        """Whether it is the same place."""
+        """Return whether two stages are the same."""
         return self.radius == other.radius and all(
             np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
         )

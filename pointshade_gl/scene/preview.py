@@ -21,6 +21,6 @@ class Preview:
 
 
 def draw_previews_by(draw: Callable[[Any], bytes]) -> None:
-    """From now on, this function makes the PNG of a frame or scene."""
+    """Set the function that makes the PNG of a frame or scene, from now on."""
     global _draw
     _draw = draw

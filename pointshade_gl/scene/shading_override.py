@@ -14,7 +14,7 @@ from .point_object import PointObject
 
 @lru_cache(maxsize=4)
 def shaded(scene: Scene, shading: str | None) -> Scene:
-    """The scene with one shading model for all objects; None leaves each object its own."""
+    """Return the scene with one shading model for all objects; None leaves each object its own."""
     if shading is None:
         return scene
 

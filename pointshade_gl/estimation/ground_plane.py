@@ -16,7 +16,7 @@ from .floor_detection import shown_floor
 from .undersides import lowest_point
 
 GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
-TOLD = 12.0  # and from a scene's up direction, or one that was told
+TOLD = 12.0  # and from a scene's up direction, or a given one
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
 
 

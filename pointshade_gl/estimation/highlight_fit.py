@@ -2,7 +2,7 @@
 
 One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
 place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best
-strength is a weighted median. Colours alone cannot tell a highlight from white paint.
+strength is a weighted median. Colours alone cannot distinguish a highlight from white paint.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .highlight_samples import NEIGHBOURS, THIRDS, Array, Guess, Pairs, Samples,
 from .highlight_search import EVERY, EXPONENTS, FEW_PAIRS, SHARPEST, WIDEST, axes_around, directions_all_round, search
 from .light_fit import FoundLight
 
-AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not tell its light
+AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not show its light
 WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
 SECTORS = 8

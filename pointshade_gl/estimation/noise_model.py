@@ -32,7 +32,7 @@ ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges ar
 PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.25  # steps of a lattice between its plateaus, in so many blocks that have some
 ALIKE = 0.25  # median deviation of the logarithm up to which steps count as equal
 MATCHED = 0.5  # least shared noise of depth from disparity: windows are matched, and windows of neighbours overlap
-FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that can tell the noise of the others
+FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that suffice for the noise of the others
 COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours share shows only at such a distance
 # By these factors noise may grow from neighbours to COARSE pixels without proving that neighbours share noise. For the
 # lower quartile of a frame, noise is overestimated by as much anyway. For a single block, structure of the block's size

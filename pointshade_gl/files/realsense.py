@@ -13,7 +13,7 @@ from ..scene.frame import Frame
 
 
 class RealSenseSource(Iterator[Frame]):
-    """What the camera sees from now on, without end; depth is carried into the colour picture. Close it after use.
+    """The camera's frames from now on, without end; depth is warped into the colour picture. Close it after use.
 
     size  (width, height) in pixels of depth and colour, which the camera must offer at fps pictures a second
     sdk   the module pyrealsense2, or an object that behaves like it; None imports it

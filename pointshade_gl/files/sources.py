@@ -33,7 +33,7 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
     """The frame or the sequence of frames of a folder, of a depth file, or of a built-in name.
 
     Pictures, cameras and poses are found as files/access/file_name_patterns.py lists them; where several views
-    overlap, their depths tell how poses are to be understood (see files/poses/pose_convention.py).
+    overlap, their depths show how poses are to be understood (see files/poses/pose_convention.py).
 
     load_options  as for `load_frame`; depth= or color= makes it a single frame. Of each kind of note only the first is
                   printed.
@@ -52,9 +52,9 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
 
 
 def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
-    """What a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
+    """Load what a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
 
-    load_options  as for `load_frame`; None is not said
+    load_options  as for `load_frame`; None counts as not given
 
     Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
     """

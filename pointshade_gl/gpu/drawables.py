@@ -24,7 +24,7 @@ from .shading.shadow_map import Tile
 # scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
 # point objects.
 Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
-Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of a thing that its shadow depends on
+Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
 
 
 class Objects:

@@ -103,7 +103,7 @@ class GpuScene:
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, visible.eye.camera) if is_finer else frame.camera
             drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
-            if look.fills and p in alone:  # frames of one thing fill each other's gaps
+            if look.fills and p in alone:  # frames of one object fill each other's gaps
                 drawn = self.frames.fill(textures, frame, drawn)
             if look.splat == "mesh":
                 shown[p] = self._as_grid(p, drawn, textures)

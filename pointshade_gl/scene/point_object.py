@@ -20,7 +20,7 @@ MOST_FRAMES = 200  # of one object
 class PointObject:
     """A frame as an object of the scene: each of its pixels with a depth is a splat, lit like everything else.
 
-    frame   or several frames of one thing, in a sequence: they are drawn as one object, by their poses, each from its
+    frame   or several frames of one object, in a sequence: they are drawn as one object, by their poses, each from its
             depth's own points. Afterwards the first is `frame`, and these are the `others`.
     look    how it is drawn; instead of a look its values may be passed: `PointObject(frame, shading="flat", size=2)`
 
@@ -66,7 +66,7 @@ class PointObject:
 
     @property
     def is_single(self) -> bool:
-        """One frame, not several of one thing."""
+        """Return whether this is one frame, not several of one object."""
         return not self.others
 
     @property

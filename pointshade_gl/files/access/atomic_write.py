@@ -108,7 +108,7 @@ class FileSet:
             (self._hidden / name).replace(target)
 
     def _check_own(self, parent: Path) -> None:
-        """A frame's folder must hold nothing else: a reader might take another depth picture that is there."""
+        """Check that a frame's folder holds nothing else: a reader might take another depth picture that is there."""
         if parent == self.folder or not parent.is_dir():
             return
         ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}

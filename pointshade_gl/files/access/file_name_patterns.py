@@ -146,7 +146,7 @@ POSES = tuple(
 )
 
 
-NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of things, not of the camera
+NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of objects, not of the camera
 
 
 class DataSet(NamedTuple):

@@ -34,7 +34,7 @@ def find_channels(image: NDArray[np.uint8]) -> tuple[int, ...] | None:
 
 
 def _carried(low: NDArray[np.int32], high: NDArray[np.int32]) -> float:
-    """How often the lower byte starts again where the higher one changes by one between neighbours."""
+    """Return how often the lower byte starts again where the higher one changes by one between neighbours."""
     up, whole = np.diff(high, axis=1), np.diff(low + 256 * high, axis=1)
     one = np.abs(up) == 1
     return float(np.mean(np.abs(whole[one]) < _STEP)) if np.count_nonzero(one) >= _FEWEST else 0.0

@@ -23,7 +23,7 @@ _FEWEST, _SHARE = 12, 0.8  # windows that show a plane, and how many of them mus
 
 @np.errstate(all="ignore")
 def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
-    """Whether planes in (h, w) depth, 0 where unknown, are flat only if it is the length of rays."""
+    """Return whether (h, w) depth, 0 where unknown, is the length of rays: only as such are its planes flat."""
     side = min(depth.shape) // _ACROSS
     step = max(1, side // _POINTS)
     if side < _POINTS // 2:
@@ -41,7 +41,7 @@ def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
 
 
 def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) how far the values of each window lie off a plane, as a share of their mean; NaN where some are unknown."""
+    """Return (n,) how far the values of each window lie off a plane, over their mean; NaN where some are unknown."""
     windows = np.lib.stride_tricks.sliding_window_view(values, (_POINTS, _POINTS))
     windows = windows[:: _POINTS // 4, :: _POINTS // 4].reshape(-1, _POINTS**2)
     y, x = np.mgrid[:_POINTS, :_POINTS].reshape(2, -1) - (_POINTS - 1) / 2

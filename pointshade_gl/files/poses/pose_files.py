@@ -159,7 +159,7 @@ def _are_turns(rows: NDArray[np.float64]) -> bool:
 def _from_seven(rows: NDArray[np.float64]) -> PoseList:
     """x y z qx qy qz qw; or qw qx qy qz x y z (Washington); or t, a turn about an axis, x y z (ARKit: world-to-camera).
 
-    The numbers of a turn have length 1, which tells the first two.
+    The numbers of a turn have length 1, which tells the first two apart.
     """
     with np.errstate(all="ignore"):
         last, first = (np.median(abs(np.linalg.norm(part, axis=1) - 1)) for part in (rows[:, 3:], rows[:, :4]))

@@ -1,1 +1,2 @@
-"""Statistics on the CPU: noise, the light in a photograph, highlights, floors, views that disagree."""
+"""Estimates on the CPU, from small arrays: depth noise, the light in a photograph, highlights, floors, and wrong
+poses."""

@@ -1,4 +1,4 @@
-"""Finds a floor that a frame shows: a plane under everything else. No GL here."""
+"""Detects a floor in a frame: a large, nearly level plane below all other points."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ TOP = 0.9  # of its points lie below the ground that continues it: its own noise
 
 
 def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[np.float64] | None:
-    """(4,) a floor's unit normal in the frame's axes, and how high the camera is above it; None if none is shown.
+    """Return the floor that a frame shows, (4,): its unit normal, and the height of the camera above it; None without
+    one.
 
-    up    (3,) unit, the frame's axes
+    up    (3,) unit; all in the frame's axes
     lean  degrees between the floor's normal and up, at most
     """
     points, steepest = _samples(frame), math.cos(math.radians(lean))
@@ -49,7 +50,7 @@ def _samples(frame: Frame) -> Points:
 
 
 def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> NDArray[np.float64] | None:
-    """(4,) the plane on which most points lie of those that are as level as asked for."""
+    """Return the plane, (4,), on which most points lie, among those that are level enough."""
     if len(points) < 3:
         return None
     a, b, c = points[np.random.default_rng(0).integers(0, len(points), (3, TRIES))]
@@ -66,7 +67,7 @@ def _largest_plane(points: Points, up: NDArray[np.float64], steepest: float) -> 
 
 
 def _fitted(points: Points, up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(4,) the plane through points, by least squares."""
+    """Fit a plane, (4,), to points by least squares."""
     middle = points.mean(0)
     normal = np.linalg.svd(points - middle, full_matrices=False)[2][2]
     normal = normal if normal @ up > 0 else -normal
@@ -78,7 +79,7 @@ def _heights(points: Points, plane: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _noise(heights: NDArray[np.float64]) -> float:
-    """How far most points of a plane lie off it."""
+    """Return how far most points of a plane lie off it."""
     return 4 * 1.4826 * float(np.median(np.abs(heights)))
 
 

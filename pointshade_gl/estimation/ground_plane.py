@@ -1,4 +1,5 @@
-"""Where the ground lies: where the user says, on a floor that is shown, or under all that is visible."""
+"""Places the ground plane: at the height that the caller gives, on a detected floor, or under the lowest point in
+view."""
 
 from __future__ import annotations
 
@@ -15,13 +16,13 @@ from .floor_detection import shown_floor
 from .undersides import lowest_point
 
 GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
-TOLD = 12.0  # and from a scene's up direction, or one that was told
+TOLD = 12.0  # and from a scene's up direction, or a given one
 LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless others are given: a shadow needs one
 
 
 def up_of(source: Frame | Scene) -> NDArray[np.float64]:
-    """(3,) unit, world: which way is up. Of a scene `Scene.upright`; of a frame, which has no known up direction, up
-    from the floor that it shows, or up in its picture."""
+    """Return the direction that is up, (3,) unit, world: of a scene `Scene.upright`; of a frame, which has no known up
+    direction, the normal of the floor that it shows, or up in its picture."""
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
@@ -33,10 +34,11 @@ def up_of(source: Frame | Scene) -> NDArray[np.float64]:
 
 
 def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:
-    """(4,) the ground: its normal, unit, upwards, and the height of the world's origin above it.
+    """Return the ground plane, (4,): its unit normal, upwards, and the height of the world's origin above it.
 
-    height  of the ground, world units along up; None finds it. Where what lies lowest shows a floor, that is the
-            ground, and leans as it does.
+    up      (3,) unit, world
+    height  of the ground, world units along up; None finds it. If the lowest object shows a floor, that is the ground,
+            with the floor's slope.
     """
     normal = unit(up)
     if height is not None:
@@ -50,7 +52,7 @@ def _members(placed: Placed) -> tuple[Placed, ...]:
 
 
 def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """How far a frame or a mesh lies along an axis at least, world units, and the ground that it asks for, (4,)."""
+    """Return the lowest position of a frame or a mesh along up, world units, and the ground plane under it, (4,)."""
     if isinstance(placed.content, PointObject) and (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)
         return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
@@ -59,7 +61,7 @@ def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.f
 
 
 def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """(4,) the floor that a frame shows, in the world."""
+    """Return the floor that a frame shows, (4,), world; None without one."""
     scale = float(np.cbrt(np.linalg.det(placed.axes[:3, :3])))
     rotation, origin = placed.axes[:3, :3] / scale, placed.axes[:3, 3]
     floor = shown_floor(placed.content.frame, rotation.T @ up, TOLD)
@@ -70,7 +72,7 @@ def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | Non
 
 
 def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
-    """How far a frame or a mesh lies along an axis at least, world units; 0 without points."""
+    """Return the lowest position of a frame or a mesh along up, world units; 0 without points."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
     if not isinstance(placed.content, PointObject):
         return float((placed.content.positions @ along).min(initial=0.0) + shift)
@@ -78,5 +80,6 @@ def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
 
 
 def seen_ground(ground: NDArray[np.float64], pose: NDArray[np.float64]) -> tuple[float, ...]:
-    """The ground in the axes of somebody at a pose (4, 4): its normal, and the height of the eye above it."""
+    """Return a ground plane in the axes of a camera at a pose (4, 4): its normal, and the height of the eye above
+    it."""
     return (*(pose[:3, :3].T @ ground[:3]).tolist(), float(ground[:3] @ pose[:3, 3] + ground[3]))

@@ -1,8 +1,8 @@
-"""The highlights of a picture: where its geometry says that they are, how sharp and how strong.
+"""Estimates the specular highlights in a colour image from its surface geometry: position, sharpness and strength.
 
 One light makes them all. A highlight is S = max(r . l, 0)^n (Phong 1975), r the mirrored direction to the eye. The
 place of the light and n explain most of the differences between neighbours, by their L1 norm, for which the best
-strength is a weighted median. Colours alone cannot tell a highlight from white paint.
+strength is a weighted median. Colours alone cannot distinguish a highlight from white paint.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .highlight_samples import NEIGHBOURS, THIRDS, Array, Guess, Pairs, Samples,
 from .highlight_search import EVERY, EXPONENTS, FEW_PAIRS, SHARPEST, WIDEST, axes_around, directions_all_round, search
 from .light_fit import FoundLight
 
-AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not tell its light
+AMBIENT = 0.1, 0.4  # of the direction's light, where the picture does not show its light
 WEAKEST = 0.05  # strength, linear light, that is worth while
 WHITE = 0.4  # weakest channel of a highlight over its strongest
 SECTORS = 8
@@ -30,13 +30,13 @@ SHADED = 0.8  # share of its highlight below which a sample shows that it has no
 
 @dataclass(frozen=True, eq=False)
 class FoundHighlights:
-    """The highlights in a picture.
+    """The highlights that were found in a picture.
 
-    light      (4,) l and q: the light comes to a point p from l - q p, normalized, camera axes
-    exponent   n, how sharp they are
-    strengths  (h, w, 2) float32: what they add to linear light where they are brightest, and depth, of blocks of pixels
-    tells      whether there are highlights that can be taken out
-    why        what keeps it from telling
+    light      (4,) l and q: at a point p the light comes from the direction l - q p, normalized, camera axes
+    exponent   n, the Phong exponent: how sharp the highlights are
+    strengths  (h, w, 2) float32 for blocks of pixels: linear light that a highlight adds at its brightest, and depth
+    tells      whether there are highlights that can be removed
+    why        the reason if there are none
     """
 
     light: tuple[float, float, float, float]
@@ -47,12 +47,12 @@ class FoundHighlights:
 
 
 def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> FoundHighlights:
-    """The highlights of a picture.
+    """Find the highlights of a picture, or the reason why none can be removed.
 
     colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
     surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth
     rays      (h, w, 3) from the camera through the samples, z = 1
-    light     the direction from which they roughly come; where it does not tell, they may come from anywhere
+    light     the main light of the picture: the search starts from its direction, or from all sides if it is unknown
     """
     samples = Samples(colors, surfaces, rays)
     if len(samples.at) < 300:
@@ -82,7 +82,7 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
 
 
 def describe_highlights(found: FoundHighlights) -> str:
-    """What was found, in one line."""
+    """Describe the highlights that were found in one line."""
     if not found.tells:
         return f"remove-highlights: {found.why}: the picture's colours stay as they are"
     share = 100 * float((found.strengths[..., 0] > 0).mean())
@@ -97,7 +97,13 @@ def _none(why: str) -> FoundHighlights:
 
 
 def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
-    """Why what was found is no highlight."""
+    """Return the reason why a candidate cannot be a highlight (too weak, too wide or too sharp, coloured); "" if it may
+    be one.
+
+    pairs     of samples, one of which the candidate brightens
+    strength  linear light that it adds at its brightest
+    exponent  its Phong exponent
+    """
     if strength < WEAKEST:
         return "no highlights found that could be seen"
     if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
@@ -109,7 +115,8 @@ def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
 
 
 def _unevenness(s: Samples, found: Guess, pairs: Pairs, strength: float) -> float:
-    """By how much the sectors around a highlight differ from its strength, root mean square, over that."""
+    """Return how far a candidate is from round: root mean square deviation of the strength of SECTORS sectors around
+    it, as a share of its strength; infinite if it lies in fewer than three of them."""
     l_q = s.toward(found)
     to = l_q[:3] - l_q[3] * s.points[pairs.one]
     off = s.r[pairs.one] - to / np.linalg.norm(to, axis=-1, keepdims=True)
@@ -124,9 +131,10 @@ def _unevenness(s: Samples, found: Guess, pairs: Pairs, strength: float) -> floa
 
 
 def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least: float) -> bool:
-    """Whether no other light explains more than a share of what is left without the highlights: texture has no spots.
+    """Return whether the highlights explain `least` times as much as any other light explains of the picture without
+    them.
 
-    least  times that evidence
+    Otherwise they may be texture, in which other spots explain nearly as much.
     """
     lighted = lit(s, found, ambient)
     value = weigh(*pairs_of(s, lighted, found.exponent, FEW_PAIRS)).value
@@ -142,7 +150,8 @@ def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least
 
 
 def _shades(s: Samples, found: Guess, strength: float) -> bool:
-    """Whether brightness follows the light of the highlights, as far as one can tell, as well as any other light."""
+    """Return whether the diffuse shading of the picture supports the light of the highlights as well as any other
+    light."""
     glint = lit(s, found, AMBIENT[0]).glint
     rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
     brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
@@ -158,7 +167,8 @@ def _shades(s: Samples, found: Guess, strength: float) -> bool:
 
 
 def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient: float) -> Array:
-    """(h, w) strength: none on pieces that have no such highlight, and around samples too dark to have it."""
+    """Return (h, w) the strength of the highlight: 0 on pieces without it, and around samples that are too dark to have
+    it."""
     piece = s.piece.ravel()
     of_pair = piece[s.at[pairs.one]]
     strengths = np.zeros(piece.size, np.float32)
@@ -173,7 +183,7 @@ def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient:
 
 
 def _own_strength(pairs: Pairs, strength: float) -> float:
-    """The strength on a piece, from its pairs: the same unless they say much less, none if they say about none."""
+    """Return the strength on one smooth piece, from its own pairs: `strength` or less, 0 if they show about none."""
     own = weigh(pairs)
     return (
         min(strength, 2 * own.strength) if own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength else 0.0

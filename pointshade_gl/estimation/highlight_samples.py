@@ -1,4 +1,4 @@
-"""Samples of a picture in which highlights are looked for: on smooth pieces, in pairs."""
+"""Samples a colour image for the highlight search: pairs of pixels on the same smooth piece of surface."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ BEND = 0.9  # cosine between neighbours of one surface
 
 
 class Guess(NamedTuple):
-    """A light: unit direction from the middle of the scene, depth of the scene over its distance, and exponent."""
+    """A candidate light: unit direction from the scene's middle, the scene's depth over its distance, and Phong
+    exponent."""
 
     direction: Array
     nearness: float
@@ -26,17 +27,18 @@ class Guess(NamedTuple):
 
 
 class Lit(NamedTuple):
-    """Samples in a light, (m,) each: their light over that of the direction, and the log of r . l."""
+    """Samples under a light, (m,) each: diffuse shading plus ambient light, and the log of r . l (mirrored ray,
+    light)."""
 
     shading: Array
     glint: Array
 
 
 class Pairs(NamedTuple):
-    """Pairs of samples, of which a highlight brightens one.
+    """Pairs of samples, one of which the highlight brightens more than the other.
 
     one     (n,) the first sample
-    ratio   (n, 3) difference of their albedo over that of the highlight
+    ratio   (n, 3) difference of their albedo over the difference of the highlight: the strength that would explain it
     weight  (n,) difference of the highlight, linear light
     """
 
@@ -49,7 +51,7 @@ class Pairs(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """What pairs say: the strength that explains most, how much it explains, and how surely."""
+    """What pairs show about a highlight: the strength that explains most, how much it explains, and how surely."""
 
     strength: float
     gain: float
@@ -61,11 +63,11 @@ class Evidence(NamedTuple):
 
 
 class Samples:
-    """A small copy of a frame.
+    """The known samples of a small copy of a frame.
 
-    n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, and where they are
+    n, r, color, points  (m, 3) float32: unit normals, mirrored directions to the eye, linear light, positions
     n_p, r_p, far        (m,) the dot products of normals, mirrored directions and points with the points
-    piece                (h, w) number of the smooth piece of surface, -1 where none
+    piece                (h, w) number of the smooth piece of surface, -1 where there is none
     partners             (m, 16) other samples of the same piece, -1 where there is none
     """
 
@@ -99,7 +101,8 @@ class Samples:
         return np.stack(found, -1)
 
     def _calm(self) -> Array:
-        """(m, 16) how little the texture of each piece varies between partners: they count that much."""
+        """Return (m, 16) weights of the pairs with each partner: near 1 on pieces with little texture, towards 0 with
+        much."""
         known = self.partners >= 0
         grey = self.color @ THIRDS
         change = abs(grey[:, None] - grey[self.partners])
@@ -114,13 +117,13 @@ class Samples:
         return calm
 
     def toward(self, guess: Guess) -> Array:
-        """(4,) l and q, see FoundHighlights."""
+        """Return a candidate's light as (4,) l and q, see FoundHighlights."""
         q = np.float32(guess.nearness / max(float(self.middle[2]), 1e-6))
         return np.append(guess.direction + q * self.middle, q).astype(np.float32)
 
 
 def smooth_pieces(surfaces: Array, rays: Array) -> Indices:
-    """(h, w): which smooth piece of surface each sample belongs to; -1 where there is none."""
+    """Label the smooth pieces of surface: (h, w) the number of each sample's piece, -1 where there is no surface."""
     height, width = surfaces.shape[:2]
     points, normals, depth = rays * surfaces[..., 3:], surfaces[..., :3], surfaces[..., 3]
     number = np.arange(height * width).reshape(height, width)
@@ -143,7 +146,7 @@ def smooth_pieces(surfaces: Array, rays: Array) -> Indices:
 
 
 def smoothed(surfaces: Array, piece: Indices) -> Array:
-    """With the mean normals of a sample and its eight neighbours on the same piece, nearer ones counting more."""
+    """Average each normal with those of its eight neighbours on the same piece, nearer ones counting more."""
     result = surfaces.copy()
     for axis in (0, 1):
         total = 2 * result[..., :3]
@@ -164,7 +167,7 @@ def lit(s: Samples, guess: Guess, ambient: float) -> Lit:
 
 
 def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs, float]:
-    """Pairs near the highlights, about as many as wanted, and how many times as many there are."""
+    """Return about `most` pairs near the highlights, and the factor by which there are more of them."""
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
     a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
@@ -181,7 +184,8 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
 
 
 def weigh(pairs: Pairs, factor: float = 1.0) -> Evidence:
-    """The strength that leaves the least differences. factor: how many pairs each stands for."""
+    """Return the strength that leaves the smallest differences in the pairs. factor: how many pairs each one stands
+    for."""
     if len(pairs.weight) < 30:
         return Evidence(0.0, 0.0, 0.0)
     strength = weighted_median(pairs.ratio.ravel(), np.repeat(pairs.weight, 3))

@@ -1,4 +1,4 @@
-"""Where the light of a highlight is, and how sharp this is: a search, and its refinement."""
+"""Searches for the light direction and the Phong exponent that explain the highlights of an image, and refines both."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SMALL = 0.005  # difference of linear light below which all count alike
 
 
 def axes_around(direction: Array) -> tuple[Array, Array]:
-    """Two unit directions across a third."""
+    """Return two unit directions perpendicular to a third and to each other."""
     across = np.cross(direction, np.eye(3, dtype=np.float32)[np.argmin(abs(direction))])
     across /= np.linalg.norm(across)
     return across, np.cross(direction, across)
 
 
 def search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
-    """The light and exponent that explain most, near the direction that is known."""
+    """Search for the light and exponent that explain most, near the known direction of the light or on all sides."""
     trusted = np.array(light.direction, np.float32) if light.tells else None
     directions = directions_all_round(ANYWHERE) if trusted is None else directions_around(trusted, SEARCHED, STRIDE)
     found: list[tuple[float, Guess]] = []
@@ -53,9 +53,9 @@ def search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
 
 
 class Spot:
-    """Pairs of samples around a highlight.
+    """Pairs of samples around one candidate highlight, for its refinement.
 
-    before  (n, 3) their differences
+    before  (n, 3) their differences in linear light
     """
 
     def __init__(self, s: Samples, guess: Guess, ambient: float, most: int):
@@ -75,20 +75,20 @@ class Spot:
         self.before = s.color[one] * self._gains[0][:, None] - s.color[other] * self._gains[1][:, None]
 
     def guess(self, p: Values) -> Guess:
-        """p: turns of the direction, nearness, log of the exponent."""
+        """Return the candidate with parameters p: two turns of the direction, nearness, log of the exponent."""
         direction = self._guess.direction + p[0] * self._across + p[1] * self._up
         direction = (direction / np.linalg.norm(direction)).astype(np.float32)
         return Guess(direction, float(p[2]), float(np.clip(np.exp(p[3]), WIDEST, SHARPEST)))
 
     def change(self, p: Values) -> Array:
-        """(n,) the differences that a highlight of strength 1 makes."""
+        """Return (n,) the differences that a highlight of strength 1 with parameters p makes in the pairs."""
         guess = self.guess(p)
         highlight = np.exp(guess.exponent * lit(self._samples, guess, self._ambient).glint).astype(np.float32)
         change = highlight[self._one] * self._gains[0] - highlight[self._other] * self._gains[1]
         return change.astype(np.float32, copy=False)
 
     def turns(self, direction: Array) -> Values:
-        """(2,) of a direction nearby."""
+        """Return (2,) the turns that lead to a direction nearby."""
         return np.array([direction @ self._across, direction @ self._up], np.float64)
 
 
@@ -102,7 +102,8 @@ def _refined(s: Samples, start: Guess, ambient: float, most: int, trusted: Array
 
 
 def _fitted(spot: Spot, start: Guess, trusted: Array | None) -> Guess:
-    """Levenberg-Marquardt steps on the L1 norm of what is left, reweighted (Schlossmacher 1973)."""
+    """Refine a candidate by Levenberg-Marquardt steps on the L1 norm of the remaining differences, as reweighted least
+    squares (Schlossmacher 1973)."""
     p, pull, steps = (
         np.array([0, 0, start.nearness, np.log(start.exponent), 0]),
         np.zeros(5),
@@ -141,7 +142,7 @@ def _fitted(spot: Spot, start: Guess, trusted: Array | None) -> Guess:
 
 
 def directions_all_round(count: int) -> Array:
-    """(count, 3) unit directions, most of them from the side of the camera."""
+    """Return (count, 3) unit directions, most of them from the camera's side."""
     k = np.arange(count) + 0.5
     turn, z = k * np.pi * (1 + 5**0.5), 0.2 - 1.2 * k / count
     ring = np.sqrt(1 - z * z)
@@ -149,7 +150,7 @@ def directions_all_round(count: int) -> Array:
 
 
 def directions_around(middle: Array, degrees: float, step: float) -> list[Array]:
-    """Unit directions on a triangular grid."""
+    """Return unit directions on a triangular grid around a middle one."""
     across, up = axes_around(middle)
     count = int(degrees / step) + 1
     found = []

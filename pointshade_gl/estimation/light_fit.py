@@ -1,4 +1,5 @@
-"""The light that a picture was taken in: one direction and ambient light, fitted to its colours and normals."""
+"""Estimates the light in which a photograph was taken, one direction and ambient light, from its colours and
+normals."""
 
 from __future__ import annotations
 
@@ -29,13 +30,13 @@ FLAT = 1.1  # ratio of most to least light that is not worth a change
 
 @dataclass(frozen=True)
 class FoundLight:
-    """The light in a picture: that of a normal n is ambient + max(n . direction, 0), up to a factor.
+    """The light in a picture: a surface with normal n receives ambient + max(n . direction, 0), up to a factor.
 
     direction  (3,) unit, towards the light, camera axes
-    ambient    strength of the ambient light over that of the direction
+    ambient    strength of the ambient light over that of the directional light
     white      the light that leaves colours as they are: only a twentieth of the picture has more
     tells      whether the picture shows its light well enough to divide it out
-    why        what keeps it from telling
+    why        the reason if it does not
     """
 
     direction: tuple[float, float, float] = (0.0, 0.0, -1.0)
@@ -51,7 +52,7 @@ class FoundLight:
 
 
 class Fit(NamedTuple):
-    """A light g, (3,): a normal n has the light 1 + max(n . g, 0); how badly it fits; and its covariance, (3, 3)."""
+    """A fitted light g, (3,): a normal n receives 1 + max(n . g, 0); the misfit; and the covariance of g, (3, 3)."""
 
     light: Array
     cost: float
@@ -59,7 +60,7 @@ class Fit(NamedTuple):
 
 
 def fit_light(colors: Array, surfaces: Array, seed: int = 0) -> FoundLight:
-    """The light in a picture.
+    """Estimate the light in a picture.
 
     colors    (h, w, 4) linear RGB and 1, or 0 where unknown or clipped
     surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth; 0 where unknown
@@ -74,7 +75,7 @@ def fit_light(colors: Array, surfaces: Array, seed: int = 0) -> FoundLight:
 
 
 def _judged(fit: Fit, pairs: Pairs, normals: Array) -> FoundLight:
-    """The light that a fit stands for, and whether it is to be trusted for these normals, (n, 3)."""
+    """Convert a fit to a light, and judge whether it can be trusted for these normals, (n, 3)."""
     strength = max(float(np.linalg.norm(fit.light)), 1e-3)
     x, y, z = (fit.light / strength).tolist()
     low, white, high = np.percentile(1 + np.maximum(normals @ fit.light, 0), (0.5, 95, 99.5))
@@ -94,7 +95,7 @@ def _judged(fit: Fit, pairs: Pairs, normals: Array) -> FoundLight:
 
 
 def _seen(fit: Fit, pairs: Pairs) -> float:
-    """The difference of log brightness that the direction makes in the pairs, root mean square.
+    """Return the difference of log brightness that the directional light makes in the pairs, root mean square.
 
     Where colours change smoothly, brightness does as well, and the pairs hardly ever have exactly one hue.
     """
@@ -103,7 +104,8 @@ def _seen(fit: Fit, pairs: Pairs) -> float:
 
 
 def _evidence(fit: Fit, pairs: Pairs) -> float:
-    """The share of the misfit that the direction explains, times the number of tiles where it does; 0 if too little."""
+    """Return the share of the misfit that the directional light explains, times the number of tiles in which it does; 0
+    if it explains too little."""
     before, after = (
         np.bincount(pairs.tile, pairs.weight * _robust(_miss(light, pairs)[0])) for light in (0 * fit.light, fit.light)
     )
@@ -114,7 +116,7 @@ def _evidence(fit: Fit, pairs: Pairs) -> float:
 
 
 def _sureness(fit: Fit, normals: Array) -> float:
-    """By how many standard errors the light changes over the picture."""
+    """Return by how many standard errors the light changes over the picture."""
     along = normals @ fit.light
     shading = 1 + np.maximum(along, 0)
     slopes = normals * ((along > 0) / shading)[:, None]
@@ -124,9 +126,10 @@ def _sureness(fit: Fit, normals: Array) -> float:
 
 
 def _missed(fit: Fit, pairs: Pairs) -> float:
-    """What normals still say of the brightness beside the light, as `_seen`: smooth texture, or other lights.
+    """Return what normals explain of the brightness beyond the light, in units of `_seen`: smooth texture, or other
+    lights.
 
-    The least squares of the harmonics of first and second order (Ramamoorthi, Hanrahan 2001).
+    Least squares of the spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001).
     """
     miss = _miss(fit.light, pairs)[0]
     slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
@@ -142,19 +145,19 @@ def _harmonics(normals: Array) -> Array:
 
 
 def _miss(light: Array, pairs: Pairs) -> tuple[Array, Array, Array]:
-    """What the light leaves of the differences, and n . light of both pixels."""
+    """Return the log brightness differences that the light leaves unexplained, and n . light of both pixels."""
     one, two = pairs.one @ light, pairs.two @ light
     return pairs.brighter - np.log1p(np.maximum(one, 0)) + np.log1p(np.maximum(two, 0)), one, two
 
 
 def _robust(miss: Array) -> Array:
-    """0 to 1, however large a difference is (Geman, McClure 1985)."""
+    """Return the robust cost of each difference: 0 to 1, however large it is (Geman, McClure 1985)."""
     square = miss * miss
     return square / (square + TEXTURE**2)
 
 
 def _starts(pairs: Pairs) -> list[Array]:
-    """The best of lights from all sides, judged by a few of the pairs."""
+    """Return the best lights of a grid on all sides, judged by a few of the pairs, as starts for the fit."""
     few = slice(FEW)
     k = np.arange(TURNS) + 0.5
     z, turn = 1 - 2 * k / TURNS, k * np.pi * (1 + 5**0.5)
@@ -170,7 +173,7 @@ def _starts(pairs: Pairs) -> list[Array]:
 
 
 def _refined(light: Array, pairs: Pairs) -> Fit:
-    """Levenberg-Marquardt steps on the robust misfit. The covariance is that of leaving out tile after tile."""
+    """Refine a light by Levenberg-Marquardt steps on the robust misfit; the covariance is a jackknife over tiles."""
     damping, (miss, one, two) = 1e-2, _miss(light, pairs)
     cost = float(pairs.weight @ _robust(miss))
     for _ in range(STEPS):
@@ -193,7 +196,7 @@ def _refined(light: Array, pairs: Pairs) -> Fit:
 
 
 def _covariance(pairs: Pairs, miss: Array, slopes: Array, pull: Array) -> NDArray[np.float64]:
-    """How far the light moves if it does without one tile (jackknife), in one step from where it is."""
+    """Return the covariance of the light by a jackknife: how far it moves, in one step, when each tile is left out."""
     tiles = np.unique(pairs.tile)
     forces, curves = np.zeros((len(tiles), 3)), np.zeros((len(tiles), 3, 3))
     for k, tile in enumerate(tiles):
@@ -205,14 +208,14 @@ def _covariance(pairs: Pairs, miss: Array, slopes: Array, pull: Array) -> NDArra
 
 
 def _slopes(miss: Array, one: Array, two: Array, pairs: Pairs) -> tuple[Array, Array]:
-    """(n, 3) how each difference changes with the light, and how much it counts, (n,)."""
+    """Return (n, 3) the derivatives of the differences with respect to the light, and (n,) their weights."""
     slopes = pairs.one * ((one > 0) / (1 + np.maximum(one, 0)))[:, None]
     slopes -= pairs.two * ((two > 0) / (1 + np.maximum(two, 0)))[:, None]
     return slopes, pairs.weight * (TEXTURE**2 / (miss * miss + TEXTURE**2)) ** 2
 
 
 def describe_light(light: FoundLight) -> str:
-    """What was found, in one line."""
+    """Describe the light that was found in one line."""
     if not light.tells:
         return f"unlight: the picture does not tell its light, {light.why}: its colours stay as they are"
     x, y, z = light.direction

@@ -1,4 +1,4 @@
-"""Pairs of pixels that tell how a picture is lit: of one surface and one colour, but facing different ways."""
+"""Finds pairs of pixels that show how an image is lit: on one surface, of one colour, with different normals."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ DARK = 0.004  # linear light that is mostly noise
 
 
 class Pairs(NamedTuple):
-    """n pairs of pixels: unit normals (n, 3), (n, 3); log of how much brighter the first is, weight and tile, (n,)."""
+    """n pairs of pixels: unit normals of both (n, 3), (n, 3); log ratio of their brightness, weight and tile, (n,)
+    each."""
 
     one: Array
     two: Array
@@ -35,10 +36,10 @@ class Pairs(NamedTuple):
 
 
 def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
-    """Pairs for `light_fit`, whose arrays these are.
+    """Choose the pairs of pixels for `light_fit`, from the same arrays.
 
-    The straight way between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
-    surface all around, but differently painted walls are as good as lit ones.
+    The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
+    surface all around, but differently painted walls look the same as lit ones.
     """
     chance = np.random.default_rng(seed)
     height, width = colors.shape[:2]
@@ -72,7 +73,7 @@ def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
 def _is_one_surface(
     surfaces: Array, first: NDArray[np.int64], second: NDArray[np.int64], width: int
 ) -> NDArray[np.bool_]:
-    """Whether neither normal nor depth jumps on the straight way between two pixels."""
+    """Return whether neither normal nor depth jumps on the straight line between two pixels."""
     v, u = first // width, first % width
     down, right = second // width - v, second % width - u
     before, same = surfaces[first], np.ones(len(first), bool)

@@ -1,4 +1,4 @@
-"""How several frames of one thing are weighed: which are compared, the band, exposures, and primary views."""
+"""Weighs several frames of one object against each other: which to compare, depth tolerance, exposure, view weights."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Matrix = NDArray[np.float64]
 
 
 class SetReport(NamedTuple):
-    """What was found out about n frames that one picture shows as one object."""
+    """What was found out about n frames that are drawn as one object."""
 
     choices: tuple[Choice, ...]  # what estimated each frame's normals
     band: float  # share of 1/z within which two frames see the same surface
@@ -40,7 +40,7 @@ class SetReport(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """What one frame's depth and colours are beside another's."""
+    """How one frame's depth and colours differ from another's where both see the same."""
 
     spread: float  # standard deviation of the depths' differences, as a share of the depth; infinite without overlap
     log_ratios: NDArray[np.float64]  # (3,) of linear colours; NaN where unknown
@@ -48,8 +48,9 @@ class Comparison(NamedTuple):
 
 
 def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
-    """The medians of samples (n, 4) as view_difference.frag makes them: excess of depth, log ratios of the colours.
+    """Summarise the differences between two frames by their medians.
 
+    samples  (n, 4) from view_difference.frag: relative excess of the other frame's depth, log ratios of three colours
     colored  False where a frame has no colours: then the ratios mean nothing
     """
     apart = _share_apart(samples[:, 0])
@@ -64,7 +65,12 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
 
 
 def _share_apart(excess: NDArray[np.float32]) -> float:
-    """Of the points that nothing hides from the other frame, those that float before what it sees."""
+    """Return the share of points that float in front of what the other frame sees there; NaN if too few can be
+    compared.
+
+    excess  (n,) by which share the other frame's depth exceeds the point's. Points behind the other's surface do not
+            count: they are hidden from it.
+    """
     shared = excess < NO_OVERLAP
     judged = shared & (excess > -APART)
     enough = judged.sum() >= max(FEWEST, JUDGED * shared.sum())
@@ -72,21 +78,23 @@ def _share_apart(excess: NDArray[np.float32]) -> float:
 
 
 def _fixed(values: list[float]) -> NDArray[np.float64]:
-    """Read-only: then steps know it by its identity, for NaN equals nothing."""
+    """Return a read-only array: steps recognise it by identity, since NaN never equals itself."""
     array = np.array(values)
     array.flags.writeable = False
     return array
 
 
 def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
-    """(n,) how differently each frame's camera saw things from one at this pose: angles, and shifts over the depth."""
+    """Return, (n,), how differently each frame's camera saw the scene from one at this pose: rotation angle in radians
+    plus translation over the frame's median depth."""
     there = np.linalg.inv(pose) @ np.stack([frame.pose for frame in frames])
     turns = np.arccos(np.clip((np.trace(there[:, :3, :3], axis1=1, axis2=2) - 1) / 2, -1, 1))
     return turns + np.linalg.norm(there[:, :3, 3], axis=1) / np.array([frame.scale for frame in frames])
 
 
 def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
-    """The frames that each is compared with."""
+    """Return, for each frame, the numbers of the frames with which it is compared: those taken from nearby, nearest
+    first."""
     found = []
     for k, frame in enumerate(frames):
         order = np.argsort(distances(frames, frame.pose), kind="stable")
@@ -95,9 +103,11 @@ def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
 
 
 def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | None = None) -> float:
-    """By which share of 1/z two frames may differ on one surface: noise and errors of poses need not be told.
+    """Return the depth tolerance: by which share of 1/z two frames may differ on the same surface.
 
-    before  the band of the last time, which stays if it is nearly right: a new band asks for all votes again
+    It is estimated from the frames' own differences, so it covers noise and errors of poses without being given them.
+
+    before  the tolerance of the last time; it stays if it is nearly right, because a new one repeats all votes
     """
     spreads = [one.spread for one in comparisons.values() if np.isfinite(one.spread)]
     widest = SPREADS * float(np.median(spreads)) if spreads else NARROWEST
@@ -108,7 +118,7 @@ def band_of(comparisons: Mapping[tuple[int, int], Comparison], before: float | N
 
 
 def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> NDArray[np.float64]:
-    """(count, 3) what each frame's linear colours are multiplied by, so that overlaps are equally bright."""
+    """Return (count, 3) factors on each frame's linear colours that make overlapping frames equally bright."""
     logs = np.zeros((count, 3))
     for channel in range(3):
         known = [(i, j, one.log_ratios[channel]) for (i, j), one in comparisons.items()]
@@ -123,10 +133,11 @@ def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> N
 
 
 def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
-    """(n,) the weights of frames in a view from this pose, in the world of the frames: 1 for the primary ones.
+    """Return (n,) weights of the frames in a view from the pose `eye`, in the frames' world: 1 for the PRIMARY nearest
+    ones.
 
-    The others fade with their distance, so that nothing pops as the viewer moves. Those that are wrong weigh 0, and
-    those without a point.
+    The others fade with their distance, so that nothing pops as the viewer moves. Frames with wrong poses and frames
+    without points weigh 0.
     """
     right = np.array([k not in wrong and frame.points_known > 0 for k, frame in enumerate(frames)])
     if right.sum() <= PRIMARY:
@@ -138,13 +149,13 @@ def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozense
 
 
 def is_primary(importance: Any) -> Any:
-    """Whether a view of this weight carries the picture, or only fills gaps; of an array, each."""
+    """Return whether a frame of this weight carries the picture, or only fills gaps; for an array, each."""
     return importance > DISSOLVED
 
 
 def primary_shares(importances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) the share of each frame's splats that hide those of others: all of primary views, and soon none.
+    """Return (n,) the share of each frame's splats that may hide those of other frames: 1 for a primary frame, soon 0.
 
-    A view comes and goes splat by splat: where two views contradict each other, nothing pops.
+    Frames come and go splat by splat: where two frames contradict each other, nothing pops.
     """
     return np.clip((importances - DISSOLVED) / (1 - DISSOLVED), 0, 1)

@@ -1,4 +1,4 @@
-"""Finds the noise of a depth picture from its measured blocks, and the estimator that it needs. Small arrays only."""
+"""Estimates the noise and the rounding of a depth image from statistics of its blocks, which the GPU has measured."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges ar
 PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.25  # steps of a lattice between its plateaus, in so many blocks that have some
 ALIKE = 0.25  # median deviation of the logarithm up to which steps count as equal
 MATCHED = 0.5  # least shared noise of depth from disparity: windows are matched, and windows of neighbours overlap
-FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that can tell the noise of the others
+FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that suffice for the noise of the others
 COARSE = 7  # pixels, more than the 5x5 that are averaged: noise that neighbours share shows only at such a distance
 # By these factors noise may grow from neighbours to COARSE pixels without proving that neighbours share noise. For the
 # lower quartile of a frame, noise is overestimated by as much anyway. For a single block, structure of the block's size
@@ -60,7 +60,11 @@ def flat_grid(width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]
 
 
 def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
-    """Return the step between the depths of a 16-bit picture, 0.0 for any other picture."""
+    """Return the step between the depths of a 16-bit picture, or 0.0 if they do not lie on a lattice.
+
+    lattice  (rows, columns) step of each block, not above 0 where it has none
+    seen     blocks that have depth
+    """
     votes = np.sort(lattice[lattice > 0])
     if votes.size < max(LATTICE_VOTES * np.count_nonzero(seen), 2):
         return 0.0
@@ -97,10 +101,12 @@ def _spread(values: Array) -> float:
 
 
 def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_]) -> Array:
-    """Return per block the noise that neighbours share, divided by `near`, the level that the averaging starts from.
+    """Return, per block, the noise that neighbouring pixels share, divided by `near`.
 
-    far, seen: noise of w measured between COARSE pixels and between neighbours. Neighbours show only the noise that
-    they do not share: a rounding or matching error that is the same over several pixels does not show between them.
+    far    (rows, columns) noise of w = 1/z measured between pixels COARSE apart
+    seen   the same between neighbours, which do not show a rounding or matching error that both have
+    near   noise of w from which the averaging starts
+    known  blocks in which all of these were measured
     """
     far, seen = (np.where(known, x / np.maximum(near, 1e-30), 0) ** 2 for x in (far, seen))
     block = median3(far - BLOCK_GROWTH**2 * seen, known)
@@ -110,7 +116,10 @@ def shared_noise(far: Array, seen: Array, near: Array, known: NDArray[np.bool_])
 
 
 def misplaced_pixels(copied: Array) -> float:
-    """Return by how many pixels (standard deviation) depths are displaced, from each block's share of copied lines."""
+    """Return by how many pixels (standard deviation) depths are displaced, as in enlarged pictures.
+
+    copied  (rows, columns) share of lines that repeat their neighbour, below 0 where no line can show it
+    """
     votes = copied[copied >= 0]
     if votes.size < max(COPY_BLOCKS * copied.size, 2) or np.median(votes) < COPY_SHARE:
         return 0.0
@@ -122,7 +131,7 @@ def misplaced_pixels(copied: Array) -> float:
 
 
 def noise_power(z: Array, sigma_z: Array) -> float:
-    """Return the power of z with which the noise of depth grows, 0 to 2; 1 if the picture does not show it."""
+    """Return the power of z with which the noise sigma_z of depth grows, 0 to 2; 1 if the picture does not show it."""
     if z.size < 6:
         return 1.0
     log_z, log_sigma = np.log(z), np.log(sigma_z)
@@ -138,11 +147,16 @@ def find_noise(
     measure_coarse: Callable[[], tuple[Array, Array]],
     measure_structure: Callable[[], Array],
 ) -> Noise:
-    """Return the Noise of a frame.
+    """Estimate the Noise of a frame from the statistics of its blocks.
 
-    levels, counts: (rows, cols, 4) float32 from noise_blocks.frag; focal: mean focal length in pixels;
-    measure_coarse: function that measures at stride COARSE and returns levels and counts, called only for noisy frames;
-    measure_structure: function that returns levels of STRUCTURE, called only for noisy frames.
+    levels  (rows, columns, 4) float32 from noise_blocks.frag; channels: lower quartile of the noise in w = 1/z (below 0
+            where unknown), the same in z, median isolated jump in w, step of the lattice on which z lies
+    counts  (rows, columns, 4) float32 from noise_blocks.frag; channels: share of lines that repeat their neighbour,
+            share of patches with an isolated jump, rounding steps per pixel along the gradient, mean depth (0 where
+            missing)
+    focal   mean focal length, pixels
+    measure_coarse     measures levels and counts again, between pixels COARSE apart; called only for noisy frames
+    measure_structure  measures the levels that distinguish structure from noise; called only for noisy frames
     """
     z = counts[..., 3].astype(np.float64)
     seen = z > 0
@@ -211,7 +225,7 @@ def noise_level(levels: Array, z: Array, measured: Mask, structure: Structure, w
 
 
 def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
-    """Return the Noise that words describe, the same in all blocks of a grid of that shape."""
+    """Return the Noise that the caller's words describe, the same in all blocks of a grid of this shape."""
     powers = (0.0 if words.is_share else -1.0, 1.0 if words.domain == "1/z" else -1.0)
     grid = np.empty((*shape, 3), np.float32)
     grid[:] = MARGIN * words.level, ROUNDED * words.step, words.shared

@@ -1,4 +1,4 @@
-"""One decision about the noise for all frames of a stream: it changes on evidence, not from frame to frame."""
+"""Keeps one noise estimate for all frames of a stream, and changes it only on evidence from several frames."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ STREAMS = 64  # that are remembered
 
 
 class Decisions:
-    """Keeps, for each stream, the noise that is in use, and how many frames in a row have said something else."""
+    """Keeps, for each stream, the noise estimate in use, and how many frames in a row have contradicted it."""
 
     def __init__(self) -> None:
         self._kept: dict[Hashable, tuple[Noise, int]] = {}
 
     def settle(self, stream: Hashable, measured: Noise) -> Noise:
-        """The noise to use for a frame on which `measured` was found."""
+        """Return the noise to use for the next frame of a stream, on which `measured` was found."""
         noise, doubts = self._kept.pop(stream, (measured, 0))
         doubts = 0 if _kind(measured) == _kind(noise) else doubts + 1
         if doubts == 0 or doubts >= PATIENCE or _is_clear(measured, noise):
@@ -31,12 +31,12 @@ class Decisions:
 
 
 def _kind(noise: Noise) -> tuple[Any, ...]:
-    """What neighbouring frames of a stream must agree on."""
+    """Return the properties of noise on which neighbouring frames of a stream must agree."""
     return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared
 
 
 def _is_clear(measured: Noise, kept: Noise) -> bool:
-    """Whether one of the two is far from being clean, or the other from being noisy."""
+    """Return whether a change between clean and noisy is beyond doubt: the new frame lies far on the other side."""
     if measured.is_clean == kept.is_clean:
         return False
     return measured.share < FEW / CLEARLY if measured.is_clean else measured.share > FEW * CLEARLY

@@ -1,4 +1,5 @@
-"""Tells fine structure from noise, block by block: leaves, fur and ornaments must not be averaged away."""
+"""Distinguishes fine structure (leaves, fur, ornaments) from depth noise, block by block, so that it is not smoothed
+away."""
 
 from __future__ import annotations
 
@@ -25,11 +26,11 @@ MOSTLY = 0.5  # share of certain blocks from which on the weak evidence is enoug
 
 
 class Structure(NamedTuple):
-    """(rows, columns) each.
+    """Where depth varies by fine structure, not by noise; (rows, columns) of blocks each.
 
     found   blocks that hold structure: their own level is not that of the noise
     uneven  blocks where growth with distance is structure, not noise that neighbours share
-    noise   of the level that was measured between neighbours, the part that is noise, 0 to 1
+    noise   share of the level measured between neighbours that is noise, 0 to 1
     """
 
     found: Mask
@@ -51,13 +52,13 @@ def median3(values: Array, known: Mask) -> Array:
 
 
 def find_structure(near: Array, levels: Array, coarse: Array, rounded: bool, hidden: Mask) -> Structure:
-    """Return which blocks of a frame hold structure, from small arrays (rows, columns).
+    """Return which blocks of a frame hold structure.
 
-    near     quartile of the noise of w between neighbours, negative where it could not be measured
-    levels   (rows, columns, 4) from noise_blocks.frag, of structure
+    near     (rows, columns) quartile of the noise of w between neighbours, negative where it could not be measured
+    levels   (rows, columns, 4) from noise_blocks.frag with MEASURED 2
     coarse   as near, between pixels COARSE apart
     rounded  depth is rounded
-    hidden   blocks where rounding, or lines that are repeated, hide what could be seen
+    hidden   blocks where rounding or repeated lines would hide structure
     """
     far, ring, far_ring = (levels[..., k] for k in (0, 2, 3))
     known = np.minimum(np.minimum(near, far), np.minimum(ring, far_ring)) > NOTHING
@@ -85,6 +86,7 @@ def _growth(near: Array, far: Array, known: Mask) -> Array:
 
 
 def _is_busy(*growths: Array) -> bool:
-    """Whether a rounded frame shows structure everywhere: growth of ring residuals, of third differences, to COARSE."""
+    """Return whether a rounded frame shows structure everywhere, from growth with distance of ring residuals, of third
+    differences, and of third differences to COARSE pixels."""
     ring, grown, coarse = (float(np.median(values)) if values.size else 0.0 for values in growths)
     return ring > FRAME_RING or (ring > WEAK_RING and (grown > FRAME_GROWN or coarse > FRAME_COARSE))

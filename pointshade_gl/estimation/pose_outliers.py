@@ -1,4 +1,4 @@
-"""Which frames of one thing contradict the others: their poses are wrong."""
+"""Finds frames whose depth contradicts that of the other frames of the same object: their poses are wrong."""
 
 from __future__ import annotations
 
@@ -17,14 +17,18 @@ Pair = tuple[int, int]
 
 
 class Contradictions(NamedTuple):
-    """Which frames' depths do not fit those of others, where they see the same."""
+    """Which frames' depths contradict those of others, where both see the same."""
 
     frames: frozenset[int]  # that fit none of the others, of which more fit each other
     undecided: bool  # whether others contradict each other, and nobody knows which are wrong
 
 
 def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contradictions:
-    """Frames that fit each other form groups. A frame is wrong if it contradicts a group larger than all that do."""
+    """Find the frames with wrong poses, from comparisons of pairs (i, j).
+
+    Frames that agree form groups. A frame is wrong if it contradicts a group with more members than contradict that
+    group.
+    """
     contradicts = _contradicts(comparisons)
     group_of = _groups([pair for pair, is_off in contradicts.items() if not is_off], count)
     against = [(i, j) for (i, j), is_off in contradicts.items() if is_off and group_of[i] is not group_of[j]]
@@ -36,7 +40,7 @@ def contradictions(comparisons: Mapping[Pair, Comparison], count: int) -> Contra
 
 
 def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
-    """Of all pairs that see the same, whether they contradict each other."""
+    """Return, for each pair of frames that see the same, whether they contradict each other."""
     both_ways: dict[Pair, list[Comparison]] = {}
     for (i, j), one in comparisons.items():
         both_ways.setdefault((min(i, j), max(i, j)), []).append(one)
@@ -52,7 +56,7 @@ def _contradicts(comparisons: Mapping[Pair, Comparison]) -> dict[Pair, bool]:
 
 
 def _groups(pairs: Sequence[Pair], count: int) -> list[set[int]]:
-    """Of each frame the set of those that pairs connect it with, itself among them."""
+    """Return for each frame the set of frames that pairs connect it with, itself included."""
     group_of = [{k} for k in range(count)]
     for i, j in pairs:
         if group_of[i] is not group_of[j]:

@@ -1,4 +1,4 @@
-"""How far down a frame's things go: their lowest ends, with undersides that the camera did not see. No GL here.
+"""Estimates how far down the objects in a frame reach, including undersides that the camera could not see.
 
 Where a surface ends downwards, at an outline, it goes on behind it. Near a smooth outline a surface is a circle seen
 from the side, as in shaders/common/rims.glsl: its lowest point is known though hidden. Elsewhere it ends between two
@@ -32,7 +32,8 @@ ALONG = 3  # columns on each side that tell where between two pixels an edge run
 
 
 def lowest_point(frame: Frame, along: Array) -> float:
-    """How far the frame's things reach along an axis (3,) of its camera at least, hidden undersides included."""
+    """Return the lowest position of the frame's objects along an axis (3,) of its camera, hidden undersides
+    included."""
     depth, camera = frame.depth, frame.camera
     if not (depth > 0).any():
         return 0.0
@@ -47,7 +48,8 @@ def lowest_point(frame: Frame, along: Array) -> float:
 def _turned(
     depth: NDArray[np.float32], x: Array, y: Array, up: Array
 ) -> tuple[NDArray[np.float32], Array, Array, Array]:
-    """The picture turned so that things stand upright in it: depth, rays of its columns and of its rows, up."""
+    """Turn the depth image so that objects stand upright in it. Returns depth, rays of its columns and of its rows,
+    up."""
     if abs(up[0]) > abs(up[1]):
         depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
     if up[1] * (y[-1] - y[0]) > 0:
@@ -56,7 +58,7 @@ def _turned(
 
 
 def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_focal: float) -> Array:
-    """(n,) heights of the lower ends of the things that a picture shows upright, where they go on out of sight."""
+    """Return (n,) heights of the lower ends of objects in an upright image, including what goes on out of sight."""
     depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
     x, y = np.pad(x, ALONG), np.pad(y, (DEEP, ALONG))
     ends = _ends(depth)
@@ -85,12 +87,12 @@ def _heights(depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Ind
 
 
 def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
-    """Whether two depths are of one surface."""
+    """Return whether two depths belong to one surface."""
     return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
 
 
 def _ends(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """(h, w) where a surface ends downwards: what comes next is missing, or farther away."""
+    """Return (h, w) where a surface ends downwards: the next pixel is missing, or farther away."""
     here, below = depth[:-1], depth[1:]
     ends = np.zeros(depth.shape, bool)
     ends[:-1] = (here > 0) & ((below == 0) | (below > (1 + STEP) * here))
@@ -98,7 +100,7 @@ def _ends(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
 
 
 def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
-    """(n,) how many pixels below the ends the edge runs: on the line through the middles between its steps."""
+    """Return (n,) by how many pixels the outline runs below the ends, from a line through the middles of its steps."""
     off = np.arange(-ALONG, ALONG + 1)
     around = ends[row[:, None, None] + off[:, None], column[:, None, None] + off]
     known, end = around.any(1), (around * off[:, None]).sum(1) / np.maximum(around.sum(1), 1)
@@ -110,8 +112,8 @@ def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
 def _round_bottom(
     depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index, pixel: Array
 ) -> Array:
-    """(n,) heights of the lowest points of the circles through the pixels above the ends; NaN where they lie on none
-    or those beside say otherwise."""
+    """Return (n,) heights of the lowest points of circles fitted to the pixels above the ends; NaN where they do not
+    lie on a circle or the columns beside them disagree."""
     rows = row[:, None] - np.arange(DEEP)
     z = depth[rows, column[:, None]].astype(np.float64)
     points = np.stack([x[column][:, None] * z, y[rows] * z, z], -1)
@@ -128,7 +130,7 @@ def _round_bottom(
 
 
 def _median_beside(values: Array, column: Index) -> Array:
-    """(n,) the median of each and those beside it, NaN unless most are known."""
+    """Return (n,) the median of each value and its neighbours by column, NaN unless most are known."""
     order = np.argsort(column, kind="stable")
     padded = np.pad(values[order], SIDE, constant_values=np.nan)
     found = np.empty_like(values)
@@ -137,7 +139,7 @@ def _median_beside(values: Array, column: Index) -> Array:
 
 
 def _circle(x: Array, y: Array, known: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-    """Circles through rows of points, by least squares (Kasa 1976): (n, 2) middles, (n,) radii, (n,) rms distances."""
+    """Fit circles to rows of points by least squares (Kasa 1976): (n, 2) centres, (n,) radii, (n,) rms distances."""
     scale = np.maximum(np.abs(np.where(known, y, 0)).max(1), 1e-12)
     x, y = np.where(known, x, 0) / scale[:, None], np.where(known, y, 0) / scale[:, None]
     terms = np.stack([2 * x, 2 * y, known.astype(float)], -1)

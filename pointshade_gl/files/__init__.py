@@ -1,1 +1,1 @@
-"""Reading and writing files: pictures, depth, cameras, poses, frames, sequences, films. No GL here."""
+"""Reads and writes files: pictures, depth, cameras, poses, frames, sequences, films. No GL here."""

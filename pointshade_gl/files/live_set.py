@@ -1,4 +1,4 @@
-"""Live sets: several streams of frames at once, each at its own rate, to be drawn as one object."""
+"""Combines several live streams, each at its own frame rate, into sets of frames that are drawn as one object."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _check_sources(sources: Any) -> list[Iterable[Frame]]:
 
 
 def _waiting(items: queue.Queue[Item]) -> list[Item]:
-    """What the sources have given; at least one item, and at most one frame of each."""
+    """Return what the sources have given; at least one item, and at most one frame of each."""
     found = [items.get()]
     while not items.empty():
         found.append(items.get())
@@ -107,7 +107,7 @@ def _waiting(items: queue.Queue[Item]) -> list[Item]:
 
 
 def _tell(k: int, item: Any, skipped: Callable[[str], None]) -> None:
-    """Passes on a sentence, raises an error."""
+    """Pass on a sentence, or raise an error."""
     if isinstance(item, str):
         skipped(f"source {k}: {item}")
     elif isinstance(item, BaseException):
@@ -117,7 +117,7 @@ def _tell(k: int, item: Any, skipped: Callable[[str], None]) -> None:
 def _feed(
     k: int, source: Iterable[Frame], items: queue.Queue[Item], taken: threading.Semaphore, stop: threading.Event
 ) -> None:
-    """In a thread: puts the frames of a source into the queue, each when the one before was taken."""
+    """Put the frames of a source into the queue, each when the one before was taken; runs in a thread."""
     try:
         for frame in _decoded(k, source, items):
             taken.acquire()
@@ -132,7 +132,7 @@ def _feed(
 
 
 def _decoded(k: int, source: Iterable[Frame], items: queue.Queue[Item]) -> Generator[Frame, None, None]:
-    """A sequence's frames are decoded ahead."""
+    """Return the source's frames; those of a sequence are decoded ahead."""
     if not isinstance(source, Sequence):
         yield from source
         return

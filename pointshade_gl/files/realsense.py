@@ -1,4 +1,4 @@
-"""Frames of an Intel RealSense camera, as a stream: `for frame in RealSenseSource():`."""
+"""Streams frames from an Intel RealSense camera: `for frame in RealSenseSource():`."""
 
 from __future__ import annotations
 

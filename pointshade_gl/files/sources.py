@@ -1,4 +1,4 @@
-"""Streams of frames. A stream is whatever `for frame in source:` accepts: a sequence on disk, a generator, a camera."""
+"""Opens sources of frames: a sequence on disk, a generator, a camera; anything that `for frame in source:` accepts."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
 
 
 def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
-    """What a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
+    """Load what a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
 
-    load_options  as for `load_frame`; None is not said
+    load_options  as for `load_frame`; None counts as not given
 
     Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
     """

@@ -1,1 +1,1 @@
-"""The passes on the GPU: the only modules that import moderngl."""
+"""Render passes and other work on the GPU: the only modules that import moderngl."""

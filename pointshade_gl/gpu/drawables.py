@@ -1,4 +1,4 @@
-"""All kinds of things that a scene holds, on the GPU: one way to draw each into views and into shadow maps."""
+"""Draws objects of every kind (splats, grids, meshes), each by its own pass, into views and into shadow maps."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from .shading.shadow_map import Tile
 # scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
 # point objects.
 Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
-Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of a thing that its shadow depends on
+Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
 
 
 class Objects:
-    """Draws things, each by the passes of its kind. Grids and meshes have theirs from the first that is drawn."""
+    """Draws objects, each by the passes of its kind. Those of grids and meshes are made for the first one that is
+    drawn."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
         self._context = context
@@ -39,16 +40,16 @@ class Objects:
         self._meshes: MeshObjects | None = None
 
     def find_triangles(self, grid: Grid) -> None:
-        """Which triangles of a grid there are, unless that is known."""
+        """Find which triangles of a grid exist, unless that is known."""
         self._steps.run("triangles", self._grid_objects().find_triangles, grid, of=grid.surface)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> None:
-        """Frees all other meshes."""
+        """Free all other meshes."""
         if self._meshes and (unused := self._meshes.keep_only(meshes)):
             self._steps.forget(of=unused)
 
     def add_shadow(self, tile: Tile, shape: Shape, eye: Eye) -> None:
-        """The depth of a thing in a light's view. The eye is the light's."""
+        """Draw the depth of an object into a shadow map. eye: the light's camera."""
         if isinstance(shape, PlacedMesh):
             self._mesh_objects().add_shadow(tile, shape, eye)
         elif isinstance(shape, Grid):
@@ -61,7 +62,8 @@ class Objects:
         self._count(shape)
 
     def add_surface(self, target: Target, thing: Drawable, eye: Eye, number: int, lights: dict[str, Any]) -> None:
-        """The visible surfaces of a thing, with the number of its material. lights: for what is lit as it is drawn."""
+        """Draw the visible surfaces of an object, with the number of its material. lights: for what is lit as it is
+        drawn."""
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
@@ -76,7 +78,7 @@ class Objects:
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
     def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
-        """What draws such a thing where it is alone."""
+        """Return the passes that draw such an object when it is alone."""
         return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
 
     def _grid_objects(self) -> GridObjects:

@@ -1,1 +1,1 @@
-"""What users are told: checks of values, wording, suggestions, notes and errors."""
+"""Everything that users read: errors, notes, spelling suggestions, and the checks of arguments that raise errors."""

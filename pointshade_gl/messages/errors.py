@@ -1,4 +1,5 @@
-"""The two kinds of error that Python itself does not have. All others are ValueError, TypeError or OSError."""
+"""The package's own exceptions, for OpenGL contexts and shaders. All other errors are ValueError, TypeError or
+OSError."""
 
 
 class ContextError(RuntimeError):

@@ -1,4 +1,4 @@
-"""How messages show options and values: `depth_kind='inverse'` in Python is `--depth-kind inverse` in a terminal."""
+"""Formats options and values for messages: `depth_kind='inverse'` in Python is `--depth-kind inverse` in a terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _is_typed = False  # by the user of the command line, also while a file's own op
 
 
 def option(name: str, *values: object, of: str = "", beside_file: bool = False) -> str:
-    """An option as its user writes it, with a value or with several to choose from.
+    """Format an option as its user writes it, with a value or with several to choose from.
 
     values       a text in capitals stands for something, such as FILE, and is not quoted; True is a switch
     of           whose value it is in Python: `option("shininess", of="material")` is "material shininess" or
@@ -32,20 +32,20 @@ def option(name: str, *values: object, of: str = "", beside_file: bool = False) 
 
 
 def all_of_them() -> str:
-    """How a user goes on who wants all frames of a sequence, not only one."""
+    """Return how to go on for a user who wants all frames of a sequence, not only one."""
     return "; `pointshade render INPUT -o %04d.png` draws all" if _is_typed else "; open_source gives all"
 
 
 @contextmanager
 def as_command_line() -> Iterator[None]:
-    """Inside, messages name options as the command line has them."""
+    """Name options in messages as the command line has them, inside the context."""
     with _speaking(True, typed=True):
         yield
 
 
 @contextmanager
 def as_python() -> Iterator[None]:
-    """Inside, messages name options as Python does. Files use these names, too."""
+    """Name options in messages as Python has them, inside the context. Files use these names, too."""
     with _speaking(False, typed=_is_typed):
         yield
 
@@ -66,7 +66,7 @@ def _literal(value: object) -> str:
 
 
 def shown(value: object) -> str:
-    """A value in a message: one line, cut where it is long, for files may hold values of any size and depth."""
+    """Format a value for a message: one line, cut where it is long, for files may hold values of any size and depth."""
     if type(value).__module__.startswith("pointshade_gl"):
         return f"a {type(value).__name__}"
     try:
@@ -76,12 +76,12 @@ def shown(value: object) -> str:
 
 
 def cut(text: object, longest: int = 200) -> str:
-    """A text, or the message of an error, in one line and cut where it is long."""
+    """Return a text, or the message of an error, in one line and cut where it is long."""
     line = " ".join(str(text).split())
     return line if len(line) <= longest else f"{line[: longest - 3]}..."
 
 
 def counted(count: int, what: str) -> str:
-    """1 node, 2 meshes, 93 207 points."""
+    """Return a count with its noun: 1 node, 2 meshes, 93 207 points."""
     plural = "" if count == 1 else "es" if what.endswith("sh") else "s"
     return f"{count:,} {what}{plural}".replace(",", " ")

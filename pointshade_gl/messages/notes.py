@@ -1,4 +1,4 @@
-"""Notes: one sentence for every guess, printed unless the caller takes them."""
+"""Prints notes: one sentence for every guess that the package makes, unless the caller collects them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ MOST = 5  # notes that a command prints
 
 
 class _Told:
-    """The different notes of the running command, also those that were not printed. Threads share it."""
+    """The different notes of the running command, including those that were not printed. Threads share it."""
 
     def __init__(self, most: int):
         self.most, self.lock = most, threading.Lock()
         self.texts: set[str] = set()
 
     def passes(self, text: str) -> bool:
-        """Remembers a note: may it be printed? Each is printed once, and only the first ones."""
+        """Remember a note, and return whether to print it: each is printed once, and only the first ones."""
         with self.lock:
             is_new = text not in self.texts
             self.texts.add(text)
@@ -34,7 +34,7 @@ _taken: ContextVar[list[str] | None] = ContextVar("taken", default=None)  # inst
 
 
 def print_note(text: str) -> None:
-    """Prints a note to stderr, in a line that begins with `note:`. See `few_notes` for the command line."""
+    """Print a note to stderr, in a line that begins with `note:`. See `few_notes` for the command line."""
     taken = _taken.get()
     if taken is not None:
         taken.append(text)
@@ -44,7 +44,7 @@ def print_note(text: str) -> None:
 
 @contextmanager
 def few_notes() -> Iterator[None]:
-    """Inside, only the first notes are printed, each once; a last one says how many more there were."""
+    """Print only the first notes inside, each once; a last one says how many more there were."""
     global _told
     told = _told = _Told(MOST)
     try:
@@ -65,14 +65,15 @@ def note_new_name(old: str, new: str) -> None:
 
 
 def silence() -> None:
-    """Prints no notes any more, until `few_notes` ends."""
+    """Print no more notes, until `few_notes` ends."""
     if _told is not None:
         _told.most = 0
 
 
 @contextmanager
 def taken() -> Iterator[list[str]]:
-    """Inside, and in threads that `prefetched` starts there, notes go to this list instead: another process prints."""
+    """Collect notes in this list instead of printing them, inside and in threads that `prefetched` starts there:
+    another process prints them."""
     notes: list[str] = []
     token = _taken.set(notes)
     try:
@@ -82,7 +83,8 @@ def taken() -> Iterator[list[str]]:
 
 
 def once(note: Note) -> Note:
-    """Passes on each kind of note once, from any thread. Notes that differ only in numbers are of one kind."""
+    """Wrap a note function so that it passes on each kind of note once, from any thread. Notes that differ only in
+    numbers are of one kind."""
     told: set[str] = set()
     lock = threading.Lock()
 

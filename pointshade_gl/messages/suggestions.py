@@ -1,4 +1,4 @@
-"""What a misspelt name was meant to be, for messages: " (did you mean phong?)", or nothing when no name is near."""
+"""Finds what a misspelt name was meant to be, for messages: " (did you mean phong?)", or nothing if no name is near."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ _ELSEWHERE = {  # what options are called in other programs
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """The known name that is nearest to a word, in brackets. Capitals do not count."""
+    """Return the known name that is nearest to a word, as " (did you mean phong?)", else "". Case does not count."""
     near = _nearest(word, known) if isinstance(word, str) else None
     return f" (did you mean {near}?)" if near else ""
 
 
 def meant_option(typed: str, known: Collection[str]) -> str:
-    """The same for an option: one that other programs call so, that has the word in it, or that is spelt nearly so."""
+    """Return the same for an option: one that other programs call so, that contains the word, or that is spelt nearly
+    so."""
     word = typed.lstrip("-").lower()
     elsewhere = _ELSEWHERE.get(word, "")
     names = [name.removeprefix("--") for name in known if name.startswith("--")]
@@ -46,7 +47,7 @@ def meant_option(typed: str, known: Collection[str]) -> str:
 
 
 def near_path(path: Path, names: Iterable[str] = ()) -> str:
-    """The same for a path that does not exist: the one whose first wrong part is spelt nearly so.
+    """Return the same for a path that does not exist: the path whose first wrong part is spelt nearly so.
 
     Another number is another file, not a misspelt one: of 003.png, 004.png is not near.
 
@@ -62,7 +63,7 @@ def near_path(path: Path, names: Iterable[str] = ()) -> str:
 
 
 def listed_beside(path: Path) -> str:
-    """What is in the folder of a path that does not exist: ": frames holds a.png, b.png and 3 more", or nothing."""
+    """Describe the folder of a path that does not exist: ": frames holds a.png, b.png and 3 more", or nothing."""
     names = sorted(_entries(path.parent))
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     where = "this folder" if path.parent == Path() else str(path.parent)
@@ -78,7 +79,7 @@ def _nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def _entries(folder: Path) -> list[str]:
-    """The names in a folder that are not hidden; none if it cannot be read."""
+    """Return the names in a folder that are not hidden; none if it cannot be read."""
     with suppress(OSError):
         return [path.name for path in islice(folder.iterdir(), _MOST) if path.name[0] != "."]
     return []

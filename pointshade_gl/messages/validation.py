@@ -1,4 +1,4 @@
-"""Checks that several values share. Each raises an error of one sentence: subject, expectation, value.
+"""Checks of arguments that several modules share. Each raises an error of one sentence: subject, expectation, value.
 
 TypeError says that the value is not of the right kind (a text, None, a list), ValueError that the number is impossible.
 """

@@ -1,1 +1,1 @@
-"""From a scene to a lit picture, step by step."""
+"""Draws a scene as a lit picture, step by step."""

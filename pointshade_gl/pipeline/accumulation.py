@@ -1,4 +1,4 @@
-"""Adds up the samples of a picture, with the shadows on its ground, and develops the sum."""
+"""Averages several samples of a picture into the final one, with shadows on the ground."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from .light_setup import LightSetup
 
 
 class Accumulator:
-    """Makes finished pictures. A target keeps its sum: more samples of the same are added to it."""
+    """Averages samples into finished pictures. A target keeps its sum: more samples of the same picture are added to
+    it."""
 
     def __init__(
         self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup, frame_pass: FramePass
@@ -36,13 +37,13 @@ class Accumulator:
         self._ground: FullscreenPass | None = None
 
     def draw(self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], finish: Finish) -> None:
-        """The finished picture."""
+        """Draw the finished picture: all its samples, averaged."""
         self._develop = self._develop or ResolveSamplesPass(self._gl)
         self._add_samples(target, visible, drawables, self._develop, finish)
         self._develop.develop(target, finish.samples, finish.behind)
 
     def forget(self, target: Target) -> None:
-        """Lets go of a scene that is no longer shown."""
+        """Forget a scene that is no longer shown."""
         target.samples.content = None
         for step in ("up", "ground"):
             self._steps.forget(step)
@@ -55,7 +56,7 @@ class Accumulator:
         develop: ResolveSamplesPass,
         finish: Finish,
     ) -> None:
-        """The sums of the samples. Of a picture that shows the same as the last one, only those that are missing."""
+        """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         content = (
             visible.scene,
@@ -91,7 +92,8 @@ class Accumulator:
         up: Vector,
         height: float | None,
     ) -> None:
-        """The shadows on the ground, where nothing else is seen. Lights with shadows have left the surfaces there."""
+        """Draw the shadows on the ground where no surface is visible. Needs lights with shadows: they make `draw` keep
+        surfaces."""
         self._ground = self._ground or FullscreenPass(self._gl, "shading/ground.frag")
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}

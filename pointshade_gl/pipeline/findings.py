@@ -1,4 +1,5 @@
-"""What was found out about the things of a picture: by which estimators, how far frames agree, in which light."""
+"""Collects what was estimated about the objects in a picture: normal methods, agreement of frames, light in
+photographs."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ Drawn = Mapping[Placed, Drawable]  # what a picture shows, on the GPU
 
 
 def findings(drawn: Drawn) -> list[tuple[str, Choice | SetReport]]:
-    """What estimated the normals of each point object, or what its frames agree on; by name."""
+    """Return, for each point object by name, which method estimated its normals, or what its several frames agree
+    on."""
     return [
         (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
         for p, thing in drawn.items()
@@ -30,17 +32,18 @@ def findings(drawn: Drawn) -> list[tuple[str, Choice | SetReport]]:
 
 
 def lights(drawn: Drawn) -> list[tuple[str, FoundLight]]:
-    """What light was found in each frame whose light was to be taken out; by object."""
+    """Return the light that was found in each frame whose shading is to be removed, by the name of its object."""
     return [(name, textures.light) for name, textures in _frames(drawn) if textures.light]
 
 
 def highlights(drawn: Drawn) -> list[tuple[str, FoundHighlights]]:
-    """The same of highlights."""
+    """Return the highlights that were found in each frame from which they are to be removed, by the name of its
+    object."""
     return [(name, textures.highlights) for name, textures in _frames(drawn) if textures.highlights]
 
 
 def weights(drawn: Drawn) -> dict[Frame, float]:
-    """How much each frame counts where several show the same: 1 if it is a primary view."""
+    """Return the weight of each frame where several show the same surface: 1 if it is a primary view."""
     found: dict[Frame | None, float] = {}
     for thing in drawn.values():
         if isinstance(thing, ShownSet):
@@ -57,7 +60,7 @@ def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
 
 
 def _frames(drawn: Drawn) -> list[tuple[str, FrameTextures]]:
-    """The frames that are on the GPU as a whole, by object: of others no light is looked for."""
+    """Return the frames that are on the GPU as a whole, by object: in others no light is looked for."""
     return [
         (p.node.name, view.textures)
         for p, thing in drawn.items()

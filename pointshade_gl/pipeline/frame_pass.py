@@ -1,4 +1,4 @@
-"""Draws one sample of a picture: what is seen of the drawables, then their light."""
+"""Draws one sample of a picture: the visible surfaces of all objects, then the light on them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class FramePass:
         drawables: dict[Placed, Drawable],
         light_set: LightSet,
     ) -> None:
-        """The sample, on a canvas."""
+        """Draw one sample of the picture onto a canvas."""
         if single := _single(visible, drawables, light_set):
             self._draw_single(target, canvas, single, visible, light_set)
         else:
@@ -51,7 +51,13 @@ class FramePass:
     def draw_lit_splats(
         self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
     ) -> bool:
-        """Draws one point object in one pass, where flat shading allows it: a new view, as most see only one light."""
+        """Draw a single flat-shaded point object in one pass, each splat lit in the vertex shader. Return whether it
+        was drawn.
+
+        It is drawn so only when its points, its colours or the view are new: most views are seen under one light. False
+        leaves it to `draw`: for all other objects, and for the same view under another light, for which its splats are
+        kept.
+        """
         thing, counts, points = _single(visible, drawables, light_set), self._steps.counts, self._objects.points
         if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
             return False
@@ -66,7 +72,8 @@ class FramePass:
     def _draw_single(
         self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
     ) -> None:
-        """The picture of one point object. A new view is lit at once, because most views see only one light."""
+        """Draw the picture of a single point object. A new view is lit in the same pass, because most views see only
+        one light."""
         run, always, points, eye = self._steps.run, self._steps.always, self._objects.kind_of(thing), visible.eye
         before = target.splats.version
         run("splats", points.draw_splats, target.splats, thing.points, eye)
@@ -85,7 +92,7 @@ class FramePass:
     def draw_surfaces(
         self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
     ) -> None:
-        """The visible surfaces of all drawables, with the numbers of their materials."""
+        """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials."""
         shown, materials = tuple(drawables[p] for p in visible.shown), visible.materials
         numbers = tuple(1 + materials.index(material_of(p)) for p in visible.shown)
         early = any(map(_is_lit_as_drawn, shown))
@@ -105,7 +112,7 @@ class FramePass:
         surfaces.raise_version()
 
     def _light_pixels(self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet) -> None:
-        """Surfaces -> the picture."""
+        """Light the visible surfaces onto the canvas."""
         materials = np.array([material.strengths for material in visible.materials])
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
@@ -116,9 +123,10 @@ class FramePass:
 def _single(
     visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
 ) -> ShownPoints | ShownGrid | None:
-    """The one thing that is shown, if these are points at their own scale, without spots and shadows.
+    """Return the only object in view if it can be drawn and lit alone: points at their own scale, without spots and
+    shadows.
 
-    A mesh between them counts unless it is lit as it is drawn.
+    A mesh between the points also counts, unless it is lit as it is drawn.
     """
     one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
     if light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
@@ -127,7 +135,7 @@ def _single(
 
 
 def _is_lit_as_drawn(thing: Drawable) -> bool:
-    """Its surfaces change with the light."""
+    """Return whether the object's surfaces already hold their light, and so change with it."""
     if isinstance(thing, PlacedMesh):
         return thing.mesh.shading in LIT_EARLY
     return isinstance(thing, ShownGrid) and thing.shading == "flat"

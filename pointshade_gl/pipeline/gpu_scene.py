@@ -1,4 +1,4 @@
-"""Puts the drawables of a scene on the GPU: points with their normals, as many as the view needs."""
+"""Puts the objects of a scene on the GPU: points with their normals, as many as the view needs."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from ..scene.visible_scene import VisibleScene, is_alone
 
 
 class GpuScene:
-    """Keeps what the last picture shows or casts shadows in it; the next one uses it again.
+    """Keeps on the GPU what the last picture shows or casts shadows in it, for the next one to use again.
 
-    drawn  these drawables, on the GPU
+    drawn  the objects of the last picture, on the GPU
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
@@ -45,7 +45,7 @@ class GpuScene:
         self.drawn: dict[Placed, Drawable] = {}
 
     def prepare(self, visible: VisibleScene) -> dict[Placed, Drawable]:
-        """Puts what is shown or casts a shadow on the GPU."""
+        """Put everything that is visible or casts a shadow on the GPU."""
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
         used = [p for p in visible.scene.things if p in visible.shown or p in visible.casting]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
@@ -68,7 +68,7 @@ class GpuScene:
         return drawables
 
     def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
-        """(h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
+        """Return (h, w, 4), read-only: the normals and depths of a frame's points, in its camera's axes."""
         self.drawn = {}  # its textures may be freed now
         if needs_tiles(frame, look, self.tiles.largest_side):
             points = self.tiles.points_of(frame, look, frame.pose, 1.0)
@@ -89,7 +89,8 @@ class GpuScene:
     def _prepare_points(
         self, singles: list[Placed], visible: VisibleScene, alone: set[Placed]
     ) -> dict[Placed, ShownPoints | ShownGrid]:
-        """The points of frames. Those that stand alone are drawn as coarse or as fine as the view needs."""
+        """Return the points of each frame. Those of objects with one frame are as coarse or as fine as the view
+        needs."""
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
         places = _places(visible) if any(p.content.look.temporal for p in singles) else {}
         if places:
@@ -102,7 +103,7 @@ class GpuScene:
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, visible.eye.camera) if is_finer else frame.camera
             drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
-            if look.fills and p in alone:  # frames of one thing fill each other's gaps
+            if look.fills and p in alone:  # frames of one object fill each other's gaps
                 drawn = self.frames.fill(textures, frame, drawn)
             if look.splat == "mesh":
                 shown[p] = self._as_grid(p, drawn, textures)
@@ -119,7 +120,7 @@ class GpuScene:
         return self._coarse[frame, step]
 
     def _as_grid(self, p: Placed, drawn: DrawnPoints, textures: FrameTextures) -> ShownGrid:
-        """Points as the triangles between them."""
+        """Return points as the triangles between them."""
         surface, lit, source, colors = drawn
         look = p.content.look
         grid = Grid(surface, source, *p.rigid_axes, depth_step(look))
@@ -129,7 +130,8 @@ class GpuScene:
         return ShownGrid(grid, textures, colors, look.shading, light, material)
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene) -> ShownSet:
-        """Several frames of one thing, each with the others' votes on its points, and its weight in this view."""
+        """Return several frames of one object, each with the others' votes on its points, and its weight in this
+        view."""
         self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
         consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
@@ -145,13 +147,13 @@ class GpuScene:
 
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:
-    """The number of each frame among all of the scene, also those out of view: by it a stream is known again."""
+    """Return the number of each frame among all frames of the scene, visible or not: it identifies a stream."""
     objects = (p for p in visible.scene.things if isinstance(p.content, PointObject))
     return {member: k for k, member in enumerate(member for p in objects for member in p.members)}
 
 
 def _coarser_step(p: Placed, visible: VisibleScene) -> int:
-    """1 for all points: of a frame alone, and where an option is an array."""
+    """Return 1 to draw all points: for a frame alone, and where an option is an array; else the step for this view."""
     return coarser_step(p, visible.eye) if p.content.look.is_uniform and not is_alone(visible.scene.things) else 1
 
 

@@ -1,4 +1,4 @@
-"""Sets up the lights of a picture: draws their shadow maps, and lights the points of shading models that mix light."""
+"""Prepares the lights of a picture: draws their shadow maps, and lights the points themselves for flat and gouraud."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ..scene.visible_scene import VisibleScene, material_of
 
 
 class LightSetup:
-    """Lights shine on drawables here, before anybody looks at them."""
+    """Draws shadow maps and lights points, before the view is drawn."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects, light: LightPass):
         self._gl = context
@@ -36,7 +36,7 @@ class LightSetup:
         self._shadow_map: ShadowMap | None = None  # made for the first lights that need it
 
     def prepare(self, visible: VisibleScene, drawables: dict[Placed, Drawable]) -> LightSet:
-        """The lights, with the shadow map of those that cast shadows.
+        """Return the lights, with the shadow map of those that cast shadows.
 
         Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
         """
@@ -62,7 +62,8 @@ class LightSetup:
                     self._objects.add_shadow(tile, shape, view.eye)
 
     def light_points(self, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet) -> None:
-        """Lights the points themselves, for shading models that mix their light; in the axes of their object."""
+        """Light the points themselves, in the axes of their object, for shading models that interpolate light between
+        points."""
         for p in visible.shown:
             thing = drawables[p]
             if isinstance(thing, TiledPoints):

@@ -1,4 +1,4 @@
-"""The pipeline: a scene in, a lit picture on the GPU out."""
+"""The rendering pipeline: takes a scene, lights and a camera, and draws the lit picture on the GPU."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Pipeline:
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE
     ) -> Target:
-        """The scene under these lights, as a camera at a pose (4, 4) sees it."""
+        """Draw the scene under these lights, as a camera at a pose (4, 4) sees it."""
         visible = compose(scene, lights, camera, pose)
         drawables = self.gpu_scene.prepare(visible)
         self._drawn = scene
@@ -69,17 +69,17 @@ class Pipeline:
         return target
 
     def read(self) -> NDArray[np.uint8]:
-        """The last picture as (h, w, 4), top row first."""
+        """Return the last picture as (h, w, 4), top row first."""
         assert self._target is not None, "nothing was drawn"
         return self._target.read()
 
     def read_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
-        """(h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, its axes, world
-        units. z is 0 where there is none, the normal where no light is wanted."""
+        """Return (h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, in its
+        axes and world units. z is 0 where there is none, the normal where no light is wanted."""
         return self._draw_surfaces(scene, camera, pose).surfaces.read()
 
     def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
-        """(h, w) of a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
+        """Return (h, w), a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
         assert self._drawn is not None, "nothing was drawn"
         return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
 
@@ -94,7 +94,7 @@ class Pipeline:
     def read_points(
         self, scene: Scene, lights: Sequence[Light], pose: Matrix
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """The points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
+        """Light the points of a frame whose shading is flat, as somebody at a pose (4, 4) sees them.
 
         Returns (h, w, 4) unit normal and depth, camera axes, and (h, w, 4) their linear light. Both are read-only;
         depth 0 where there is no point.
@@ -111,7 +111,7 @@ class Pipeline:
         return thing.textures.surface.read(), thing.textures.lit.read()
 
     def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> dict[Placed, Drawable]:
-        """All drawables of a scene on the GPU, also those that this view does not show."""
+        """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""
         return self.gpu_scene.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
 
     def _fit_target(self, camera: Camera) -> Target:
@@ -126,7 +126,7 @@ class Pipeline:
         return self._target
 
     def release(self) -> None:
-        """Frees everything on the GPU, in reverse order. No step counts as done any more."""
+        """Free everything on the GPU, in reverse order. No step counts as done any more."""
         self.steps.forget()
         if self._target is not None:
             self._target.release()

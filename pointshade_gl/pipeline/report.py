@@ -1,4 +1,4 @@
-"""Says in plain lines what drew a picture, and why: estimators, and what several frames of one thing agree on."""
+"""Explains in plain text how a picture was drawn: which normal methods ran and why, and how far frames agree."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST = 5  # frames that a line names
 
 
 def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[str] = ()) -> list[str]:
-    """What was found about the objects of a picture, in lines; of each by its name where there are several.
+    """Describe, in lines, what was found about the objects of a picture; each by its name where there are several.
 
     names  of the frames of objects that have several; by default their numbers
     """
@@ -35,7 +35,7 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
 def explain_lights(
     lights: Sequence[tuple[str, FoundLight]], highlights: Sequence[tuple[str, FoundHighlights]]
 ) -> list[str]:
-    """What light and what highlights were found in the frames of a picture, in lines, equal ones once."""
+    """Describe, in lines, which light and which highlights were found in the frames of a picture; equal lines once."""
     found = [(name, describe_light(one)) for name, one in lights]
     found += [(name, describe_highlights(one)) for name, one in highlights]
     several = len({name for name, _ in found}) > 1
@@ -43,7 +43,7 @@ def explain_lights(
 
 
 def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
-    """The report in lines. Raises ValueError for another number of names."""
+    """Describe several frames of one object in lines. Raises ValueError for another number of names."""
     count = len(report.points)
     if names and len(names) != count:
         raise ValueError(f"names must be one for each of the {counted(count, 'frame')}, got {len(names)}")
@@ -58,7 +58,7 @@ def explain_set(report: SetReport, names: Sequence[str] = ()) -> list[str]:
 
 
 def _explain_normals(choices: Sequence[Choice]) -> list[str]:
-    """A line for each method that ran, with the frame whose noise is in the middle."""
+    """Describe each method that ran in a line, with the frame whose noise is the median."""
     lines = []
     for method in dict.fromkeys(choice.method for choice in choices):
         same = sorted((one for one in choices if one.method == method), key=_noise_of)
@@ -108,6 +108,6 @@ def _explain_primary(importances: NDArray[np.float64], names: Sequence[str]) -> 
 
 
 def _frames(names: Sequence[str], more: int) -> str:
-    """`frame 3`, `frames 3, 5 and 7`, `frames 3, 5 and 4 more`."""
+    """Return `frame 3`, `frames 3, 5 and 7`, `frames 3, 5 and 4 more`."""
     *first, last = [*names, f"{more} more"] if more > 0 else names
     return f"frames {', '.join(first)} and {last}" if first else f"frame {last}"

@@ -1,1 +1,2 @@
-"""The nouns: frames, cameras, lights, meshes, how they look and from where. Plain values: no GL, no files."""
+"""The data model: frames, cameras, lights, meshes, their appearance and views of them. Plain values: no GL, no
+files."""

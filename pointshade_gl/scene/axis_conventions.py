@@ -1,4 +1,5 @@
-"""Poses in other conventions: camera axes of OpenGL, AirSim and ROS, quaternions, rows of a matrix, world-to-camera."""
+"""Converts camera poses from other conventions: axes of OpenGL, AirSim and ROS, quaternions, rows of a matrix,
+world-to-camera."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes and spheres round things. Culling, shadows and cameras are fitted to them."""
+"""Computes bounding boxes and bounding spheres, to which culling, shadow cameras and viewing cameras are fitted."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def box_corners(low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
-    """(8, 3) corners of the box between two corners (3,)."""
+    """Return (8, 3) corners of the box between two corners (3,)."""
     return np.array([[(low, high)[k >> axis & 1][axis] for axis in range(3)] for k in range(8)], np.float64)
 
 
 def sphere_round(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Centre (3,) and radius of a sphere round points (n, 3); without points radius 1 round the origin."""
+    """Return centre (3,) and radius of a sphere around points (n, 3); without points radius 1 around the origin."""
     if not len(points):
         return np.zeros(3), 1.0
     centre = (points.min(0) + points.max(0)) / 2
@@ -22,7 +22,7 @@ def sphere_round(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], floa
 
 
 def median(values: ArrayLike) -> float:
-    """As np.median of some numbers, which first imports all of numpy.ma: 10 ms of the first picture."""
+    """Return np.median of some numbers without its import of numpy.ma, which takes 10 ms of the first picture."""
     array = np.asarray(values, np.float64).ravel()
     low, high = (array.size - 1) // 2, array.size // 2
     return float(np.partition(array, (low, high))[[low, high]].mean())

@@ -1,4 +1,4 @@
-"""Cameras and poses, and the conventions of the whole project, stated here once.
+"""Pinhole cameras and their poses, and the conventions of the whole project, stated here once.
 
 Axes      OpenCV and Open3D: x right, y down, z forward. A pose is a 4x4 camera-to-world matrix.
 World     the frame's own camera, unless the frame has a pose.
@@ -221,7 +221,7 @@ def _check_side(value: int, name: str) -> int:
 
 
 class Eye(NamedTuple):
-    """Who looks: a camera, where it stands, and how near something may come to it."""
+    """A viewing camera with its pose, and its near plane."""
 
     camera: Camera
     pose: NDArray[np.float64]  # (4, 4) camera-to-world
@@ -229,7 +229,7 @@ class Eye(NamedTuple):
 
     @classmethod
     def at_distance(cls, camera: Camera, pose: NDArray[np.float64], distance: float) -> Eye:
-        """Of a viewer who looks at things at this distance: the near plane is at a thousandth of it."""
+        """Return the eye of a viewer who looks at objects at this distance: the near plane is at a thousandth of it."""
         return cls(camera, pose, NEAR * distance)
 
 

@@ -1,4 +1,4 @@
-"""Colours by the names of CSS and as #rrggbb."""
+"""Converts colours from CSS notation (a name such as tomato, or #rrggbb) to linear RGB."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from .srgb import srgb_to_linear
 
 
 def linear_color(name: str) -> tuple[float, float, float]:
-    """Linear RGB of a colour as Pillow and CSS write it: #fc9, #ffcc99, tomato. It names sRGB (IEC 61966-2-1).
+    """Convert a colour as Pillow and CSS write it (#fc9, #ffcc99, tomato), which is sRGB (IEC 61966-2-1), to linear
+    RGB.
 
     Raises ValueError with what is wrong, for a sentence about what has the colour.
     """

@@ -1,4 +1,4 @@
-"""A frame: one depth picture, one colour picture, the camera that took them."""
+"""A frame: one depth image with its colour image, and the camera that took them."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class Frame(Preview):
 
     @cached_property
     def _probe(self) -> NDArray[np.float32]:
-        """The known depths among about PROBE pixels, or of all if these have none."""
+        """Return the known depths among about PROBE pixels, or all known depths if these have none."""
         step = max(1, round((self.depth.size / PROBE) ** 0.5))
         known = self.depth[::step, ::step]
         known = known[known > 0]
@@ -155,7 +155,8 @@ class Frame(Preview):
 
     @cached_property
     def _usual_range(self) -> tuple[float, float]:
-        """Between which depths nearly all points lie: as wide again, on both sides, as from 1 % to 99 % of them."""
+        """Return the range of depths of nearly all points: from the 1st to the 99th percentile, extended by as much on
+        both sides."""
         if not self._probe.size:
             return 0.0, np.inf
         low, high = np.quantile(self._probe, (0.01, 0.99)).tolist()
@@ -205,7 +206,8 @@ class Frame(Preview):
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
-    """Left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without any."""
+    """Return left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without
+    any."""
     height, width = known.shape
     if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
         return 0, 0, width, height
@@ -254,12 +256,12 @@ def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
 
 
 def _is_frozen(array: NDArray[Any]) -> bool:
-    """Whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
+    """Return whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
     return array.base is None and not array.flags.writeable and array.flags.c_contiguous
 
 
 def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Depth without the pixels whose colour is fully transparent."""
+    """Return depth without the pixels whose colour is fully transparent."""
     h, w = depth.shape
     rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
     columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]

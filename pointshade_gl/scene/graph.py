@@ -1,4 +1,4 @@
-"""The scene graph: point objects among meshes and lights. Plain frozen values; glTF and the GPU are elsewhere.
+"""The scene graph: nodes with point objects, meshes and lights, as immutable values without GL.
 
 World axes are what the nodes' transforms make them; cameras look along z with y down, as everywhere in this project.
 """

@@ -1,5 +1,5 @@
-"""Level of detail: fewer points where a view shows them smaller than its pixels, more where the colours have more;
-splats merged where they lie alike."""
+"""Level of detail: chooses how many points of a frame to draw, so that splats are about as fine as the view's
+pixels."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ MERGE = 1e-5  # of 1/z: invisible (`bench --speed` charts it), and gives planes 
 
 
 def check_merge(merge: float) -> float:
-    """The tolerance of merged splats, a share of 1/z. Raises ValueError outside 0 to 0.01."""
+    """Return the tolerance of merged splats, a share of 1/z. Raises ValueError outside 0 to 0.01."""
     return check_float(merge, "merge must be a share of the inverse depth from 0 to 0.01", 0, 0.01)
 
 
 def coarser_step(placed: Placed, eye: Eye) -> int:
-    """1, 2, 4, ...: it is enough to draw every step-th pixel of a frame, as several fall into one pixel of the view.
+    """Return 1, 2, 4, ...: every step-th pixel of a frame is enough, as several fall into one pixel of the view.
 
     Measured at the nearest corner of the object's box, so that no part of it is drawn too coarsely. At least FEWEST
     pixels are left on each side of the frame.
@@ -42,12 +42,12 @@ def coarser_step(placed: Placed, eye: Eye) -> int:
 
 
 def coarser_size(size: float, step: int) -> float:
-    """A splat's size in pixels of a coarser frame: those on the rim reach as far as before."""
+    """Return a splat's size in pixels of a coarser frame, so that those at its border reach as far as before."""
     return 1 + (size - 1) / step if size > 1 else size
 
 
 def coarser(frame: Frame, step: int) -> Frame:
-    """A frame of every step-th pixel, with all of its colours."""
+    """Return a frame of every step-th pixel, with all of its colours."""
     first, c = (step - 1) // 2, frame.camera
     depth = frame.depth[first::step, first::step]
     height, width = depth.shape
@@ -56,7 +56,7 @@ def coarser(frame: Frame, step: int) -> Frame:
 
 
 def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
-    """The frame's camera, at the size at which its points are drawn for a view by another camera.
+    """Return the frame's camera, at the size at which its points are drawn for a view by another camera.
 
     That is as fine as the pixels of the view, but no finer than the colours; the depth's own size where these are not
     larger, and where the look asks for the depth's own points. It does not depend on the pose: moving costs nothing.
@@ -70,13 +70,13 @@ def finer_camera(frame: Frame, look: Look, camera: Camera) -> Camera:
 
 
 def bridged_stride(camera: Camera) -> int:
-    """How many pixels of a frame there are for each of the smaller surface of what it hides."""
+    """Return how many pixels of a frame correspond to one of the smaller surface of what it hides."""
     least, most = STRIDES
     return min(max(-(-camera.width // PLACES), least), most)
 
 
 def bridged_camera(camera: Camera) -> Camera:
-    """The camera of that smaller surface: it has one pixel in the middle of each stride."""
+    """Return the camera of that smaller surface: it has one pixel in the middle of each stride."""
     stride = bridged_stride(camera)
     cx, cy = (camera.cx - stride // 2) / stride, (camera.cy - stride // 2) / stride
     width, height = -(-camera.width // stride), -(-camera.height // stride)

@@ -1,4 +1,4 @@
-"""Lights: plain values, checked once, and the rows that the shaders read. The formulas are in shaders/common."""
+"""Point, directional and spot lights, checked when they are made, and packed into the rows that shaders read."""
 
 from __future__ import annotations
 
@@ -124,7 +124,8 @@ def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
 
 
 def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
-    """The light. One without place and direction gets a direction: from the viewing camera's upper left, world axes."""
+    """Return the light; one without position and direction gets a direction from the viewing camera's upper left, world
+    axes."""
     if light.position is not None or light.direction is not None:
         return light
     x, y, z = target_pose[:3, :3] @ UPPER_LEFT
@@ -134,13 +135,13 @@ def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
 def light_rows(
     lights: Sequence[Light], axes: NDArray[Any], spans: Sequence[tuple[int, int] | None] | None = None
 ) -> NDArray[np.float32]:
-    """Lights as the shaders read them: (n, 5, 4) float32, in the axes of a camera with this pose (4, 4).
+    """Return lights as the shaders read them: (n, 5, 4) float32, in the axes of a camera with this pose (4, 4).
 
     lights       each with a position or a direction (see `at_upper_left`)
     spans        the number of each light's first shadow view and how many it has, None where it has none
 
-    Texel by texel: position, or direction of travel, and whether it is a position; colour times intensity;
-    attenuation; direction of a spot and its first shadow view; cosines of the cone and the number of views.
+    Texel by texel: position, or direction of travel, and whether it is a position; colour times intensity; attenuation;
+    direction of a spot and its first shadow view; cosines of the cone and the number of views.
     """
     rows = np.zeros((len(lights), 5, 4))
     for row, light, span in zip(rows, lights, spans or [None] * len(lights), strict=True):
@@ -158,13 +159,13 @@ def light_rows(
 
 
 def unit(direction: Vector | NDArray[np.float64] | None) -> NDArray[np.float64]:
-    """(3,) of length 1. The direction may be as long or as short as numbers are."""
+    """Return a direction (3,) with length 1. It may be as long or as short as numbers are."""
     array = np.array(direction, np.float64)
     array /= np.abs(array).max()
     return array / np.linalg.norm(array)
 
 
 def _shortened(direction: Any) -> NDArray[np.float64]:
-    """The direction, (3,), by a power of two shorter or longer, so that float32 holds it. Its digits stay the same."""
+    """Return the direction, (3,), scaled by a power of two so that float32 holds it. Its digits stay the same."""
     array = np.array(direction, np.float64)
     return np.ldexp(array, -int(np.frexp(np.abs(array).max())[1]))

@@ -1,4 +1,4 @@
-"""Meshes: triangles with normals, texture and material. Plain frozen values."""
+"""Triangle meshes with normals, texture and material, as immutable values."""
 
 from __future__ import annotations
 

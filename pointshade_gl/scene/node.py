@@ -1,4 +1,4 @@
-"""A node of the scene graph: what moves together. Plain frozen values."""
+"""A node of the scene graph: a transform with content and child nodes that move with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The noise of a depth picture: what the caller says, what was measured, and how to describe it."""
+"""The noise of a depth image: given by the caller or measured on the image, and its description in words."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FEW = 0.01  # share of noisy blocks up to which a frame counts as clean
 
 @dataclass(frozen=True)
 class Noise:
-    """What was measured on a frame; lengths in the unit of the depth.
+    """The noise that was measured on a frame; lengths in the unit of the depth.
 
     sigma, relative  median standard deviation of depth, and over depth
     step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" if none was found
@@ -50,17 +50,18 @@ class Noise:
 
     @property
     def is_clean(self) -> bool:
-        """So few blocks are noisy that the edge-exact estimator serves the whole frame."""
+        """Return whether so few blocks are noisy that the edge-exact estimator serves the whole frame."""
         return self.share < FEW
 
     @property
     def is_shared(self) -> bool:
-        """Neighbours share some of it: fits over neighbours leave it in."""
+        """Return whether neighbours share some of the noise: then fits over neighbours do not remove it."""
         return self.grid is not None and bool(self.grid[..., 2].any())
 
     @property
     def is_rounded(self) -> bool:
-        """Rounding may be most of the noise. In more noise no surface lies within half a step of a plane.
+        """Return whether rounding may be most of the noise. In more noise no surface lies within half a step of a
+        plane.
 
         Where neighbours share noise, patches lie on planes of their own by chance: a sensor has smoothed it.
         """
@@ -72,12 +73,12 @@ class Noise:
 
     @property
     def rounding(self) -> tuple[float, float]:
-        """Steps of depth and of 1 / depth: 0 where it is not rounded."""
+        """Return the steps of depth and of 1 / depth: 0 where it is not rounded."""
         return (0.0, self.step) if self.domain == "1/z" else (self.step, 0.0)
 
     @property
     def words(self) -> NoiseWords:
-        """The same in a few words, for all of the frame."""
+        """Return the noise in words, one description for all of the frame."""
         if self.is_clean:
             return NoiseWords()
         is_share = self.powers[0] > -0.5 and self.domain != "z"
@@ -88,7 +89,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which estimator ran; for "auto" and "adaptive" the noise that was measured, and whether the caller gave it.
+    """Which method estimated the normals; for "auto" and "adaptive" the noise, and whether the caller has given it.
 
     missing  share of the depth that is missing, where that is why "auto" chose it
     """
@@ -100,7 +101,7 @@ class Choice:
 
 
 def describe(choice: Choice) -> str:
-    """What ran and why, in one sentence."""
+    """Describe in one sentence which method ran, and why."""
     noise = choice.noise
     if choice.missing:
         found = f"{100 * choice.missing:.0f} % of the depth is missing, known pixels lie apart"
@@ -144,14 +145,15 @@ def check_noise_text(text: str) -> str:
 
 
 def check_noise(noise: Any) -> float:
-    """One standard deviation for all of a frame. Raises ValueError unless it is metres above 0."""
+    """Return one standard deviation for all of a frame. Raises ValueError unless it is metres above 0."""
     return check_float(noise, f"{option('noise')} must be metres above 0", ABOVE_0)
 
 
 def parse_noise(
     noise: float | ArrayLike | str | None, depth: NDArray[np.float32]
 ) -> NDArray[np.float32] | NoiseWords | None:
-    """The caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; or in words; None if there is none.
+    """Return the caller's standard deviation of depth, (1, 1) or (h, w) float32 metres; or in words; None if there is
+    none.
 
     noise  a number or (h, w) in metres, the name of a sensor, or words. Raises ValueError for impossible noise.
     """

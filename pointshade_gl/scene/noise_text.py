@@ -1,4 +1,4 @@
-"""What is known about the noise of a depth picture, in a few words that can be written down and given back."""
+"""Describes the noise of a depth image in a short text that can be stored, and parses such a text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m
 
 @dataclass(frozen=True)
 class NoiseWords:
-    """The same for all of a frame. All zero: the depth is clean.
+    """Noise that is the same for all of a frame. All zero: the depth is clean.
 
     level, is_share  standard deviation of depth: in metres, or as a share of the depth
     shared           noise that neighbours share, divided by noise that they do not share
@@ -42,7 +42,7 @@ class NoiseWords:
 
 
 def noise_words(text: str) -> NoiseWords | None:
-    """The words in a text; None if it is none. `noise_words(str(words))` is `words`, to three digits."""
+    """Parse a text; None if it does not describe noise. `noise_words(str(words))` is `words`, to three digits."""
     if text.strip() == CLEAN:
         return NoiseWords()
     found: dict[str, tuple[float, str]] = {}

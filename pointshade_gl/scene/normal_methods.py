@@ -1,4 +1,4 @@
-"""The normal estimators and their options. No GL here: the GPU and its mirror read the same list."""
+"""Names and options of the methods that estimate normals from depth. The GPU and its CPU mirror read the same list."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def check_method(method: str) -> Method:
 
 
 def parse_max_depth_step(value: float | str | None) -> Step:
-    """(metres, share of the depth) beyond which a neighbour belongs to another surface.
+    """Return (metres, share of the depth) beyond which a neighbour belongs to another surface.
 
     A number is metres, "3%" a share of the pixel's own depth, None no limit.
     """

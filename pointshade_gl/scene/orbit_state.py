@@ -1,4 +1,4 @@
-"""Where the viewer and the light are: plain values and their arithmetic, no GL, no window.
+"""The state of an interactive view, camera orbit, light and appearance, and how mouse drags change it.
 
 The light's direction is stored as a place on the window, in *rims* from the object's middle. The window is a map of
 directions: in the middle the light comes from the viewer, at the rim (1) from the side, beyond it from behind. So the
@@ -106,7 +106,7 @@ class State:
         return replace(self, look=replace(self.look, **changes))
 
     def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
-        """The state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.
+        """Return the state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.
 
         In light mode the light stays with the viewer, otherwise with the object.
         """
@@ -116,7 +116,7 @@ class State:
         return turned if self.light_mode else turned.with_light_direction(_turn(turned).T @ _turn(self) @ self.towards)
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
-        """The state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
+        """Return the state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
         return replace(self, pan=(self.pan[0] + dx / focal, self.pan[1] + dy / focal))
 
     def zoomed(self, steps: float) -> State:
@@ -124,7 +124,8 @@ class State:
         return replace(self, distance=min(max(self.distance / WHEEL**steps, nearest), farthest))
 
     def with_pivot(self, point: Sequence[float] | NDArray[np.float64], stage: Stage) -> State:
-        """The same picture and light; orbits turn around another point in front of the viewer: (3,), view axes."""
+        """Return a state with the same picture and light, whose orbits turn around another point in front of the
+        viewer: (3,), view axes."""
         x, y, z = check_point(point, "pivot")
         turned = _turn(self) @ ((x, y, z) - self.seen_pivot(stage))
         middle = stage.pivot / stage.pivot[2]
@@ -133,18 +134,20 @@ class State:
         return replace(self, pivot=pivot, distance=float(z / stage.pivot[2]), pan=pan)
 
     def light_reached(self, steps: float) -> State:
-        """The light moved away from the object (steps above 0) or nearer to it."""
+        """Return the state with the light moved away from the object (steps above 0) or nearer to it."""
         return replace(self, light_reach=min(max(self.light_reach * WHEEL**steps, 0.1), 20.0))
 
     def with_light_direction(self, towards: Sequence[float] | NDArray[np.float64]) -> State:
-        """The light in another direction: (3,) from the object's middle, view axes, of any length."""
+        """Return the state with the light in another direction: (3,) from the object's middle, view axes, of any
+        length."""
         x, y, z = check_point(towards, "direction")
         angle, around = math.atan2(math.hypot(x, y), -z), math.atan2(y, x)
         rims = angle / (math.pi / 2)
         return replace(self, light_at=(rims * math.cos(around), rims * math.sin(around)))
 
     def with_light(self, light: Light, stage: Stage, frame_pose: NDArray[np.float64]) -> State:
-        """The state in which the mouse holds a light of the world. A directional light gives its direction only.
+        """Return the state in which the mouse controls a light of the scene. A directional light gives its direction
+        only.
 
         A spot keeps its place, and turns to the object's middle. `light` has the rest, from a light of the same kind.
         """
@@ -167,7 +170,7 @@ class State:
 
     @property
     def is_lit(self) -> bool:
-        """Whether a light is seen."""
+        """Return whether any light is visible."""
         return self.lit and self.look.shading != "none"
 
     @property
@@ -209,14 +212,14 @@ class State:
         )
 
     def middle(self, stage: Stage, camera: Camera) -> Pair:
-        """The object's middle in pixels, kept inside the picture, so that the light stays within reach."""
+        """Return the object's middle in pixels, kept inside the picture, so that the light stays within reach."""
         x, y, z = self.seen_middle(stage)
         z = max(z, NEAREST * stage.pivot[2])  # behind the viewer it is at the side where it left the picture
         u, v = camera.fx * x / z + camera.cx, abs(camera.fy) * y / z + camera.cy
         return min(max(u, 0.0), camera.width - 1.0), min(max(v, 0.0), camera.height - 1.0)
 
     def reset_view(self, start: State) -> State:
-        """View and light as in another state; the look, the help and the panel stay."""
+        """Return the state with view and light of another state; the look, the help and the panel stay."""
         return replace(start, look=self.look, help=self.help, panel=self.panel)
 
 
@@ -226,13 +229,13 @@ def _check_pair(value: Any, name: str) -> Pair:
 
 
 def rims_from(middle: Pair, x: float, y: float, camera: Camera) -> Pair:
-    """The place of the light, in rims, that a pixel of the picture stands for."""
+    """Return the place of the light, in rims, that a pixel of the picture stands for."""
     rim = RIM * min(camera.width, camera.height)
     return (x - middle[0]) / rim, (y - middle[1]) / rim
 
 
 def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
-    """Where the light's marker is drawn, in pixels of the picture."""
+    """Return where the light's marker is drawn, in pixels of the picture."""
     rim = RIM * min(camera.width, camera.height)
     middle = state.middle(stage, camera)
     return middle[0] + state.light_at[0] * rim, middle[1] + state.light_at[1] * rim

@@ -1,4 +1,4 @@
-"""What the viewer moves around: the object's middle, and how far from it the light is."""
+"""What an interactive view orbits around: the object's centre, the distance of its light, and which way is up."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ class Stage:
 
     @classmethod
     def of(cls, frame: Frame | Scene) -> Stage:
-        """The light moves outside most of the object, but not behind the camera."""
+        """Return the stage of a frame or scene. The light moves outside most of the object, but not behind the
+        camera."""
         if isinstance(frame, Scene):
             return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
@@ -41,7 +42,7 @@ class Stage:
         return cls(upright @ pivot, radius, upright)
 
     def is_as(self, other: Stage) -> bool:
-        """Whether it is the same place."""
+        """Return whether two stages are the same."""
         return self.radius == other.radius and all(
             np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
         )

@@ -1,4 +1,4 @@
-"""Content of a node where it lies in the world: its axes, its corners, its scale."""
+"""The content of a scene node together with its world transform: bounding box, axes and scale in world space."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Content of a node with its place in the world."""
+    """The content of a node with its place in the world."""
 
     content: Any
     world: Matrix  # (4, 4) node-to-world
@@ -39,13 +39,13 @@ class Placed:
 
     @cached_property
     def axes(self) -> Matrix:
-        """(4, 4) to the world from the axes of the content's points; those of a point object are its camera's axes, of
-        several frames those of the first."""
+        """Return (4, 4) to the world from the axes of the content's points; those of a point object are its camera's
+        axes, of several frames those of the first."""
         return self.world @ self.content.frame.pose if isinstance(self.content, PointObject) else self.world
 
     @property
     def members(self) -> tuple[Placed, ...]:
-        """Each frame of a point object as if it was placed by itself."""
+        """Return each frame of a point object as if it was placed alone."""
         return (self,) if self.content.is_single else self._members
 
     @cached_property
@@ -73,12 +73,13 @@ class Placed:
 
     @property
     def grain(self) -> float:
-        """How wide a pixel of a frame is at its median distance, world units."""
+        """Return how wide a pixel of a frame is at its median distance, world units."""
         camera = self.content.frame.camera
         return self.content.scale * self.rigid_axes[1] / (0.5 * (abs(camera.fx) + abs(camera.fy)))
 
     def seen_from(self, pose: Matrix) -> Matrix:
-        """(4, 4) the rigid pose of somebody in the world, as the frames of a point object have theirs."""
+        """Return a world pose as a rigid pose, (4, 4), in the axes in which the frames of a point object have
+        theirs."""
         seen = np.linalg.inv(self.world) @ pose
         seen[:3, :3] /= np.cbrt(np.linalg.det(seen[:3, :3]))
         return seen
@@ -88,7 +89,7 @@ class Placed:
 
     @cached_property
     def rigid_axes(self) -> tuple[Matrix, float]:
-        """`axes` as rotation and translation, (4, 4), and the one scale that the node gives a point object.
+        """Return `axes` as rotation and translation, (4, 4), and the one scale that the node gives a point object.
 
         Raises ValueError for what a point object cannot have: a scale that differs by axis, a shear, a mirror.
         """

@@ -1,4 +1,4 @@
-"""Points in the world with normals and colours, for programs that show point clouds."""
+"""Point clouds in world space with normals and lit colours, for export to other programs."""
 
 from __future__ import annotations
 

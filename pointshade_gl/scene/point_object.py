@@ -1,4 +1,4 @@
-"""A point object: a frame, or several of one thing, with how it is drawn. Plain frozen values."""
+"""A point object: one frame, or several frames of the same object, drawn as splats with a chosen appearance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pictures by which notebooks show frames and scenes. These values know nothing of what draws them."""
+"""Lets notebooks show frames and scenes as pictures, without making these values depend on the renderer."""
 
 from __future__ import annotations
 
@@ -21,6 +21,6 @@ class Preview:
 
 
 def draw_previews_by(draw: Callable[[Any], bytes]) -> None:
-    """From now on, this function makes the PNG of a frame or scene."""
+    """Set the function that makes the PNG of a frame or scene, from now on."""
     global _draw
     _draw = draw

@@ -1,4 +1,5 @@
-"""Where the samples of a picture lie: within each pixel, and on lights that are not points. No GL here."""
+"""Sample positions for antialiasing and soft shadows: offsets within a pixel, and points on the surface of area
+lights."""
 
 from __future__ import annotations
 
@@ -30,15 +31,15 @@ def check_samples(samples: int) -> int:
 
 
 def pixel_offset(k: int) -> tuple[float, float]:
-    """Where sample k lies in its pixel, from -0.5 to 0.5 across and down: the middle first, then pairs that face each
-    other across it (antithetic: Hammersley and Morton 1956), so that a picture stays where it is."""
+    """Return where sample k lies in its pixel, from -0.5 to 0.5 across and down: the middle first, then pairs that face
+    each other across it (antithetic: Hammersley and Morton 1956), so that a picture stays where it is."""
     side, j = (1 if k % 2 else -1), (k + 1) // 2
     dx, dy = (side * ((0.5 + j * step) % 1 - 0.5) for step in _IN_PIXEL)
     return dx, dy
 
 
 def ball_point(k: int) -> NDArray[np.float64]:
-    """(3,) where sample k lies in a light of radius 1, seen along z: its middle first.
+    """Return (3,) where sample k lies in a light of radius 1, seen along z: its middle first.
 
     From any side the samples fill a disc evenly, as a glowing ball looks: they are three of the four components of
     evenly spread rotations (Shoemake, "Uniform random rotations", 1992). The first two fill their disc best.
@@ -50,7 +51,7 @@ def ball_point(k: int) -> NDArray[np.float64]:
 
 
 def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
-    """The light of sample k: a point of a light with a radius or an angle. centre (3,) of what it lights."""
+    """Return the light of sample k: a point of a light with a radius or an angle. centre: (3,) of what it lights."""
     if k == 0 or not light.is_soft:
         return light
     offset = ball_point(k)
@@ -67,7 +68,7 @@ def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
 
 
 def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
-    """What sample k of a picture shows: 0 is the visible itself."""
+    """Return what sample k of a picture shows; sample 0 shows `visible` unchanged."""
     if k == 0:
         return visible
     (dx, dy), camera = pixel_offset(k), visible.eye.camera
@@ -79,7 +80,7 @@ def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
 
 
 def _across(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Two unit vectors (3,) at right angles to a unit direction and to each other."""
+    """Return two unit vectors (3,) at right angles to a unit direction and to each other."""
     other = np.eye(3)[int(np.argmin(np.abs(direction)))]
     x = unit(np.asarray(np.cross(direction, other), np.float64))
     return x, unit(np.asarray(np.cross(direction, x), np.float64))

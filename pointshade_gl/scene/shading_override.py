@@ -1,4 +1,4 @@
-"""A scene whose objects are all shaded alike."""
+"""Copies a scene with one shading model for all of its objects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .point_object import PointObject
 
 @lru_cache(maxsize=4)
 def shaded(scene: Scene, shading: str | None) -> Scene:
-    """The scene with one shading model for all objects; None leaves each object its own."""
+    """Return the scene with one shading model for all objects; None leaves each object its own."""
     if shading is None:
         return scene
 

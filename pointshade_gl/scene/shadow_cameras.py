@@ -1,4 +1,5 @@
-"""The cameras of the pictures that lights take of a scene for their shadows. No GL here."""
+"""Computes the cameras from which shadow maps are rendered: for each light, the views that show all that casts
+shadows."""
 
 from __future__ import annotations
 
@@ -28,14 +29,14 @@ FACES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0
 
 
 class ShadowView(NamedTuple):
-    """One picture that a light takes of the scene."""
+    """One shadow camera of a light."""
 
     eye: Eye
     contact: float  # world units by which an occluder must stand out of the surface that it shades
 
 
 class Extent(NamedTuple):
-    """Where things lie, for the views of lights."""
+    """Where objects lie, to fit shadow cameras to them."""
 
     corners: Matrix  # (n, 3) of boxes round them, world
     centre: NDArray[np.float64]  # (3,) of a sphere round these, and its radius
@@ -44,9 +45,10 @@ class Extent(NamedTuple):
 
 
 def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowView], list[Span | None]]:
-    """The views that the lights take of what has this extent, all of one size, and which are each light's.
+    """Return the shadow cameras of all lights, of one picture size, and for each light the span of those that are its
+    own.
 
-    A light that casts no shadow has no view.
+    A light that casts no shadow has none.
     """
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
     contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius)
@@ -61,9 +63,9 @@ def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowVi
 
 
 def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:
-    """Where a light looks, unit, and half the angle that it must see, radians.
+    """Return the unit directions in which a light looks, and for each half the angle that it must see, radians.
 
-    The narrowest view that shows all things, or all that a spot shines on; else six of 90 degrees.
+    One direction, if a view shows all objects, or all that a spot shines on: the narrowest. Else six of 90 degrees.
     """
     if light.position is None:
         return [(unit(light.direction), 0.0)]  # parallel rays
@@ -80,7 +82,8 @@ def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64],
 def _narrowest(
     position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix
 ) -> tuple[NDArray[np.float64], float]:
-    """Near this direction, unit, the one to the middle of all corners (n, 3), and half the angle that shows them."""
+    """Return the unit direction to the middle of all corners (n, 3), found from a direction near it, and half the angle
+    that shows them."""
     for _ in range(TURNS):
         turn, places = _places(position, direction, corners)
         ends = np.arctan([places.min(0), places.max(0)])
@@ -90,14 +93,16 @@ def _narrowest(
 
 
 def _places(position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix) -> tuple[Matrix, Matrix]:
-    """The turn (3, 3) of who looks in a direction, and where it sees the corners: (n, 2) at depth 1."""
+    """Return the rotation (3, 3) of a camera that looks in a direction, and where it sees the corners: (n, 2) at depth
+    1."""
     turn = _looking(position, direction)[:3, :3]
     seen = (corners - position) @ turn
     return turn, seen[:, :2] / seen[:, 2:]
 
 
 def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Extent, side: int) -> Eye:
-    """Who looks for a light in a direction: a camera of side x side pixels, as near as the things come."""
+    """Return the shadow camera of a light in a direction: side x side pixels, its near plane close to the nearest
+    object."""
     corners, centre, radius, _ = extent
     if light.position is None:
         across = _looking(centre, direction)[:3, :2]
@@ -114,7 +119,7 @@ def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Exte
 
 
 def _looking(position: NDArray[np.float64], direction: NDArray[np.float64]) -> Matrix:
-    """The pose of a camera that looks along a unit direction; similar directions give a similar roll."""
+    """Return the pose of a camera that looks along a unit direction; similar directions give a similar roll."""
     z = direction
     x = np.cross(z, np.eye(3)[int(abs(z[0]) > 0.7)])
     x /= np.linalg.norm(x)

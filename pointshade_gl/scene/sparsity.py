@@ -1,4 +1,5 @@
-"""Whether only few depths of a picture are known, far from one another, such as LiDAR in a picture."""
+"""Decides whether a depth image is sparse: single known pixels far apart, such as LiDAR points projected into an
+image."""
 
 from __future__ import annotations
 
@@ -13,9 +14,9 @@ ENOUGH = 100  # known pixels that prove anything
 
 
 def is_sparse(depth: NDArray[np.float32]) -> bool:
-    """Whether known pixels (h, w; 0 is missing) stand alone along rows or along columns, with others further on.
+    """Return whether known pixels (h, w; 0 is missing) stand alone along rows or along columns, with others further on.
 
-    Holes of up to half of the pixels do not make a picture sparse, nor does an empty background behind things.
+    Holes of up to half of the pixels do not make a picture sparse, nor does an empty background behind objects.
     """
     return any(_stand_alone(z[_places(len(z))] > 0) and _are_sparse(z > 0) for z in (depth, depth.T))
 
@@ -25,7 +26,7 @@ def _places(count: int) -> NDArray[np.intp]:
 
 
 def _stand_alone(known: NDArray[np.bool_]) -> bool:
-    """Whether most pixels of some lines (n, length) are not followed by another."""
+    """Return whether most pixels of some lines (n, length) are not followed by another."""
     followed = np.count_nonzero(known[:, :-1] & known[:, 1:])
     return bool(followed < (1 - ALONE) * np.count_nonzero(known))
 

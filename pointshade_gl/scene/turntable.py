@@ -1,4 +1,4 @@
-"""The turntable: the way of a light or of the camera once around a frame or scene."""
+"""Turntable views: the light or the camera moves once around a frame or scene, in even steps."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _FRONT = (0.0, -0.45, -0.75)
 
 
 def views_of_turn(frame: Frame | Scene, view: View, what: str, count: int) -> Iterator[View]:
-    """Views in `count` even steps of one turn. `what` turns: "light" or "camera"."""
+    """Return views in `count` even steps of one turn. `what` turns: "light" or "camera"."""
     turned = TURNTABLES[what]
     for k in range(count):
         yield turned(view, frame, 360 * k / count)
 
 
 def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
-    """The view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
+    """Return the view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
     frame = frame.framed() if isinstance(frame, Scene) else frame
     pose, pivot = np.asarray(frame.pose), frame.pivot
     turn = orbit_pose(pose, pivot, degrees, upright=upright_of(frame)) @ np.linalg.inv(pose)
@@ -38,7 +38,7 @@ def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
 
 
 def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
-    """The view after its camera moved around the frame's pivot, to its right."""
+    """Return the view after its camera moved around the frame's pivot, to its right."""
     if view.pose is None:
         return replace(view, yaw=view.yaw + degrees)
     return replace(view, pose=orbit_pose(view.pose, frame.pivot, degrees, upright=upright_of(frame)))

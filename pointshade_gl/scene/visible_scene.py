@@ -1,4 +1,4 @@
-"""The shot: what one picture of a scene shows. What is in view, where the near plane lies, what casts shadows."""
+"""Determines what one view of a scene needs: the objects in view, the near plane, and the objects that cast shadows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Matrix = NDArray[np.float64]
 
 
 class VisibleScene(NamedTuple):
-    """What one picture of a scene shows."""
+    """What one picture of a scene shows, and what casts shadows in it."""
 
     eye: Eye
     lights: list[Light]  # each with a position or a direction, world axes
@@ -35,13 +35,13 @@ class VisibleScene(NamedTuple):
 
 
 def material_of(placed: Placed) -> Material:
-    """How the surface of a thing answers light."""
+    """Return the material of an object: how its surface reflects light."""
     content = placed.content
     return content.look.material if isinstance(content, PointObject) else content.material
 
 
 def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> VisibleScene:
-    """What a camera at a pose (4, 4) sees of a scene under these lights."""
+    """Return what a camera at a pose (4, 4) sees of a scene under these lights."""
     things = scene.things
     eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
     shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
@@ -51,14 +51,16 @@ def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix)
 
 
 def is_alone(things: Sequence[Placed]) -> bool:
-    """Whether this is a single object: that is always drawn, from all of its points, at any size of the picture."""
+    """Return whether this is a single point object: it is always drawn from all of its points, whatever the picture's
+    size."""
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
 def looking_distance(scene: Scene, pose: Matrix) -> float:
-    """How far the things are that a viewer at this pose looks at, world units: it decides about the near plane.
+    """Return how far away the objects are that a viewer at this pose looks at, world units: it decides about the near
+    plane.
 
-    Of a frame alone, the median distance from which it was taken, wherever the viewer is. Of several things, the
+    Of a frame alone, the median distance from which it was taken, wherever the viewer is. Of several objects, the
     distance to their middle, or their radius where that is more.
     """
     if is_alone(scene.things):
@@ -69,7 +71,8 @@ def looking_distance(scene: Scene, pose: Matrix) -> float:
 
 
 def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
-    """Whether a box (8, 3), world, may be visible: False only if it lies completely outside one side of the picture."""
+    """Return whether a box (8, 3), world, may be visible: False only if it lies completely outside one side of the
+    picture."""
     if not len(corners):
         return False
     view, camera = np.linalg.inv(eye.pose), eye.camera

@@ -1,6 +1,6 @@
 #include "common/splat_corners.glsl"
 
-// What several frames of one thing say about each other's points. A frame supports a point if it has one there, too; it
+// What several frames of one object say about each other's points. A frame supports a point if it has one there, too; it
 // sees through it if it has only points beyond.
 
 const float NO_OVERLAP = 1e30;
@@ -21,7 +21,7 @@ bool lies_inside(vec3 there, vec2 size) {
     return there.z > 0.0 && all(greaterThanEqual(there.xy, vec2(-0.5))) && all(lessThan(there.xy, size - 0.5));
 }
 
-// By which share a frame's depth at this place exceeds that of the point carried there.
+// By which share a frame's depth at this place exceeds that of the point projected there.
 float depth_excess(sampler2D surface_map, vec3 there, vec4 intrinsics) {
     if (!lies_inside(there, vec2(textureSize(surface_map, 0)))) return NO_OVERLAP;
     Corners corners = corners_at(surface_map, there.xy);
@@ -33,7 +33,7 @@ float depth_excess(sampler2D surface_map, vec3 there, vec4 intrinsics) {
     return there.z / inverse_depth_at(there.xy, pixel, 1.0 / own.w, slope) - 1.0;
 }
 
-// x: 1 if the frame supports the point carried there; y: 1 if it sees through it.
+// x: 1 if the frame supports the point projected there; y: 1 if it sees through it.
 vec2 vote_on(sampler2D surface_map, vec3 there, vec4 intrinsics, float band) {
     if (!lies_inside(there, vec2(textureSize(surface_map, 0)))) return vec2(0.0);
     Corners corners = corners_at(surface_map, there.xy);

@@ -1,7 +1,7 @@
 #include "common/splat_corners.glsl"
 
-// What goes on behind things that stand before it, for shadows: without it light falls through their silhouettes. Where a
-// plane (on which 1/z is linear) comes out again on the other side, it is there in between.
+// Planes that continue behind the objects in front of them, for shadows: without them light falls through silhouettes.
+// Where a plane (on which 1/z is linear) comes out again on the other side of an object, it is there in between.
 
 const float STEP_UP = 0.04;   // share of the depth by which something stands before what it hides, at least
 const float MEETING = 0.02;   // share of 1/z within which the planes from both sides meet
@@ -16,7 +16,7 @@ struct Side {
     float places;         // to where it is seen
 };
 
-// The planes that a thing may hide, from the first places in a direction at which the depth steps back. stride: pixels
+// The planes that an object may hide, from the first places in a direction at which the depth steps back. stride: pixels
 // between places
 Side[LAYERS] find_sides(sampler2D surface_map, ivec2 middle, ivec2 direction, int stride, vec4 source) {
     Side sides[LAYERS];

@@ -2,7 +2,7 @@
 #include "common/sparse_cells.glsl"
 
 // Normals where few depths are known, such as LiDAR in a picture: a plane in 1/z through the pixel and 5x5 cells around
-// it. Cells grow until the plane's own residuals say that its tilt is known well enough; no noise is told or measured.
+// it. Cells grow until the plane's own residuals say that its tilt is known well enough; no noise is given or measured.
 
 const int CELLS = 25;
 const int SAMPLES = 26;       // the cells, and the pixel itself

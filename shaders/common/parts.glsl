@@ -1,6 +1,6 @@
 #include "common/resolve.glsl"
 
-// Several frames of one thing, merged in a view. At each pixel the nearest splat of all frames decides what is seen; each
+// Several frames of one object, merged in a view. At each pixel the nearest splat of all frames decides what is seen; each
 // frame that has the same surface there adds its part, by weight. Merging in the target: cf. Pulli et al. 1997.
 
 const float STRETCHED = 6.0;           // target pixels for each source pixel that a splat's half may cover

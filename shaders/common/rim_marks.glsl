@@ -2,7 +2,7 @@
 #include "common/inverse_depth.glsl"
 
 // Marks the rim of surfaces: the pixels beside which they end, go on behind something nearer, or fold. Depth is in pixels
-// here: as many as a thing of that size is wide in the picture.
+// here: as many as an object of that size is wide in the picture.
 
 const float DROP = 6.0;          // where a surface ends, the next pixel lies so many pixels of depth behind it, at least,
 const float STEEPER = 3.0;       // and so many times the step to the pixel before

@@ -52,7 +52,7 @@ float rise_at(sampler2D surface_map, ivec2 pixel, ivec2 off, float here, vec2 fa
     return rise_of(relative_step(here, there), dot(facing, vec2(off)), focal);
 }
 
-// 1 for a direction, across and down, in which a neighbour on either side rises much as a plane does: narrow things have
+// 1 for a direction, across and down, in which a neighbour on either side rises much as a plane does: narrow objects have
 // no plane across, whatever their normal.
 vec2 borne_out(vec2 tilt, vec4 rises) {
     vec4 off = abs(rises - vec4(-tilt.x, tilt.x, -tilt.y, tilt.y));

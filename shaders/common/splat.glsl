@@ -1,11 +1,11 @@
 #include "common/camera.glsl"
 
-// The footprint of a splat: the square of its source pixel, laid on the surface's tangent plane and carried
+// The footprint of a splat: the square of its source pixel, laid on the surface's tangent plane and projected
 // into the target view. On a plane 1/z is linear in pixels, so position over depth is linear too, and the
 // warp's Jacobian has a closed form (cf. surface splatting: Zwicker et al. 2001; plane-induced warp: McMillan 1997).
 
 const float MARGIN = 0.1;       // source pixels added round a square, so that neighbours overlap without gaps
-const float MIN_COSINE = 0.05;  // a surface seen flatter than 87 degrees is carried as if seen at 87
+const float MIN_COSINE = 0.05;  // a surface seen flatter than 87 degrees is projected as if seen at 87
 const float ASIDE = 0.02;       // more than 88.9 degrees off the optical axis is not ahead: there a footprint has no end
 const float FLAT = 0.1;         // where depth in the view changes by less to the splat's rim, the Jacobian holds for all of it
 const float ENDLESS = 3.0;      // where it changes by more to the splat's rim, the splat passes the camera: it has no end
@@ -63,7 +63,7 @@ float splat_reach(float size, bool is_round) {
     return size * (is_round ? 0.70710678 : 0.5) + MARGIN;
 }
 
-// Half width and half height of a box round the carried square or ellipse, target pixels.
+// Half width and half height of a box round the projected square or ellipse, target pixels.
 vec2 footprint_extent(Footprint splat, float reach, bool is_round) {
     vec4 to_target = splat.to_target;
     float bends = splat_bends(splat, reach);
@@ -87,7 +87,7 @@ vec3 carry_offset_back(vec4 to_source, vec2 bend, vec2 offset) {
     return vec3(back / ahead, ahead);
 }
 
-// Is a target pixel, this far from the splat's centre, inside the carried shape?
+// Is a target pixel, this far from the splat's centre, inside the projected shape?
 bool footprint_covers(vec4 to_source, vec2 bend, vec2 offset, float reach, bool is_round) {
     vec3 back = carry_offset_back(to_source, bend, offset);
     bool inside = is_round ? dot(back.xy, back.xy) <= reach * reach : max(abs(back.x), abs(back.y)) <= reach;

@@ -1,5 +1,5 @@
 #version 430 core
-// The compute rasteriser: carries splats into the view and notes 1/z of their planes at every target pixel that they
+// The compute rasteriser: projects splats into the view and notes 1/z of their planes at every target pixel that they
 // cover; the nearest stays (cf. software rasterisation of points by atomics: Schuetz, Kerbl, Wimmer 2021). Inverse
 // depths are above 0, where floats have the order of their bits.
 // One thread draws a block of 4x4 source pixels. Where the block, or a quarter of it, lies on one plane, it is one larger

@@ -2,7 +2,7 @@
 #ifndef LIT
 #define LIT 0  // 1: the splat is lit here, once for all of its pixels
 #endif
-// One point per source pixel, found from gl_VertexID: carries the pixel's square into the target view.
+// One point per source pixel, found from gl_VertexID: projects the pixel's square into the target view.
 // The GL point is only a box round the footprint, cut to the picture: so a splat whose centre lies outside
 // still shows the part that lies inside. The fragment shader keeps what the footprint covers. Rims: rims.vert.
 #include "common/rim_splat.glsl"

@@ -1,5 +1,5 @@
 #version 330 core
-// Every STRIDE-th pixel of a frame, compared with another frame of the same thing: by which share the other's depth is
+// Every STRIDE-th pixel of a frame, compared with another frame of the same object: by which share the other's depth is
 // greater, and how much brighter this frame is.
 #ifndef STRIDE
 #define STRIDE 8

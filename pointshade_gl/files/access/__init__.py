@@ -1,1 +1,2 @@
-"""Files and folders themselves: what may be opened, how much is read, what lies where, writing whole."""
+"""Access to files and folders: what may be opened, size limits, safe paths, and writing files completely or not at
+all."""

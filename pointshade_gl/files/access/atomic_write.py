@@ -1,4 +1,4 @@
-"""Writing files whole: beside their target under a hidden name, then renamed.
+"""Writes files completely or not at all: under a hidden name beside the target, then renamed.
 
 So nobody meets a half-written file. After an error or an interruption nothing is left; only a process that is killed
 leaves its hidden `.part` file. The names of a process's hidden files begin alike, so that who killed it removes them.
@@ -108,7 +108,7 @@ class FileSet:
             (self._hidden / name).replace(target)
 
     def _check_own(self, parent: Path) -> None:
-        """A frame's folder must hold nothing else: a reader might take another depth picture that is there."""
+        """Check that a frame's folder holds nothing else: a reader might take another depth picture that is there."""
         if parent == self.folder or not parent.is_dir():
             return
         ours = {Path(name).name for name in self._names if (self.folder / name).parent == parent}

@@ -1,4 +1,4 @@
-"""Files that come with the package: the frame "vase", the scene "demo"."""
+"""Finds files that come with the package: the frame "vase" and the scene "demo"."""
 
 from __future__ import annotations
 

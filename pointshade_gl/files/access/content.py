@@ -1,4 +1,4 @@
-"""What is inside a file: its bytes, its text, its JSON. Only regular files are opened, up to a limit."""
+"""Reads the content of a file as bytes, text or JSON. Only regular files are opened, up to a size limit."""
 
 from __future__ import annotations
 

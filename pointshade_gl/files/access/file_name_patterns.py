@@ -1,7 +1,7 @@
-"""What others call their files: the one table of names. A new data set adds words to a row here.
+"""The names that data sets and programs give their files, in one table. A new data set adds words to a row here.
 
-What is in a file is found out from its content (camera_files.py, pose_files.py, depth.py): names only say what a file
-is for, and which of several to try first.
+What is in a file is found out from its content (camera_files.py, pose_files.py, depth_coding.py): names only say what
+a file is for, and which of several to try first.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ POSES = tuple(
 )
 
 
-NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of things, not of the camera
+NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of objects, not of the camera
 
 
 class DataSet(NamedTuple):

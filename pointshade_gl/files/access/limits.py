@@ -1,4 +1,4 @@
-"""How much a file may ask for. Every limit follows from one number of pixels, the option `max_pixels`.
+"""Limits how much memory a file may ask for. Every limit follows from one number of pixels, the option `max_pixels`.
 
 A picture or array may have `max_pixels` pixels, and a few bytes of file can ask for that many: a PNG packs 500 to one.
 So the size that a header declares is checked before anything is decoded.

@@ -1,4 +1,4 @@
-"""Names with a number in them: %04d.png, {:04d}.exr and ####.ply each stand for the files of a whole series."""
+"""File names with a number in them: %04d.png, {:04d}.exr and ####.ply each stand for a whole series of files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a file may name: files of its own folder. A list, a frame or a scene from elsewhere opens nothing else."""
+"""Restricts which files a file may name: only those in its own folder, unless the caller allows others."""
 
 from __future__ import annotations
 

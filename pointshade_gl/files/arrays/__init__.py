@@ -1,1 +1,1 @@
-"""Numbers in files: NumPy, MATLAB, HDF5, zip archives, texts."""
+"""Reads arrays of numbers from files: NumPy, MATLAB, HDF5, zip archives, text."""

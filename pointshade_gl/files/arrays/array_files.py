@@ -1,4 +1,4 @@
-"""Numbers in files: NumPy's .npy and .npz, and text. An array's header is checked first: it may promise any amount."""
+"""Reads arrays from .npy, .npz and text files. The header is checked first: it may promise any amount of data."""
 
 from __future__ import annotations
 

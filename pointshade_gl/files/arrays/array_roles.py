@@ -1,4 +1,4 @@
-"""What arrays in files are called, and what they mean. A new name is a new entry in a row of ROLES.
+"""Known names of arrays in files, and what each means: depth, points, camera, pose. A new name is an entry in ROLES.
 
 Read in the sources and papers of: Depth Anything 1-3, MiDaS, Depth Pro, Metric3D, MoGe 1-3, UniDepth, Pi3, VGGT,
 DUSt3R, MASt3R, MapAnything, MegaSaM; Hypersim, BlenderProc, NYU Depth v2 and its copies in HDF5.

@@ -1,4 +1,4 @@
-"""COLMAP's dense depth: *.geometric.bin and *.photometric.bin."""
+"""Reads COLMAP's dense depth maps: *.geometric.bin and *.photometric.bin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays in HDF5 files, and in MATLAB's from version 7.3 on, which are HDF5."""
+"""Reads arrays from HDF5 files, and from MATLAB's files of version 7.3 and later, which are HDF5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Apple's LZFSE, in which Record3D packs depth: how large the unpacked bytes are is looked up before they are made."""
+"""Decompresses Apple's LZFSE, in which Record3D stores depth; checks the unpacked size first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays of numbers in MATLAB's .mat files of version 5 and, as small matrices, of 7.3, which is HDF5.
+"""Reads arrays of numbers from MATLAB's .mat files of version 5 and, as small matrices, of 7.3, which is HDF5.
 
 Version 5 is read here (MathWorks, "MAT-File Format", 2018): SciPy's reader crashes the program on damaged files. A file
 is a row of elements, each with a tag of type and size; an array is an element of four others: flags, sides, name,

@@ -1,4 +1,4 @@
-"""Numbers with names, out of any text that has them: JSON, YAML, `name: 1 2`, `name,1`, `name = [1 2; 3 4]`.
+"""Reads named numbers from any text that has them: JSON, YAML, `name: 1 2`, `name,1`, `name = [1 2; 3 4]`.
 
 Camera files of ROS, OpenCV, ORB-SLAM, KITTI, Middlebury, ScanNet and many others are read alike: their names differ.
 """

@@ -1,4 +1,5 @@
-"""Files that begin with MPI Sintel's number 202021.25 (Butler 2012): .dpt is a depth, .cam a camera with its pose.
+"""Reads the files of MPI Sintel (Butler 2012), which begin with the number 202021.25: .dpt is depth, .cam a camera and
+pose.
 
 LINEMOD's .dpt (Hinterstoisser 2012) has rows and columns instead, and then millimetres in 16 bits.
 """

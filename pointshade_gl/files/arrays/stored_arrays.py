@@ -1,4 +1,4 @@
-"""Arrays that lie in .npy and .npz files, read frame by frame: of many frames only one is in memory."""
+"""Reads arrays from .npy and .npz files frame by frame: of many frames only one is in memory."""
 
 from __future__ import annotations
 

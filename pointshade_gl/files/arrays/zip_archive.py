@@ -1,4 +1,4 @@
-"""Zip archives: their members are looked up and read, with limits, from any thread. Nothing is written to disk."""
+"""Reads the members of zip archives, with size limits, from any thread. Nothing is written to disk."""
 
 from __future__ import annotations
 

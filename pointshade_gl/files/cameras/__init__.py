@@ -1,1 +1,1 @@
-"""Cameras in files, in the words of many programs."""
+"""Reads camera intrinsics from files of many programs."""

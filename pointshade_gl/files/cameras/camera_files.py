@@ -1,4 +1,4 @@
-"""Reads a camera from whatever holds one: numbers, a matrix, a text, JSON, YAML, .npy, .mat."""
+"""Reads camera intrinsics from whatever holds them: numbers, a matrix, text, JSON, YAML, .npy, .mat."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cameras in the words of others: which names they give to focal lengths, matrices, sizes and units.
+"""The names that programs give to focal lengths, camera matrices, image sizes and units in their files.
 
 A new word is added to a row below; a camera in a form of its own gets a reader beside `from_colmap`.
 """

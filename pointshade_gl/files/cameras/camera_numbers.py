@@ -1,4 +1,5 @@
-"""Cameras that are written as bare numbers: four, a matrix, or with a size. The numbers themselves say which."""
+"""Interprets cameras that are written as bare numbers: four, a matrix, or with a size. The numbers show which form it
+is."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from .intrinsics import Intrinsics, Numbers
 
 _SQUARE = 0.05  # fx and fy of a lens differ by less
-_APART = 0.2  # and from cx or cy by more, where the order of four numbers is to be told
+_APART = 0.2  # and from cx or cy by more, where the order of four numbers is to be found
 _PLAIN = (4, 9, 12, 16)
 
 

@@ -1,4 +1,4 @@
-"""COLMAP's binary model: cameras.bin and images.bin (src/colmap/scene/reconstruction_io of COLMAP)."""
+"""Reads COLMAP's binary model: cameras.bin and images.bin (src/colmap/scene/reconstruction_io of COLMAP)."""
 
 from __future__ import annotations
 

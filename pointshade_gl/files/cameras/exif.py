@@ -1,4 +1,4 @@
-"""The camera of a photograph, from what its EXIF says about the lens."""
+"""Estimates the camera of a photograph from the focal length in its EXIF data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a source says about the camera that took a picture, and the camera that follows for the depth picture."""
+"""Intrinsics as a file states them, and the camera that follows from them for the depth image."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAME_VIEW = 0.02  # pictures whose aspect ratios differ by less may show the sa
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """What a source says about a camera; None = nothing.
+    """What a source states about a camera; None = nothing.
 
     name          of the source, for messages
     numbers       fx, fy, cx, cy in pixels, pixel centres at integers; fy is NaN if pixels are square, cx and cy are
@@ -45,7 +45,7 @@ class Intrinsics:
 
 
 def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
-    """The given camera; what it does not say about the depth comes from the other."""
+    """Return the given camera; what it does not state about the depth comes from the other."""
     if filed is None:
         return given
     names = ("depth_scale", "depth_kind", "baseline", "doffs")
@@ -92,12 +92,12 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
 
 
 def _shows_the_same(size: Size, depth: Size) -> bool:
-    """Whether a picture of another size may be the depth picture made smaller or larger."""
+    """Return whether a picture of another size may be the depth picture made smaller or larger."""
     return abs(size[0] / size[1] * depth[1] / depth[0] - 1) < _SAME_VIEW
 
 
 def _guess_size(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Size:
-    """The picture whose middle is nearest to the principal point, among those that contain it."""
+    """Return the picture whose middle is nearest to the principal point, among those that contain it."""
     cx, cy = intrinsics.numbers[2:]
     if math.isnan(cx):
         note(f"{intrinsics.name}: the principal point is taken as the middle of the depth picture")

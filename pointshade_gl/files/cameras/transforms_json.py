@@ -1,4 +1,4 @@
-"""transforms.json, as nerfstudio, instant-ngp and Polycam's converters write it: pictures, cameras and poses."""
+"""Reads transforms.json as nerfstudio, instant-ngp and Polycam's converters write it: pictures, cameras and poses."""
 
 from __future__ import annotations
 

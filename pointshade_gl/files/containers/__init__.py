@@ -1,1 +1,1 @@
-"""Files that bring depth together with colour, camera, pose or mask, for one frame or for many."""
+"""Reads files that bring depth together with colour, camera, pose or mask, for one frame or for many."""

@@ -1,4 +1,4 @@
-"""One frame out of arrays with roles: its depth, camera, pose, colour, normals, and where it is valid."""
+"""Assembles one frame from named arrays: its depth, camera, pose, colour, normals and validity mask."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KINDS = {"inverse": "inverse", "ray": "ray"}
 
 @dataclass(frozen=True)
 class Assembly:
-    """What makes a frame of arrays: `read(k)`. The arrays fit each other."""
+    """Assembles frames from arrays that fit each other: `read(k)`."""
 
     name: str
     items: dict[str, Item]
@@ -142,7 +142,7 @@ class Assembly:
 
 
 def _is_sure(confidence: NDArray[Any]) -> NDArray[np.bool_]:
-    """Where a network is sure of its depth: at a tenth of the picture's median confidence or more. Levels: above 0.
+    """Return where a network is sure of its depth: a tenth of the picture's median confidence or more. Levels: above 0.
 
     Confidence counts from where it starts: 1 if nothing is below (VGGT, DUSt3R and Depth Anything 3 give 1 + exp(x)),
     else 0; values below 0 are logits (Pi3) and become shares by the logistic function. NaN is not sure.

@@ -1,4 +1,4 @@
-"""Colours as arrays have them, brought to 8 bits."""
+"""Converts colours of any array type to 8 bits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a container gives, one file that brings depth together with colour, camera, pose or mask."""
+"""What a container file, one that brings depth together with colour, camera, pose or mask, holds for one frame."""
 
 from __future__ import annotations
 

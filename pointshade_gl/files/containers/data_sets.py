@@ -1,4 +1,4 @@
-"""Frames from HDF5 files, and the cameras of data sets whose files do not hold them."""
+"""Reads frames from HDF5 files, and knows the cameras of data sets whose files do not state them."""
 
 from __future__ import annotations
 

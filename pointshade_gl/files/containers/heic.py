@@ -1,4 +1,4 @@
-"""HEIC photographs with depth, as iPhones write them in portrait mode.
+"""Reads HEIC photographs with depth, as iPhones write them in portrait mode.
 
 The depth is a second picture of 8 bits inside. What its values mean stands in Apple's XMP beside it (1/m or m, from the
 smallest to the largest number, and the camera's matrix), else in HEIF's own depth information.

@@ -1,4 +1,4 @@
-"""Arrays with a role: which of their axes count frames, and one frame's part of them."""
+"""Divides an array into frames: which of its axes count frames, and the part of one frame."""
 
 from __future__ import annotations
 

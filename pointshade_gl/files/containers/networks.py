@@ -1,4 +1,4 @@
-"""Frames from arrays with known names, as networks, renderers and data sets write them (the names: `roles.ROLES`).
+"""Reads frames from arrays whose names are known (array_roles.ROLES), as networks, renderers and data sets write them.
 
 Shapes    (h, w), (h, w, c) or (c, h, w); one frame or several (n, ...); any axes of length 1 before.
 Points    (h, w, 3): z is the depth, and the camera is fitted to x/z and y/z. Beside poses they may be in the world's
@@ -73,7 +73,7 @@ def _check_surface(name: str, key: str, item: Item, max_pixels: float) -> None:
 
 
 def _fits(role: str, item: Item, surface: Item) -> bool:
-    """Whether an array is for one or for all frames, and of the depth's size if it belongs to its pixels."""
+    """Return whether an array is for one or for all frames, and of the depth's size if it belongs to its pixels."""
     if role in NUMBERS:
         return True
     is_same = role not in (*PLANES, "normals") or item.size == surface.size
@@ -83,7 +83,7 @@ def _fits(role: str, item: Item, surface: Item) -> bool:
 def _doubt_depth(
     name: str, key: str, surface: str, items: dict[str, Item], usual: Intrinsics | None, note: Note
 ) -> None:
-    """Says so if the numbers may be inverse: by their name, or as videos of floats without a camera often are."""
+    """Print a note if the numbers may be inverse: by their name, or as videos of floats without a camera often are."""
     is_video = surface == "depth" and items[surface].count > 1 and items[surface].array.dtype.kind == "f"
     has_camera = usual is not None or "intrinsics" in items or "focal" in items
     if is_named(key, MAYBE_INVERSE) or (is_video and not has_camera):
@@ -92,7 +92,7 @@ def _doubt_depth(
 
 
 def _doubt_confidence(name: str, roles: dict[str, str], items: dict[str, Item], note: Note) -> None:
-    """Leaves out what may be an error instead."""
+    """Leave out confidence that may be an error instead."""
     key = roles.get("confidence", "")
     if "confidence" in items and is_named(key, MAYBE_ERROR) and items["confidence"].array.dtype.kind == "f":
         note(f"{name}: {key} is not used, it may be an expected error as UniDepth's is")

@@ -1,4 +1,4 @@
-"""Normals of files, brought into this package's axes: OpenCV's, unit, towards the camera."""
+"""Converts normals from files to this package's axes: OpenCV's, unit length, towards the camera."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Files that hold more than one picture's numbers: depth with colour, camera, pose or mask, for one or more frames.
+"""Opens container files: depth with colour, camera, pose or mask, for one or more frames.
 
 A container is known by its first bytes, then by the names inside. A new kind is a row of _READERS.
 """

@@ -1,4 +1,4 @@
-"""The camera that belongs to a picture of points."""
+"""Fits the pinhole camera to an image of 3D points."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings of the app Record3D: .r3d files, and its exports of EXR and JPEG, zipped or as a folder.
+"""Reads recordings of the app Record3D: .r3d files, and its exports of EXR and JPEG, zipped or as a folder.
 
 Inside lie `metadata` (.json) and, for each frame n, rgbd/n.jpg, rgbd/n.depth and rgbd/n.conf (.r3d, packed by LZFSE),
 or rgb/n.jpg and depth/n.exr (export). Depth is float32 in metres, NaN where missing; confidence is ARKit's 0, 1 or 2,

@@ -1,4 +1,4 @@
-"""A zip archive with a frame or a sequence in it, unpacked into a folder that is removed when the program ends."""
+"""Unpacks a zip archive with a frame or a sequence into a temporary folder, removed when the program ends."""
 
 from __future__ import annotations
 

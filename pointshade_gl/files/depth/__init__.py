@@ -1,1 +1,1 @@
-"""From raw numbers to metres: kinds, units, codings and missing values of depth."""
+"""Converts stored depth values to metres: kinds of depth, units, encodings and missing values."""

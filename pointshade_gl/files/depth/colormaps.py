@@ -1,4 +1,4 @@
-"""Colour-mapped pictures of depth read back: which map, and where on it each pixel's colour lies.
+"""Converts colour-mapped pictures of depth back to values: which colour map, and each pixel's place on it.
 
 The demos of Depth Anything and MiDaS write nothing else. The tables are Matplotlib's (its colour maps are CC0 or BSD;
 turbo by A. Mikhailov 2019), one row a map in assets/colormaps.png.

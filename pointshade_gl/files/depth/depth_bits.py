@@ -1,4 +1,5 @@
-"""16-bit depth whose bits are not a plain number: swapped bytes, rotated bits, packed confidence, Kinect disparity.
+"""Decodes 16-bit depth whose bits are not a plain number: swapped or rotated bytes, packed confidence, Kinect
+disparity.
 
 Each is known by what only it does to a picture. Neighbours in a depth picture are nearly equal, so the right reading is
 the smooth one: a wrong one is rougher by tens or hundreds.
@@ -42,7 +43,7 @@ def count_codes(raw: Codes) -> Counts:
 
 
 def is_swapped(raw: Codes) -> bool:
-    """Whether the low byte came first."""
+    """Return whether the low byte came first."""
     raw = _some_rows(raw)
     if not (raw & 255).any():
         return False  # 8 bits stored in the high byte: swapped they would be smoother and wrong

@@ -1,4 +1,4 @@
-"""Depth whose bytes are spread over the channels of a colour picture: 16 bits in two, 24 in three, a float in four.
+"""Decodes depth whose bytes are spread over colour channels: 16 bits in two, 24 in three, a float in four.
 
 HO-3D (Hampali 2020) and NOCS (Wang 2019) have 16 bits, CARLA 24 of 1000 m (Dosovitskiy 2017), TartanAir V2 floats.
 Only the right order of bytes is smooth: where the higher byte goes one up, the lower one starts again.
@@ -34,7 +34,7 @@ def find_channels(image: NDArray[np.uint8]) -> tuple[int, ...] | None:
 
 
 def _carried(low: NDArray[np.int32], high: NDArray[np.int32]) -> float:
-    """How often the lower byte starts again where the higher one changes by one between neighbours."""
+    """Return how often the lower byte starts again where the higher one changes by one between neighbours."""
     up, whole = np.diff(high, axis=1), np.diff(low + 256 * high, axis=1)
     one = np.abs(up) == 1
     return float(np.mean(np.abs(whole[one]) < _STEP)) if np.count_nonzero(one) >= _FEWEST else 0.0

@@ -1,4 +1,4 @@
-"""What the raw numbers of one depth picture mean: their kind, their unit, and bits that are no plain numbers.
+"""Finds out what the raw numbers of a depth image mean: depth kind, unit, and special bit encodings.
 
 What the caller says is taken as it is. What the camera's file says comes next, unless it cannot be; then the values
 themselves. Every guess is a note that names the option which ends it.
@@ -29,10 +29,12 @@ _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another 
 
 
 def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | None = None) -> Decoded:
-    """The meaning of raw values, (h, w) or, colour-mapped, (h, w, 3|4) uint8.
+    """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8, and return plain numbers with their
+    meaning.
 
-    name  of the file, as messages have it
-    like  an earlier frame's of the same sequence: if the same is said of this one it is read so, without a guess
+    name  of the file, for messages
+    like  the coding of an earlier frame of the same sequence: if the same is given for this one, it is read in the same
+          way, without a guess
 
     Raises ValueError for a colour-mapped picture whose map is not known, for an 8-bit photograph, mask or map of
     labels, and for an impossible scale.
@@ -58,7 +60,7 @@ def _decode(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
 
 
 def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str, said: Said, note: Note) -> Decoded:
-    """Numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is said."""
+    """Read numbers whose bytes are in several channels; those of 24 bits are CARLA's unless a scale is given."""
     colors = [("red", "green", "blue", "alpha")[channel] for channel in channels]
     repair = CHANNELS + "".join(map(str, channels))
     values = repaired(raw, [repair])
@@ -76,7 +78,7 @@ def _read_channels(raw: NDArray[np.uint8], channels: tuple[int, ...], name: str,
 
 
 def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded:
-    """16 bits: first whether they are plain numbers at all."""
+    """Read 16-bit values: first find out whether they are plain numbers at all."""
     repairs = []
     if bits.is_swapped(codes):
         note(f"{name}: 16-bit values in the wrong byte order, read byte-swapped")
@@ -115,7 +117,7 @@ def _read_codes(codes: bits.Codes, name: str, said: Said, note: Note) -> Decoded
 
 
 def _find_packing(codes: bits.Codes, counts: bits.Counts, name: str, said: Said, note: Note) -> str | None:
-    """The repair that makes plain numbers of these bits, None if they are plain."""
+    """Return the repair that makes plain numbers of these bits, None if they are plain."""
     if said.any_kind not in (None, *METRIC):
         return None
     if bits.has_confidence(codes):
@@ -133,7 +135,7 @@ def _find_packing(codes: bits.Codes, counts: bits.Counts, name: str, said: Said,
 
 
 def _read_values(raw: NDArray[Any], counts: bits.Counts | None, name: str, said: Said, note: Note) -> Decoded:
-    """Plain numbers of more than 8 bits."""
+    """Read plain numbers of more than 8 bits."""
     relative = read_relative(raw, counts, name, said, note) if said.is_silent else None
     if relative:
         return relative
@@ -173,7 +175,8 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
 
 
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
-    """Tells if distances cannot be of a passed scale, and which is meant if it is the other way round."""
+    """Print a note if the scale that the caller passed gives impossible distances, with the likely scale if it is
+    inverted."""
     median = units.middle(raw)
     if kind in METRIC and median > 0 and not units.is_plausible(median / scale):
         meant = units.scale_of_file(scale, median)
@@ -185,7 +188,7 @@ def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: N
 
 
 def _check_filed(raw: NDArray[Any], filed: float, note: Note) -> float:
-    """The scale of the camera's file, or what it means if its distances cannot be."""
+    """Return the scale in the camera's file, or what it must mean if its distances are impossible."""
     median = units.middle(raw)
     is_float = raw.dtype.kind == "f"
     if not units.is_plausible(median / filed) and median > 0:
@@ -240,7 +243,7 @@ def _scale_of_integers(raw: NDArray[Any], counts: bits.Counts | None, note: Note
 
 
 def _find_scale(raw: NDArray[Any], counts: bits.Counts | None) -> float | None:
-    """The scale that the spacing of 16-bit values shows."""
+    """Return the scale that the spacing of 16-bit values shows."""
     if counts is None:
         return None
     values = np.flatnonzero(counts[1:FAR]) + 1

@@ -1,4 +1,4 @@
-"""Depth pictures of every format: from a file to its raw numbers, one channel, nothing scaled."""
+"""Reads depth images of every format as raw numbers, one channel, nothing scaled."""
 
 from __future__ import annotations
 

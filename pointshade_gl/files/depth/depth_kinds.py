@@ -1,4 +1,4 @@
-"""From raw depth values to metres along the optical axis: the six kinds of depth."""
+"""Converts raw depth values to metres along the optical axis, for the six kinds of depth."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINECT_LAST = 1084  # beyond it, at 46 m, one step is 7 m
 
 @dataclass(frozen=True)
 class Said:
-    """What is said about a depth picture, by the caller and by the camera's file; None = nothing."""
+    """What is given about a depth picture, by the caller and by the camera's file; None = nothing."""
 
     kind: str | None = None
     scale: float | None = None
@@ -40,7 +40,7 @@ class Said:
 
     @property
     def is_silent(self) -> bool:
-        """Whether the values themselves must tell the kind."""
+        """Return whether the depth kind is not given and must be found from the values."""
         return self.any_kind is None and self.scale is None
 
 
@@ -51,7 +51,7 @@ class Coding:
     scale    values per metre (see `to_metres`); None for z or inverse depth without any
     why      how kind and scale were found, in a few words
     repairs  what makes plain numbers of the raw values, in this order (see `depth_repairs`)
-    said     what was known before
+    said     what was given before
     """
 
     kind: str

@@ -1,4 +1,4 @@
-"""Depth without distances: 8-bit and colour-mapped pictures, what networks write, and disparity."""
+"""Recognises depth without absolute distances: 8-bit and colour-mapped pictures, network output, and disparity."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of de
 
 
 def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
-    """A colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
+    """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
     if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()) and what_instead(image.max(axis=2)):
         raise ValueError(
@@ -62,7 +62,7 @@ def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> 
 
 
 def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded:
-    """A grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
+    """Read a grey picture (h, w) of 256 levels. Raises ValueError for a photograph, a mask and a map of labels."""
     filed = said.filed_scale
     if said.scale is None and said.any_kind in (None, *METRIC) and filed and filed < 256:  # else all is within 1 m
         _refuse_what_is_none(raw, name)
@@ -88,7 +88,7 @@ def read_8_bits(raw: NDArray[Any], name: str, said: Said, note: Note) -> Decoded
 
 
 def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
-    """Raises ValueError for a photograph, a mask and a map of labels."""
+    """Raise ValueError for a photograph, a mask and a map of labels."""
     instead = what_instead(raw)
     if instead:
         raise ValueError(
@@ -98,7 +98,7 @@ def _refuse_what_is_none(raw: NDArray[Any], name: str) -> None:
 
 
 def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Said, note: Note) -> Decoded | None:
-    """Disparity by its name, a network's depth or inverse depth by its planes; None for anything else.
+    """Recognise disparity by its name, a network's depth or inverse depth by its planes; return None for anything else.
 
     counts  of the codes, for 16 bits
     """
@@ -126,7 +126,7 @@ def read_relative(raw: NDArray[Any], counts: Counts | None, name: str, said: Sai
 
 
 def disparity_scale(raw: NDArray[Any], said: Said, note: Note) -> float:
-    """Values a pixel of disparity, where the caller does not say it."""
+    """Return the values per pixel of disparity, where the caller does not give it."""
     if said.filed_scale is not None and said.filed_kind == "disparity":
         return said.filed_scale
     if raw.dtype.kind == "f":
@@ -153,7 +153,7 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
 
 
 def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()) -> Decoded:
-    """256 levels of a kind or a scale that was said."""
+    """Return 256 levels whose kind or scale is given."""
     kind = said.any_kind or "z"
     if said.scale is None and kind == "z":
         return _without_scale(values, "as said", repairs)
@@ -166,7 +166,7 @@ def _read_levels(values: NDArray[Any], said: Said, repairs: tuple[str, ...] = ()
 
 
 def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()) -> Decoded:
-    """Depth z in unknown steps. If 0 is far from all other values it says missing, and is no distance at all."""
+    """Return depth z of unknown unit. If 0 is far from all other values it means missing, and is no distance at all."""
     known = units.some_values(values)
     rest = known[known > 0]
     has_zero = known.min(initial=1) == 0 and rest.size > 0 and rest.min() > _GAP * np.ptp(rest)
@@ -174,19 +174,21 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
-    """1 if planes bend as in depth of any offset, -1 if as in its reverse; 0 for inverse depth, and if unknown."""
+    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse depth, and if
+    unknown."""
     bending = measure_bending(values, known, None)
     return 0 if bending is None or not _is_bent(bending) else 1 if bending.along > 0 else -1
 
 
 def _is_bent(bending: Bending) -> bool:
-    """Whether planes bend as they do in depth, either way, and things are not just round."""
+    """Return whether planes bend as they do in depth, either way, and objects are not just round."""
     is_plane = abs(bending.across) < _ROUND * abs(bending.along)
     return is_plane and abs(bending.along) - 2 * bending.error > _BENT
 
 
 def _is_inverse(raw: NDArray[Any]) -> bool:
-    """Whether planes are flat in the values, so surely that it cannot be depth, also of an unknown offset."""
+    """Return whether planes are flat in the values, so clearly that these cannot be depth, even with an unknown
+    offset."""
     known = np.isfinite(raw)
     has_negative = bool(raw.min(where=known, initial=0) < 0)
     for zero in (None,) if has_negative else (0.0, None):
@@ -197,7 +199,7 @@ def _is_inverse(raw: NDArray[Any]) -> bool:
 
 
 def _is_filled(raw: NDArray[Any], counts: Counts | None) -> bool:
-    """Whether values were stretched to 0..65535 or to 0..1. A marker would stand alone at the end."""
+    """Return whether values were stretched to 0..65535 or to 0..1. A marker would stand alone at the end."""
     if counts is not None:
         next_to_end = np.count_nonzero(counts[-_END:-1])
         return bool(next_to_end >= 3 and 0 < counts[-1] < 0.002 * counts.sum() and counts[:_END].any())

@@ -1,4 +1,4 @@
-"""What is done to raw values before they are plain numbers, by name: what suits one frame is done to the next."""
+"""Turns raw values into plain numbers by named repairs, so that all frames of a sequence are treated alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many raw values a metre has, where nobody says so or what is said cannot be."""
+"""Guesses the unit of depth, as raw values per metre, where none is given or the given one is impossible."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def is_whole(raw: NDArray[Any]) -> bool:
 
 
 def scale_of_file(filed: float, median: float) -> float | None:
-    """Raw values per metre, if a file's scale is the other way round, else None.
+    """Return raw values per metre, if a file gives the scale the other way round, else None.
 
     0.001 is metres a value. From 0.01 to 2 it is millimetres a value, as in BOP: its 1.0 is 1000, its 0.1 is 10000.
     """
@@ -61,12 +61,12 @@ def scale_of_file(filed: float, median: float) -> float | None:
 
 
 def scale_of_values(values: NDArray[np.int64], counts: NDArray[np.int64], median: float, pixels: int) -> float | None:
-    """5000, if the values show it: TUM's scale. None if they do not.
+    """Return 5000, if the values show it: TUM's scale. None if they do not.
 
     values  (n,) the different values, rising; counts  (n,) how many pixels have them; pixels  of the whole picture
 
     Millimetres times 5 are all multiples of 5. A first Kinect measures in eighths of a pixel, so 1/z is evenly spaced
-    by 0.0029 per metre (Konolige & Mihelich 2010); the spacing of 1/raw then tells the scale.
+    by 0.0029 per metre (Konolige & Mihelich 2010); the spacing of 1/raw then shows the scale.
     """
     if values.size < _DISTINCT or not is_plausible(median / _TUM) or median / _TUM < 0.2:
         return None

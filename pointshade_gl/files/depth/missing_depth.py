@@ -1,4 +1,4 @@
-"""Which raw depth values are distances, and which say "missing": holes, markers of sensors, backgrounds of renderers.
+"""Decides which raw depth values are distances, and which mean "missing": holes, sensor markers, renderer backgrounds.
 
 In arrays, `Frame` decides. Pictures may have 100 million pixels, so they are read in blocks of rows. 8 and 16 bits have
 few values: each is judged once, in a table.
@@ -29,7 +29,7 @@ def blocks(raw: NDArray[Any]) -> Iterator[slice]:
 
 
 def known_values(raw: NDArray[Any], kind: str, note: Note) -> Callable[[slice], Values]:
-    """A function that gives the raw values of some rows, 0 where they say "missing".
+    """Return a function that gives the raw values of some rows, 0 where they mean "missing".
 
     Missing are values that are not finite and above 0, 16-bit markers from FAR on, and the one value of a background.
     """
@@ -56,7 +56,7 @@ def known_values(raw: NDArray[Any], kind: str, note: Note) -> Callable[[slice], 
 
 
 def _judge(codes: NDArray[Any], dtype: np.dtype, kind: str, note: Note) -> Values:
-    """For each code of 8 or 16 bits its value of the type, 0 if it says "missing"."""
+    """Return, for each code of 8 or 16 bits, its value in the given type, 0 if it means "missing"."""
     count = 256**dtype.itemsize
     values = np.arange(count).astype(codes.dtype).view(dtype).astype(np.float64)
     counts = np.zeros(count, np.int64)

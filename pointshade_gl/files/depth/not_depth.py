@@ -1,4 +1,4 @@
-"""Pictures that are handed in as depth and are none: a photograph, a mask, a map of labels."""
+"""Recognises pictures that were passed as depth by mistake: a photograph, a mask, a map of labels."""
 
 from __future__ import annotations
 

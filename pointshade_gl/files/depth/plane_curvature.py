@@ -1,4 +1,4 @@
-"""How the values of a picture bend across tilted planes: it tells depth from inverse depth, whatever their scale.
+"""Tells depth from inverse depth, whatever their scale, by how the values bend across tilted planes.
 
 A plane a x + b y + c z = d has 1/z = (a u + b v + c)/d: inverse depth is linear in pixels, depth z is not. Along its
 slope z'' = 2 z'^2 / z. Floors, walls and tables are planes, and they keep this through noise, blur, 8 bits, an unknown
@@ -29,7 +29,7 @@ class Bending(NamedTuple):
     """v'' v / v'^2 along the slope, a median over windows: 2 for z, 0 for inverse depth, negative for c - z.
 
     error   the median's standard error
-    across  v'' v / v'^2 across the slope: 0 on planes, not on round things
+    across  v'' v / v'^2 across the slope: 0 on planes, not on round objects
     """
 
     along: float
@@ -37,13 +37,13 @@ class Bending(NamedTuple):
     across: float
 
     def is_surely(self, low: float, high: float) -> bool:
-        """Whether it lies between the two by more than twice its error."""
+        """Return whether it lies between the two by more than twice its error."""
         return low < self.along - 2 * self.error and self.along + 2 * self.error < high
 
 
 @np.errstate(all="ignore")  # what overflows is not finite, and no window
 def measure_bending(values: NDArray[Any], known: NDArray[np.bool_], zero: float | None = 0.0) -> Bending | None:
-    """The bending of (h, w) values where they are known; None where planes are too few to tell.
+    """Measure how (h, w) values bend across planes, where they are known; None where there are too few planes.
 
     zero  the value of no depth. None if it is unknown: then v is the range of all values, that is, z with any offset
           gives a positive number

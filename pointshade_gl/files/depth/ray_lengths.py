@@ -1,4 +1,5 @@
-"""Is a depth the length of the ray instead of the distance along the axis? Planes tell: they are flat only in one.
+"""Recognises depth that stores the length of each pixel's ray instead of z: planes come out flat in only one of the
+two.
 
 A plane has 1/z linear in pixels; the ray to the same point is n = |((u - cx)/fx, (v - cy)/fy, 1)| times as long, so of
 lengths r it is n/r that is linear. Renderers write r (SceneNet RGB-D, InteriorNet, Hypersim), sensors z. Only depth as
@@ -22,7 +23,7 @@ _FEWEST, _SHARE = 12, 0.8  # windows that show a plane, and how many of them mus
 
 @np.errstate(all="ignore")
 def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
-    """Whether planes in (h, w) depth, 0 where unknown, are flat only if it is the length of rays."""
+    """Return whether (h, w) depth, 0 where unknown, is the length of rays: only as such are its planes flat."""
     side = min(depth.shape) // _ACROSS
     step = max(1, side // _POINTS)
     if side < _POINTS // 2:
@@ -41,7 +42,7 @@ def is_ray_length(depth: NDArray[np.floating], camera: Camera) -> bool:
 
 
 def _bends(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) how far the values of each window lie off a plane, as a share of their mean; NaN where some are unknown."""
+    """Return (n,) how far the values of each window lie off a plane, over their mean; NaN where some are unknown."""
     windows = np.lib.stride_tricks.sliding_window_view(values, (_POINTS, _POINTS))
     windows = windows[:: _POINTS // 4, :: _POINTS // 4].reshape(-1, _POINTS**2)
     y, x = np.mgrid[:_POINTS, :_POINTS].reshape(2, -1) - (_POINTS - 1) / 2

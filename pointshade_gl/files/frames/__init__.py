@@ -1,1 +1,1 @@
-"""Frames and sequences, put together from their files."""
+"""Assembles frames and sequences from their files."""

@@ -1,4 +1,4 @@
-"""The parts of one frame, from files or arrays, put together: depth in metres, colours, camera, pose."""
+"""Assembles one frame from files or arrays: depth in metres, colours, camera and pose."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def assemble(
     like: Coding | None = None,
     stream: Hashable = None,
 ) -> Assembled:
-    """Reads the parts of a frame. Raises ValueError, TypeError or OSError, in one sentence.
+    """Read the parts of a frame and put them together. Raises ValueError, TypeError or OSError, in one sentence.
 
     reading  how poses and camera are to be understood; None is as they are written
     like     how the depth of another frame of the same sequence is coded: this one is, too
@@ -79,7 +79,7 @@ def assemble(
 
 
 def _unpacked(parts: Parts) -> Parts:
-    """The parts, with those of a container in the place of what lies beside it."""
+    """Return the parts, with those of a container in the place of what lies beside it."""
     if parts.contents is None:
         return parts
     held = parts.contents()
@@ -111,7 +111,7 @@ def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: flo
 
 
 def _is_bare(path: Path, source: Intrinsics | None) -> bool:
-    """Whether it is called a picture, but holds 4 bytes for each pixel and nothing else, as ETH3D's depth does."""
+    """Return whether a file with a picture's name holds only 4 bytes for each pixel, as ETH3D's depth does."""
     if source is None or source.size is None or path.suffix.lower() not in COLOR_SUFFIXES:
         return False
     width, height = source.size
@@ -119,7 +119,8 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
 
 
 def _said(source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], is_from_file: bool) -> Said:
-    """What caller and camera say about the depth. Raises ValueError for what the camera's file cannot say."""
+    """Return what is given about the depth by caller and camera. Raises ValueError for impossible values in the
+    camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     if source and kind is not None and options.depth_kind is None:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
@@ -147,7 +148,8 @@ def _to_metres(
     name: str,
     may_be_rays: bool,
 ) -> tuple[NDArray[np.float32], Coding]:
-    """Depth along the axis, and how it was coded: lengths of rays are told by planes that are flat only so."""
+    """Return depth along the axis, and its coding. Lengths of rays are recognised by planes that are flat only as
+    such."""
     baseline, doffs = _baseline(source, options), (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
@@ -162,7 +164,7 @@ def _to_metres(
 
 
 def _drop_invalid(metres: NDArray[np.float32], valid: Any, max_pixels: float, note: Note) -> None:
-    """Sets depth to 0 where a mask or levels of confidence are 0, and where a network's confidence is far too low."""
+    """Set depth to 0 where a mask or a level of confidence is 0, and where a network's confidence is far too low."""
     mask: NDArray[Any] = read_depth(valid, note, max_pixels) if is_path(valid) else np.asarray(valid)
     mask = np.asarray(mask.max(axis=2)) if mask.ndim == 3 else mask  # a mask in colour
     name = str(valid) if is_path(valid) else "the mask"

@@ -1,4 +1,5 @@
-"""Which camera a frame gets: the caller's, the file's beside it, the photograph's lens, or a usual one."""
+"""Chooses the camera of a frame: the caller's, that of a file beside it, that of the photograph's lens, or a usual
+one."""
 
 from __future__ import annotations
 
@@ -20,9 +21,9 @@ _NAMES = 5  # folders of a path by which a data set is known
 
 
 def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """The caller's camera; what it does not say about the depth comes from the file beside the pictures.
+    """Return the caller's camera; what it does not state about the depth comes from the file beside the pictures.
 
-    If neither is there, a photograph may say what lens took it.
+    If there is neither, a photograph may state which lens took it.
     """
     return _with_coding(_said_camera(parts, options, note), parts.name, options, note)
 
@@ -57,7 +58,7 @@ def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, not
 
 
 def assumed_camera(size: Size, note: Note) -> Intrinsics:
-    """For depth of no unit, whose shape is a guess anyway: the usual lens of a phone."""
+    """Return the usual lens of a phone, for depth of no unit, whose shape is a guess anyway."""
     focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
     note(
         f"no camera is known, a field of view of {_USUAL_FOV:g} degrees across the longer side is assumed: "

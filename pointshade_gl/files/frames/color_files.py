@@ -1,4 +1,4 @@
-"""Colour pictures of every format, of 8 bits in the end; a video gives one picture for each frame."""
+"""Reads colour images of every format as 8-bit RGB; a video gives one image for each frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is in a file or a folder, and how it would be read: what `pointshade info` tells."""
+"""Examines a file or a folder: what it holds and how it is read, for `pointshade info`."""
 
 from __future__ import annotations
 

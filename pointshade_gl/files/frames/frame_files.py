@@ -1,4 +1,4 @@
-"""Files become frames: finds the pictures, the camera and the pose, reads them, and prints every guess."""
+"""Loads a frame: finds its pictures, camera and pose, reads them, and prints every guess."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What belongs to one frame before it is read, and what is known of it afterwards."""
+"""The files and options from which one frame is read, and what is known about it afterwards."""
 
 from __future__ import annotations
 

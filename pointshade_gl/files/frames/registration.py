@@ -1,4 +1,4 @@
-"""Do colour and depth show the same? Steps of the depth lie on edges of the colours, unless one is shifted."""
+"""Checks whether colour and depth are aligned: steps in depth should lie on edges in the colours."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NEAR = 2  # pixels: no shift
 
 
 def check_registration(frame: Frame, note: Note) -> None:
-    """Tells if the colours look shifted against the depth. A scene without clear edges passes."""
+    """Print a note if the colours look shifted against the depth. A scene without clear edges passes."""
     shift = find_shift(frame)
     if shift:
         x, y = (round(part * frame.depth.shape[1] / _WIDTH) for part in shift)
@@ -29,7 +29,7 @@ def check_registration(frame: Frame, note: Note) -> None:
 
 
 def find_shift(frame: Frame) -> tuple[int, int] | None:
-    """By how many reduced pixels the colours are shifted to the right and down; None if they fit, or if nothing tells.
+    """Return by how many reduced pixels the colours are shifted right and down; None if they fit or show too few edges.
 
     The cross-correlation of both pictures' edges has a clear maximum where they fit.
     """

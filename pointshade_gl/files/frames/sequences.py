@@ -1,4 +1,4 @@
-"""The frames of a folder or a file as a sequence, each read when it is asked for."""
+"""Opens the frames of a folder or a file as a sequence, each read when it is asked for."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class FrameSequence(Sequence[Frame]):
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
-        """A frame, and how its files were understood: all as the first that was read. Raises as [k] does."""
+        """Return a frame, and how its files were understood: all as the first that was read. Raises as [k] does."""
         parts = self.parts[index]
         try:
             for path in (parts.path, parts.color, parts.valid):
@@ -100,7 +100,8 @@ class FrameSequence(Sequence[Frame]):
         return read._replace(found=found)
 
     def settle(self, may_scale: bool, metric_poses: bool) -> None:
-        """Finds out how poses and camera are to be understood, from frames that see the same. Tells what it changes.
+        """Find out how poses and camera are to be understood, from frames that see the same. Prints notes on what it
+        changes.
 
         may_scale     the unit of the depth was guessed
         metric_poses  the unit of the poses is the metre; else it is anything
@@ -108,7 +109,7 @@ class FrameSequence(Sequence[Frame]):
         try:
             frames = [self.assembled(k, lambda _: None, with_color=False).frame for k in self._apart()]
         except (ValueError, OSError):
-            return  # told when they are asked for
+            return  # reported when they are asked for
         found = find_reading(frames, may_scale, metric_poses)
         if found is None:
             return
@@ -125,7 +126,7 @@ class FrameSequence(Sequence[Frame]):
             )
 
     def _apart(self) -> list[int]:
-        """The first frame, and the next ones that were taken from elsewhere."""
+        """Return the first frame, and the next ones that were taken from elsewhere."""
         found: list[int] = []
         for index, one in enumerate(self.parts[:5000]):
             last = self.parts[found[-1]].pose if found else None
@@ -137,20 +138,20 @@ class FrameSequence(Sequence[Frame]):
 
 
 def _unheard(_: str) -> None:
-    """Of a container, which may hold the colours itself, that none lie beside it is no news."""
+    """Ignore a note: a container may hold the colours itself, so it need not have any beside it."""
 
 
 def _end_video() -> None:
-    """A video is decoded by a process of its own, which ends with the sequence."""
+    """End the process that decodes a video, with the sequence."""
     from ..pictures.video import close_video  # only here
 
     close_video()
 
 
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
-    """The frames of a folder or of a file, one or many.
+    """Open the frames of a folder or of a file, one or many.
 
-    Raises OSError if there are none, ValueError for files that hold nonsense.
+    Raises OSError if there are none, ValueError for files with impossible content.
     """
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
@@ -169,7 +170,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
-    """The same of a folder."""
+    """Open the frames of a folder, likewise."""
     files = find_frames(place, note, options.max_pixels)
     if not files and (held := _open_container(place.path, note, options.max_pixels)):
         return _from_container(place, place.path, held, options, note)
@@ -229,7 +230,7 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
 def _from_container(
     place: Folder, path: Path, held: Sequence[Contents], options: ReadOptions, note: Note
 ) -> FrameSequence:
-    """The frames of one file, whose colours and camera may lie beside it."""
+    """Return the frames of one file, whose colours and camera may lie beside it."""
     first = held[0]
     cameras = find_filed(place, [], options, note) if first.intrinsics is None else Cameras(None)
     poses = [held[k].pose for k in range(len(held))] if len(held) > 1 and first.pose is not None else [None] * len(held)
@@ -252,7 +253,7 @@ def _only(path: Path | None, max_pixels: float) -> Contents:
 
 
 def _without_lost(parts: list[Parts], folder: Path, note: Note) -> list[Parts]:
-    """Without the frames whose pose was lost when they were recorded: ScanNet writes -inf."""
+    """Leave out the frames whose pose was lost when they were recorded: ScanNet writes -inf."""
     good = [one for one in parts if one.pose is None or np.isfinite(one.pose).all()]
     if not good or len(good) == len(parts):
         return parts
@@ -261,7 +262,8 @@ def _without_lost(parts: list[Parts], folder: Path, note: Note) -> list[Parts]:
 
 
 def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> Cameras:
-    """The cameras that lie in a folder. If the caller gives one, intrinsics.json may still say what the depth is."""
+    """Return the cameras that lie in a folder. If the caller gives one, intrinsics.json may still state what the depth
+    is."""
     if options.intrinsics is None and options.fov is None:
         return find_cameras(place, files, note, options.max_pixels)
     if not (place.path / "intrinsics.json").is_file():
@@ -274,7 +276,8 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
 
 
 def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
-    """One frame, and its index, that shows that camera and options are right. Raises the first frame's error else."""
+    """Return the first readable frame, and its index: it shows that camera and options are right. Else raises the first
+    frame's error."""
     for index in dict.fromkeys((0, len(sequence) // 2, len(sequence) - 1)):
         try:
             read = sequence.assembled(index)
@@ -286,5 +289,5 @@ def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
 
 
 def _naming(parts: Parts, error: Exception) -> str:
-    """The error's sentence, with the file if it does not name one."""
+    """Return the error's sentence, with the file if it does not name one."""
     return str(error) if Path(parts.name).name in str(error) else f"{parts.name}: {error}"

@@ -1,4 +1,4 @@
-"""Files that hold a recording, a model or an archive in a form that is not read here: what they are, what to do.
+"""Recognises recordings, models and archives in formats that cannot be read here, and says what to do instead.
 
 A new kind is a row of _KINDS.
 """
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class _Kind(NamedTuple):
-    """head: how its first bytes begin; None: the suffix alone tells."""
+    """A kind of file. head: how its first bytes begin; None: only the suffix shows it."""
 
     title: str
     suffixes: str
@@ -42,7 +42,8 @@ _KINDS = (
 
 
 def what_else(path: Path) -> str | None:
-    """What a file is that is not read here, and the way out, as the end of a sentence; None for any other."""
+    """Return what a file is that cannot be read here, and what to do, as the end of a sentence; None for any other
+    file."""
     suffix = path.suffix.lower().removeprefix(".")
     kind = next((kind for kind in _KINDS if re.fullmatch(kind.suffixes, suffix)), None)
     if kind is None:

@@ -1,4 +1,4 @@
-"""Scenes from glTF 2.0 and GLB files and back. What a file says in `extras` of the name "pointshade":
+"""Reads and writes scenes as glTF 2.0 and GLB files. What a file says in `extras` under the name "pointshade":
 
 node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object: a built-in frame, a folder, or a depth
         picture, relative to the glTF file. Further keys: color, depth, intrinsics, fov, depth_scale, depth_kind,

@@ -1,4 +1,4 @@
-"""Frames in the extras of a node: they lie in folders beside the file."""
+"""Reads and writes the frames that the extras of a glTF node name; they lie in folders beside the glTF file."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _write_files(frame: Frame, name: str, stage: Callable[[str], Path]) -> dict[
 
 
 def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
-    """The extras that a frame was read by, if a file in this folder can say them; else None."""
+    """Return the extras by which a frame was read, if a file in this folder can use them; else None."""
     said = _sources.get(frame)
     if said is None:
         return None

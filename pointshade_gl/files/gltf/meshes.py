@@ -1,4 +1,4 @@
-"""Meshes of glTF become ours, with their materials."""
+"""Converts glTF meshes and their materials to scene meshes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The inside of a glTF file: buffers, arrays and pictures, read only from the scene's folder and up to a limit."""
+"""Reads buffers, accessors and images of a glTF file, only from the scene's folder and up to a size limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Point objects in the extras of a node."""
+"""Reads and writes point objects, which are stored in the extras of glTF nodes."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def read_points(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) ->
 
 
 def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
-    """What a node's extras say of each frame; nothing of none. Raises ValueError."""
+    """Return what a node's extras state about each frame; nothing for none. Raises ValueError."""
     alone = {key: said[key] for key in FRAME_KEYS if key in said}
     if "frames" not in said:
         return [alone] if "frame" in said or "depth" in said else []
@@ -71,7 +71,7 @@ def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
 
 @contextmanager
 def _telling_frame(k: int, count: int) -> Iterator[None]:
-    """Errors inside name the frame, if it is one of several."""
+    """Name the frame in errors inside, if it is one of several."""
     if count == 1:
         yield
         return
@@ -80,7 +80,7 @@ def _telling_frame(k: int, count: int) -> Iterator[None]:
 
 
 def _read_once(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> Frame:
-    """The frame; the same one for the same words."""
+    """Return the frame; the same one for the same words."""
     key = json.dumps(said, sort_keys=True)
     if key not in frames:
         check_limit(len(frames) + 1, f"with it the scene has {len(frames) + 1} frames", parts.max_pixels, SCENE_FRAMES)
@@ -118,10 +118,11 @@ def write_points(
     stage: Callable[[str], Path],
     written: dict[Frame, dict[str, Any]],
 ) -> dict[str, Any]:
-    """The extras of a point object; its frames and arrays are staged as files of folders beside the scene.
+    """Return the extras of a point object; its frames and arrays are staged as files of folders beside the scene.
 
     names    of the folders, one for each frame
-    written  what was said of the frames before, so that none is written twice
+    written  the extras that were written for each frame before, so that none is written twice
+
     Raises ValueError for a frame without a point, which no reader would take.
     """
     for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):

@@ -1,4 +1,4 @@
-"""glTF becomes a scene: walks the nodes once, parents first, then builds them, children first."""
+"""Reads a glTF file as a scene: visits the nodes, parents first, then builds them, children first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Transforms of glTF nodes: a matrix in columns, or translation, rotation and scale; ours are matrices."""
+"""Converts transforms of glTF nodes: a matrix in columns, or translation, rotation and scale; ours are matrices."""
 
 from __future__ import annotations
 

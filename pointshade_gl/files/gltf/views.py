@@ -1,4 +1,5 @@
-"""Cameras and lights, from glTF and back. There both look along -z with y up; our cameras look along z with y down."""
+"""Converts cameras and lights from and to glTF, where both look along -z with y up; our cameras look along z with y
+down."""
 
 from __future__ import annotations
 

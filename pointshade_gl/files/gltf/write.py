@@ -1,4 +1,4 @@
-"""A scene becomes glTF: one glTF node for each of ours, and more below it for what one glTF node cannot hold."""
+"""Writes a scene as glTF: one glTF node for each node, and more below it for content that one cannot hold."""
 
 from __future__ import annotations
 

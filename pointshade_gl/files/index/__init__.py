@@ -1,1 +1,1 @@
-"""Which files of a folder belong together."""
+"""Finds out which files of a folder belong together."""

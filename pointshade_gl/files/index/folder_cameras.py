@@ -1,4 +1,4 @@
-"""The camera of a folder's frames: found by name, read by content, or that of a data set that is known by its form."""
+"""Finds the camera of a folder's frames: by file name and content, or as that of a recognised data set."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _PARENTS = 2  # folders above the frames' own in which their camera may lie: sce
 
 
 class Cameras:
-    """What a folder says about the camera of each of its frames.
+    """What a folder states about the camera of each of its frames.
 
     shared   the camera of all frames; None if it is unknown, or if each frame has one of its own
     missing  why there is none: the files that were looked at, in a sentence that ends an error; else ""
@@ -52,7 +52,7 @@ class Cameras:
 
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
-    """The cameras of a folder's frames. A file with another name than intrinsics.json is told.
+    """Find the cameras of a folder's frames. A note names the file, unless it is intrinsics.json.
 
     Raises ValueError for an intrinsics.json that holds none.
     """
@@ -79,7 +79,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
 
 
 def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
-    """Those that share more folders with the first frame before the others: a folder may hold several data sets."""
+    """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets."""
     if not frames:
         return list(items)
     here = frames[0].depth.parent
@@ -95,7 +95,7 @@ def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], place: F
 
 
 def _is_registered(folder: Path, frame: FrameFiles) -> bool:
-    """Whether the depth's name says that it was brought to the colour's camera."""
+    """Return whether the depth's name says that it was projected into the colour camera."""
     name = frame.depth.relative_to(folder) if frame.depth.is_relative_to(folder) else frame.depth.name
     return REGISTERED.search(str(name).lower()) is not None
 
@@ -127,7 +127,7 @@ def _in_parents(place: Folder) -> list[Item]:
 def _one_each(
     items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
-    """For each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
+    """Return for each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
     items = may_be_own(items, FRAME_CAMERAS, FRAME_SUFFIXES)
     if len(items) < 2:
         return []

@@ -1,4 +1,4 @@
-"""The poses of a folder's frames: found by name, read by content, matched by name, time, number or order."""
+"""Finds the poses of a folder's frames, and assigns them by file name, time stamp, number or order."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _by_rank(items: Sequence[Item]) -> list[Item]:
 
 
 def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
-    """A pose for each frame; None if it cannot be told which belongs to which."""
+    """Return a pose for each frame; None if it is unclear which belongs to which."""
     if found.names is not None and (poses := _by_name(path, found, frames, note)):
         return poses
     times = np.array([one.time for one in frames if one.time is not None])

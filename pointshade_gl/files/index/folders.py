@@ -1,4 +1,4 @@
-"""Which pictures of a folder belong together: the files of one frame, or of many."""
+"""Groups the files of a folder into frames: which depth and colour pictures belong together."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     """The frames of a folder in their order; none if it has no depth.
 
     Pictures are those that a list names (depth.txt and rgb.txt of TUM, associations.txt, transforms.json), else those
-    whose names say what they are (see known.py), in the folder itself before those in folders of it. Depth and colour
-    belong together by name, else by number, else by the nearest time stamp, else by order.
+    whose names say what they are (see file_name_patterns.py), in the folder itself before those in folders of it.
+    Depth and colour belong together by name, else by number, else by the nearest time stamp, else by order.
 
     Raises ValueError if none of these fits, or if a list names files elsewhere.
     """
@@ -132,12 +132,12 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
 
 
 def _above(folder: Path) -> Path:
-    """The folder that holds a folder of depth pictures, and perhaps their colours; any other folder itself."""
+    """Return the folder above a folder of depth pictures, where their colours may be; any other folder itself."""
     return folder.resolve().parent if words_of(folder.resolve().name) & DEPTH else folder
 
 
 def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
-    """The depth pictures: those that are called so, else those that cannot be anything else."""
+    """Return the depth pictures: those named so, else those that cannot be anything else."""
     allowed = [item for item in pictures if item.suffix in DEPTH_SUFFIXES and not _is_right(item, pictures)]
     for wanted in ("depth", "", "sparse depth", "shown depth"):
         found = [item for item in allowed if _depth_role(item) == wanted]
@@ -156,7 +156,7 @@ def _depth_role(item: Item) -> str:
 
 
 def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Note) -> list[Item]:
-    """The colour pictures: those that are called so, else the pictures that are left over."""
+    """Return the colour pictures: those named so, else the pictures that are left over."""
     taken = {item.path for item in depths}
     allowed = [item for item in pictures if item.path not in taken and not _is_right(item, pictures)]
     for wanted in ("color", ""):
@@ -170,7 +170,7 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
 
 
 def _is_right(item: Item, pictures: list[Item]) -> bool:
-    """Whether it is the second camera's picture, and the first one's lies beside it."""
+    """Return whether this is the second camera's picture, with the first one's beside it."""
     left = RIGHT_VIEWS.get(item.stem)
     return left is not None and any(other.stem == left for other in pictures)
 
@@ -185,12 +185,12 @@ def _deep_grey(items: list[Item]) -> list[Item]:
 
 
 def _template(item: Item) -> str:
-    """What the names of a series have in common."""
+    """Return what the file names of a series have in common."""
     return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.stem)}"
 
 
 def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
-    """Files that lie together and are named alike: of several such groups the one that fits its partners best.
+    """Return files in one folder and with similar names: of several such groups the one that fits its partners best.
 
     Of two files with the same key that differ in their suffix, the one that keeps the most is taken.
     """
@@ -233,7 +233,8 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
 
 
 def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
-    """Of files that differ in their suffix the one that keeps the most. A depth in the colours of a map is no photo."""
+    """Return, of files that differ in their suffix, the one that keeps the most. Colour-mapped depth is no
+    photograph."""
     forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
     if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
         forms = [item for item in forms if not _is_mapped(item.path)] or forms
@@ -253,7 +254,7 @@ def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], w
 
 
 def _is_mask_of(item: Item, depth: Item) -> bool:
-    """Whether a mask or a confidence is about the depth: it is called so, or it lies beside a network's depth."""
+    """Return whether a mask or a confidence is about the depth: it is named so, or it lies beside a network's depth."""
     if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
         return True
     return item.stem == "mask" and item.path.parent == depth.path.parent

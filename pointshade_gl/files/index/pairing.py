@@ -1,4 +1,4 @@
-"""Which colour picture belongs to which depth picture: by name, by number, by time stamp, by order."""
+"""Pairs depth images with colour images: by name, by number, by time stamp, or by order."""
 
 from __future__ import annotations
 

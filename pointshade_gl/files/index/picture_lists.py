@@ -1,4 +1,4 @@
-"""Lists that name the pictures of a folder: depth.txt and rgb.txt of TUM, associations.txt, transforms.json."""
+"""Reads lists of pictures in a folder: depth.txt and rgb.txt of TUM, associations.txt, transforms.json."""
 
 from __future__ import annotations
 

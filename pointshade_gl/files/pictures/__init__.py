@@ -1,1 +1,1 @@
-"""Pictures in files: PNG, JPEG, TIFF, EXR, video."""
+"""Reads and writes image files: PNG, JPEG, TIFF, EXR, video."""

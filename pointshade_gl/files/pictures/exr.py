@@ -1,4 +1,5 @@
-"""OpenEXR pictures, by the library of that name; only their header is read here, to see how large they are."""
+"""Reads and writes OpenEXR images with the library of that name; only their header is parsed here, to check their
+size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures to files and back, and normals as colours. Whatever is wrong with a file becomes one sentence."""
+"""Reads and writes images, and encodes normals as colours. Any defect of a file becomes an error of one sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the first bytes of a picture say about its values, without decoding it."""
+"""Reads from the first bytes of an image file what kind of values it holds, without decoding it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LOSSY = (".jpg", ".jpeg", ".webp", ".bmp")
 
 
 def shallowness(path: Path) -> int:
-    """How little of the depth a picture keeps: 0 for 16 bits or floats, 1 for 8 bits, 2 for colours."""
+    """Return how little of the depth a picture keeps: 0 for 16 bits or floats, 1 for 8 bits, 2 for colours."""
     if path.suffix.lower() in _LOSSY:
         return 2
     head = _head(path)

@@ -1,4 +1,4 @@
-"""Single pictures of a video, which some recorders (StrayScanner) write beside numbered depth pictures."""
+"""Reads single frames of a video, which some recorders (StrayScanner) write beside numbered depth images."""
 
 from __future__ import annotations
 

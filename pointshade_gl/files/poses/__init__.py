@@ -1,1 +1,1 @@
-"""Camera poses in files, in the words of many programs."""
+"""Reads camera poses from files of many programs."""

@@ -1,6 +1,6 @@
-"""Do the views agree? Points of one frame, carried into another by their poses, must meet the depth that is there.
+"""Finds out which pose convention a file uses: points of one frame, projected into another, must meet its depth.
 
-That tells what no file says: whether poses lead to the world or from it, whose axes they use, whether a picture is
+That shows what no file says: whether poses lead to the world or from it, whose axes they use, whether a picture is
 mirrored (a negative fy that is written nowhere), how many units a metre has. Nothing is changed unless the given
 reading fails where another one holds.
 """
@@ -29,7 +29,7 @@ _SCALES = (1 / 5, 1000 / 6553.5, 1 / 4, 1 / 10, 1000 / 256, 10.0)  # of depth ta
 
 @dataclass(frozen=True)
 class Reading:
-    """How poses and cameras are to be understood: as they are written, or in one of the other ways that people write.
+    """How poses and cameras are to be understood: as they are written, or in another convention that programs use.
 
     to_world    the pose is camera-to-world
     axes        of the camera that the pose means, one of AXES
@@ -45,7 +45,7 @@ class Reading:
     pose_scale: float = 1.0
 
     def pose(self, pose: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(4, 4) camera-to-world in OpenCV axes of a pose as it is written."""
+        """Convert a pose as it is written to (4, 4) camera-to-world in OpenCV axes."""
         pose = (pose if self.to_world else inverted(pose[None])[0]) @ AXES[self.axes]
         pose[:3, 3] *= self.pose_scale
         return pose
@@ -73,7 +73,7 @@ class Finding(NamedTuple):
 
 
 def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -> Finding | None:
-    """How the poses of a few overlapping frames are to be understood; None if they show nothing.
+    """Return how the poses of a few overlapping frames are to be understood; None if they do not show it.
 
     may_scale     the units of the depth were guessed, so that another scale may be right
     metric_poses  the unit of the poses is the metre; else it is fitted to the depth
@@ -97,7 +97,7 @@ def find_reading(frames: Sequence[Frame], may_scale: bool, metric_poses: bool) -
 
 
 def _readings(scales: Sequence[float]) -> list[Reading]:
-    """All ways to read poses and cameras, those with the fewest changes first."""
+    """Return all conventions of poses and cameras, those with the fewest changes first."""
     return [
         Reading(to_world, axes, mirrored, scale)
         for scale in scales
@@ -108,7 +108,8 @@ def _readings(scales: Sequence[float]) -> list[Reading]:
 
 
 def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
-    """The reading, with a factor on the places of the poses, that brings the views together best; and what is left."""
+    """Return the reading, with a factor on the positions of the poses, under which the views agree best; and their
+    error."""
     readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
     step = 1.25
     for smaller, larger in ((37, 18), (6, 6), (6, 6), (6, 6)):  # 1/3850 (millimetres) to 55 times, then finer and finer
@@ -121,7 +122,7 @@ def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Readin
 
 
 def _moved(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
-    """Whether two poses differ enough to tell one reading from another."""
+    """Return whether two poses differ enough to distinguish one reading from another."""
     return bool(np.isfinite(a).all() and np.isfinite(b).all() and abs(a - b).max() > 0.01)
 
 
@@ -130,7 +131,8 @@ def _error(pairs: Sequence[tuple[Frame, Frame]], reading: Reading) -> float:
 
 
 def _error_of(a: Frame, b: Frame, reading: Reading) -> float:
-    """The median difference of the depths where both see the same, as a share of the depth; 1 without overlap."""
+    """Return the median difference of the depths where both see the same, as a share of the depth; 1 without
+    overlap."""
     step = max(1, int((a.depth.size / _POINTS) ** 0.5))
     v, u = np.mgrid[0 : a.depth.shape[0] : step, 0 : a.depth.shape[1] : step]
     z = a.depth[::step, ::step] * reading.scale

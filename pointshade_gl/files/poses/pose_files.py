@@ -1,8 +1,8 @@
-"""Poses out of a file, whatever its form: quaternions, matrices, JSON, COLMAP. The content decides.
+"""Reads camera poses from a file of any form: quaternions, matrices, JSON, COLMAP. The content decides which it is.
 
-A new form is a reader in `read_poses`; names that say what a matrix is are in pose_words.py. Each gives
+A new form is a reader in `read_poses`; names that say what a matrix is are in pose_key_names.py. Each gives
 poses camera-to-world in OpenCV axes as the form defines them; what a file means in truth is checked against the depth
-(agreement.py).
+(pose_convention.py).
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _are_turns(rows: NDArray[np.float64]) -> bool:
 def _from_seven(rows: NDArray[np.float64]) -> PoseList:
     """x y z qx qy qz qw; or qw qx qy qz x y z (Washington); or t, a turn about an axis, x y z (ARKit: world-to-camera).
 
-    The numbers of a turn have length 1, which tells the first two.
+    The numbers of a turn have length 1, which tells the first two apart.
     """
     with np.errstate(all="ignore"):
         last, first = (np.median(abs(np.linalg.norm(part, axis=1) - 1)) for part in (rows[:, 3:], rows[:, :4]))

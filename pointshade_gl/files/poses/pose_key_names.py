@@ -1,4 +1,5 @@
-"""Poses whose names say what they are: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in texts.
+"""Reads poses by the names of their numbers: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in
+texts.
 
 A new word is a row of _POSE_WORDS, a form of its own a reader in `from_json`.
 """
@@ -17,7 +18,7 @@ from ..arrays.named_numbers import Named, named_of, read_named
 from ..cameras.camera_key_names import word
 from ..cameras.transforms_json import read_transforms
 
-_IN_LIST = re.compile(r"\.\d+\.")  # one of several things, such as the objects that a camera sees
+_IN_LIST = re.compile(r"\.\d+\.")  # one of several values, such as the objects that a camera sees
 _POSE_WORDS = {  # whether it leads to the world, and whether its camera has OpenGL's axes
     "cameraposearframe": (True, True),
     "alignedpose": (True, False),
@@ -136,7 +137,7 @@ def _from_named_matrices(data: Any) -> PoseList | None:
 
 
 def from_words(named: Named) -> PoseList | None:
-    """One matrix among other things of a frame, by a name that says what it is; the first of the table wins."""
+    """Read one matrix among other values of a frame, by a name that says what it is; the first of the table wins."""
     own = {name: numbers for name, numbers in named.items() if len(numbers) in (12, 16)}
     own = {name: numbers for name, numbers in own.items() if not _IN_LIST.search(name)} or own
     numbers = {word(name): numbers for name, numbers in reversed(own.items())}
@@ -149,6 +150,6 @@ def from_words(named: Named) -> PoseList | None:
 
 
 def _by_rows(poses: Matrices) -> Matrices:
-    """Matrices whose place stands in the last row, as programs write them that multiply from the left, turned."""
+    """Transpose matrices whose translation is in the last row, as programs write them that multiply from the left."""
     is_turned = (poses[:, :3, 3] == 0).all() and bool(poses[:, 3, :3].any())
     return poses.transpose(0, 2, 1) if is_turned else poses

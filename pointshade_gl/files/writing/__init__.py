@@ -1,1 +1,1 @@
-"""Writing films, depth, normals and point clouds."""
+"""Writes films, depth, normals and point clouds."""

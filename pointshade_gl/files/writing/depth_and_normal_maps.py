@@ -1,4 +1,4 @@
-"""Maps to files: depth and normals, whose pixels are numbers."""
+"""Writes depth maps and normal maps, whose pixels are numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many pictures become a film: .mp4 for players, .gif for web pages."""
+"""Writes a film from a series of pictures: .mp4 for players, .gif for web pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Point clouds to .ply files, written by the library plyfile."""
+"""Writes point clouds as .ply files, with the library plyfile."""
 
 from __future__ import annotations
 

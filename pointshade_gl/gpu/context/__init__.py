@@ -1,1 +1,1 @@
-"""The OpenGL context: ours or the caller's, with its state and its driver."""
+"""OpenGL contexts, our own or the caller's: how they are made, their state, and their driver."""

@@ -1,4 +1,4 @@
-"""OpenGL contexts: made off screen, checked, and tied to the thread and process that made them."""
+"""Opens an off-screen OpenGL context or wraps the caller's, and checks that only its own thread and process use it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _first_process: int | None = None  # that used OpenGL; its forks have none of th
 
 
 class Context:
-    """A moderngl context with its owner noted: who made it releases it, and only there it may be used.
+    """A moderngl context and its owner: whoever made it releases it, and it is used only in that thread and process.
 
     context  a moderngl.Context of the caller's (a window's, say), or None to make one off screen
     device   which GPU, counted by EGL; Linux only
@@ -63,7 +63,7 @@ class Context:
 
     @property
     def renderer(self) -> str:
-        """The driver's name for what draws."""
+        """Return the driver's name for the renderer."""
         return str(self.info["GL_RENDERER"])
 
     @property
@@ -71,7 +71,7 @@ class Context:
         return is_software(self.renderer)
 
     def limits(self) -> dict[str, Any]:
-        """What `pointshade info` tells."""
+        """Return the limits that `pointshade info` lists."""
         info = self.info
         return {
             "vendor": info["GL_VENDOR"],
@@ -83,7 +83,7 @@ class Context:
 
     @contextmanager
     def in_use(self) -> Iterator[None]:
-        """The context is current inside, in GL's default state; afterwards all is as the caller left it.
+        """Make the context current inside, in GL's default state; afterwards restore what the caller had.
 
         Raises ContextError where it cannot be used.
         """
@@ -100,7 +100,7 @@ class Context:
 
     @contextmanager
     def _made_current(self) -> Iterator[None]:
-        """The context is current inside; afterwards the one that was before."""
+        """Make the context current inside; afterwards the previous one."""
         if self._identity is not None and self._identity == current_context():
             yield
             return
@@ -111,7 +111,7 @@ class Context:
 
     @contextmanager
     def _set_aside(self) -> Iterator[None]:
-        """GL's default state inside; a caller's is restored."""
+        """Set GL's default state inside; restore a caller's afterwards."""
         if self._callers is not None:
             with self._callers.set_aside():
                 yield
@@ -128,16 +128,16 @@ class Context:
 
     @property
     def is_gone(self) -> bool:
-        """Whether its owner has released the moderngl context itself."""
+        """Return whether its owner has released the moderngl context itself."""
         return isinstance(self.gl.mglo, moderngl.InvalidObject)
 
     @property
     def is_here(self) -> bool:
-        """Whether this is the thread and the process that made it."""
+        """Return whether this is the thread and the process that made it."""
         return (os.getpid(), threading.get_ident()) == (self._process, self._thread)
 
     def check(self) -> None:
-        """Raises ContextError where it cannot be used: there GL would draw rubbish, or nothing."""
+        """Raise ContextError where the context cannot be used: GL would draw garbage there, or nothing."""
         if os.getpid() != self._process:
             raise ContextError(f"this Renderer was made before a fork: {SPAWN}, and make a new one in each")
         if not self.is_here:
@@ -148,7 +148,7 @@ class Context:
             raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
 
     def release(self) -> None:
-        """Frees the context if it is ours. Afterwards it cannot be used."""
+        """Free the context if it is ours. Afterwards it cannot be used."""
         if not self._is_released and self.owned:
             self.gl.release()
         self._is_released = True
@@ -160,17 +160,17 @@ def _note_process() -> None:
 
 
 def _refuse_fork() -> None:
-    """Raises ContextError where a driver would wait for threads that a fork has left behind."""
+    """Raise ContextError where a driver would wait for threads that a fork has left behind."""
     if _first_process not in (None, os.getpid()):
         raise ContextError(f"OpenGL was used before a fork, and hangs after it: {SPAWN}")
 
 
 def _keep_freed_memory() -> None:
-    """Asks glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
+    """Ask glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
 
-    A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that
-    memory costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each
-    mapped anew beyond 128 kB, another 1000, a tenth of it.
+    A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that memory
+    costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each mapped
+    anew beyond 128 kB, another 1000, a tenth of it.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform.startswith("linux") else None
     if mallopt is not None:  # glibc has it, musl has not
@@ -179,7 +179,7 @@ def _keep_freed_memory() -> None:
 
 
 def _is_there(library: str) -> bool:
-    """Whether the loader finds it: quicker than find_library, which asks another process."""
+    """Return whether the loader finds a library: quicker than find_library, which asks another process."""
     try:
         ctypes.CDLL(library)
     except OSError:
@@ -188,7 +188,8 @@ def _is_there(library: str) -> bool:
 
 
 def _open_egl(device: int, libgl: str) -> Any:
-    """A context of EGL for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first picture."""
+    """Return an EGL context for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first
+    picture."""
     egl: Any = import_module("glcontext.egl")
     return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
 

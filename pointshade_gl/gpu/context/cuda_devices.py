@@ -1,4 +1,4 @@
-"""Which EGL device is a GPU that CUDA names: EGL counts devices in an order of its own, and counts software, too."""
+"""Finds the EGL device of a GPU that CUDA names: EGL counts devices in its own order, software renderers included."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _MOST_DEVICES = 64
 
 
 def egl_device(gpu: int | str, visible: str) -> int:
-    """The EGL device of a GPU.
+    """Return the number of the EGL device that is this GPU.
 
     gpu      as Ray and CUDA_VISIBLE_DEVICES name it: a number, or a text such as "GPU-8932f937"
     visible  what CUDA_VISIBLE_DEVICES holds in this process; "" where it is not set
@@ -19,10 +19,11 @@ def egl_device(gpu: int | str, visible: str) -> int:
 
 
 def matching(numbers: Sequence[int | None], gpu: str, visible: Sequence[str]) -> int:
-    """The place of a GPU among EGL devices, from the numbers that their driver gives them; None is none.
+    """Return the place of a GPU among EGL devices, from the numbers that their driver gives them, None where it gives
+    none.
 
     A driver counts within CUDA_VISIBLE_DEVICES. Some old ones do not: they give numbers beyond it, or one number twice;
-    then the GPU's own number counts. Without an answer EGL's order must do, and the first device where it ends.
+    then the GPU's own number counts. Without an answer EGL's order is used, and the first device beyond its end.
     """
     given = [number for number in numbers if number is not None]
     is_within = gpu in visible and max(given, default=0) < len(visible) and given.count(visible.index(gpu)) == 1
@@ -33,7 +34,7 @@ def matching(numbers: Sequence[int | None], gpu: str, visible: Sequence[str]) ->
 
 
 def _cuda_numbers() -> list[int | None]:
-    """The number in CUDA of each EGL device, in EGL's order; None for one that has none."""
+    """Return the CUDA number of each EGL device, in EGL's order; None for one that has none."""
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     list_devices = egl.eglGetProcAddress(b"eglQueryDevicesEXT")

@@ -1,4 +1,4 @@
-"""Which OpenGL context is current in this thread: noted before one of ours is, and made current again afterwards.
+"""Remembers which OpenGL context is current in this thread, and makes it current again after ours was used.
 
 Only for Linux. There moderngl leaves none current after it has used one of EGL; and while GLX holds one current, EGL
 cannot, but does not say so. Elsewhere moderngl itself restores what was current.
@@ -17,7 +17,7 @@ import moderngl
 
 
 class WindowSystem:
-    """EGL or GLX. What it holds current are a display, surfaces to draw into and to read from, and a context.
+    """EGL or GLX, and what it makes current: a display, surfaces to draw into and to read from, and a context.
 
     loader  the module of moderngl's loaders for it
     """
@@ -37,15 +37,15 @@ class WindowSystem:
         self._make_current.argtypes = [ctypes.c_void_p] * 4
 
     def held(self) -> list[int | None]:
-        """What `hold` takes."""
+        """Return what is current, as `hold` takes it."""
         return [ask() for ask in self._questions]
 
     def hold(self, held: list[int | None]) -> None:
-        """Makes a context current."""
+        """Make a context current."""
         self._make_current(*held)
 
     def let_go(self) -> None:
-        """Leaves none current."""
+        """Leave no context current."""
         self._make_current(self._questions[0](), None, None, None)
 
 
@@ -57,7 +57,7 @@ KINDS: tuple[tuple[Any, ...], ...] = (
 
 @cache
 def window_systems() -> dict[str, WindowSystem]:
-    """Those of this machine, by the names of moderngl's loaders."""
+    """Return the window systems of this machine, by the names of moderngl's loaders."""
     found = {}
     for kind in KINDS if sys.platform.startswith("linux") else ():
         try:
@@ -68,7 +68,7 @@ def window_systems() -> dict[str, WindowSystem]:
 
 
 def current_context() -> tuple[str, int] | None:
-    """The name of the window system, and the context that it holds current; None where neither does."""
+    """Return the name of the window system and the context that is current in it; None where neither has one."""
     for name, system in window_systems().items():
         if context := system.context():
             return name, context
@@ -76,13 +76,13 @@ def current_context() -> tuple[str, int] | None:
 
 
 def loader_of(context: moderngl.Context) -> str:
-    """The name of the window system that moderngl makes this context current by; '' if another does."""
+    """Return the name of the window system in which moderngl makes this context current; '' for any other."""
     return type(context.mglo._context).__module__  # type: ignore[attr-defined]
 
 
 @contextmanager
 def kept(loader: str | None) -> Iterator[None]:
-    """What is current is so again afterwards; inside, contexts of this window system, or any, can be made current."""
+    """Restore what is current at the end; inside, contexts of this window system, or any, can be made current."""
     systems = window_systems()
     before = {name: system.held() for name, system in systems.items() if system.context()}
     for name in before:

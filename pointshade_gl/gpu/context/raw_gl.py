@@ -1,4 +1,4 @@
-"""OpenGL's own functions, for what moderngl does not offer: state, asked for and set."""
+"""Calls OpenGL functions that moderngl does not offer: reading and setting state."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FUNCTIONS = {  # what each returns, then what it takes
 
 
 class GL:
-    """The functions of a context, by their names without gl."""
+    """The functions of a context, by their names without the prefix gl."""
 
     def __init__(self, context: moderngl.Context):
         loader: Any = context.mglo._context  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""The OpenGL state of a caller's context: set aside for our passes, and put back as it was.
+"""Saves the OpenGL state of a caller's context before our passes run, and restores it afterwards.
 
 It is read and set by GL itself, because others than moderngl may have set it (PyOpenGL, imgui). Our passes rely on GL's
 defaults. Not covered: queries, conditional rendering and transform feedback in progress, and arrays of viewports.
@@ -21,7 +21,7 @@ AGAIN = {0x0500: ("Enable", 0), 0x0501: ("Viewport", 0, 0, -1, -1), 0x0502: ("Bi
 
 
 class CallersState:
-    """The state of a context that is not ours alone."""
+    """The OpenGL state of a context that the caller also uses."""
 
     def __init__(self, context: moderngl.Context):
         self._context: Any = context
@@ -30,7 +30,7 @@ class CallersState:
 
     @contextmanager
     def set_aside(self) -> Iterator[None]:
-        """GL's defaults inside; afterwards all is as it was, also the errors that GL has noted."""
+        """Set GL's defaults inside; restore everything afterwards, including the errors that GL has noted."""
         context, errors = self._context, self._take_errors()
         known_to_moderngl = context.fbo, context.mglo.fbo, context.default_texture_unit
         taken = [part.take() for part in self._parts]
@@ -44,14 +44,14 @@ class CallersState:
             self._note_again(errors)
 
     def _take_errors(self) -> list[int]:
-        """Those that GL noted before, so that none is taken for ours."""
+        """Return the errors that GL noted before, so that none is taken for ours."""
         errors = []
         while (error := self._gl.GetError()) and error not in errors:  # a lost context says so for ever
             errors.append(error)
         return errors
 
     def _note_again(self, errors: list[int]) -> None:
-        """The caller finds their errors where they were. Those that no call can repeat become a warning."""
+        """Let GL note the caller's errors again. Those that no call can repeat become a warning."""
         for error in errors:
             if error in AGAIN:
                 name, *arguments = AGAIN[error]
@@ -62,7 +62,8 @@ class CallersState:
 
 @contextmanager
 def enabled(context: moderngl.Context, *switches: int) -> Iterator[None]:
-    """Switches of GL on inside and off afterwards; what moderngl has noted of the caller's switches stays."""
+    """Enable switches of GL inside and disable them afterwards; what moderngl has noted of the caller's switches
+    stays."""
     for switch in switches:
         context.enable_direct(switch)
     try:

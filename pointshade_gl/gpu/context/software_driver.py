@@ -1,4 +1,4 @@
-"""Programs for software drivers: the same shaders, in words for which these make faster code.
+"""Rewrites shaders so that software drivers run them faster; the values are the same, bit for bit.
 
 llvmpipe (Mesa) compiles shaders for eight pixels at a time. A uniform of a fragment shader it gathers pixel by pixel,
 but not a flat input; a sampler is a function call, but not an image whose format is known. The values are the same, bit
@@ -52,12 +52,13 @@ _TEXEL = re.compile(rf"texelFetch\(({_NAMES}),")
 
 
 def is_software(renderer: str) -> bool:
-    """Whether this is a driver's name that draws on the CPU."""
+    """Return whether this is the name of a driver that draws on the CPU."""
     return any(name in renderer.lower() for name in SOFTWARE)
 
 
 def wants_software(context: moderngl.Context) -> bool:
-    """Whether programs are built for a software driver. POINTSHADE_PROGRAMS=software or =hardware says it otherwise."""
+    """Return whether programs are built for a software driver. POINTSHADE_PROGRAMS=software or =hardware overrides
+    it."""
     told = os.environ.get("POINTSHADE_PROGRAMS")
     return told == "software" if told else is_software(context.info["GL_RENDERER"])
 
@@ -67,7 +68,8 @@ def reads_images(context: moderngl.Context) -> bool:
 
 
 def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
-    """The shaders of a full-screen pass, where the vertex shader hands on the uniforms of the fragment shader.
+    """Return the shaders of a full-screen pass with the fragment shader's uniforms as flat inputs from the vertex
+    shader.
 
     Also returns the lines that go before the fragment shader.
     """
@@ -80,7 +82,8 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
 
 
 def by_images(text: str) -> tuple[str, list[str]]:
-    """A shader that reads the pictures IMAGES as images, and the lines that go before it: none if it reads no such."""
+    """Return a shader that reads the textures IMAGES as images, and the lines that go before it; none if it reads
+    none."""
     images = {
         f"uniform sampler2D {name};": f"layout({kind}) uniform readonly image2D {name};"
         for name, kind in IMAGES.items()

@@ -1,4 +1,4 @@
-"""The parts of OpenGL's state that our passes depend on or change: how each is read, set and restored."""
+"""The parts of the OpenGL state that our passes depend on or change: how each is read, set and restored."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Part(NamedTuple):
 
 
 def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
-    """The parts that a context has."""
+    """Return the parts that a context has."""
     is_430, has_clip_control = context.version_code >= 430, "GL_ARB_clip_control" in context.extensions
     parts = [
         switches(gl, [*SWITCHES.values(), *[PRIMITIVE_RESTART_FIXED_INDEX] * is_430]),
@@ -77,7 +77,7 @@ def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
 
 
 def asking(gl: GL, *names: int) -> Callable[[], list[int]]:
-    """A function that asks for numbers by their names."""
+    """Return a function that asks for numbers by their names."""
     get, answers = gl.GetIntegerv, (ctypes.c_int * (len(names) + 3))()  # some drivers give more than one
     questions = [(name, ctypes.byref(answers, 4 * k)) for k, name in enumerate(names)]
 
@@ -129,7 +129,7 @@ def scissor_test(gl: GL) -> Part:
 
 
 def setting(gl: GL, table: tuple[tuple[Any, ...], ...]) -> Callable[[list[int]], None]:
-    """A function that sets the numbers of a table."""
+    """Return a function that sets the numbers of a table."""
     setters = [partial(getattr(gl, setter), *on) for _, setter, *on in table]
 
     def write(values: list[int]) -> None:

@@ -1,4 +1,4 @@
-"""Blending that adds: each draw is added to what the target holds."""
+"""Switches additive blending on: each draw adds to what the render target holds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ BUFFERS = 2  # colours of a target that are added to
 
 
 class AdditiveBlend:
-    """A caller's own factors and equations are restored, which no other pass of ours uses."""
+    """Additive blending, and the caller's own blend factors and equations restored afterwards: no other pass changes
+    them."""
 
     def __init__(self, context: moderngl.Context):
         self._context, self._gl = context, GL(context)
@@ -25,7 +26,7 @@ class AdditiveBlend:
 
     @contextmanager
     def on(self) -> Iterator[None]:
-        """Inside, draws add."""
+        """Add draws to their target inside the context."""
         before = [[self._asked(name, k) for name in (*FACTORS, *EQUATIONS)] for k in range(BUFFERS)]
         for k in range(BUFFERS):
             self._set(k, [ONE] * 4 + [ADD] * 2)

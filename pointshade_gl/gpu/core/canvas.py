@@ -1,4 +1,4 @@
-"""What the last pass of a picture draws on: the picture itself, or the sum of its samples."""
+"""The render target of the light pass: the picture itself, or the sum of its antialiasing samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .images import Box, confine, empty
 
 
 class Canvas(NamedTuple):
-    """Where light is drawn to, in a window of it."""
+    """The image that receives the light of a picture."""
 
     image: moderngl.Framebuffer
     adding: AdditiveBlend | None = (
@@ -26,7 +26,7 @@ class Canvas(NamedTuple):
 
     @contextmanager
     def opened(self, window: Box) -> Iterator[moderngl.Framebuffer]:
-        """Inside, a pass may draw on the image."""
+        """Let a pass draw on this window of the image inside the context."""
         if self.adding is None:
             empty(self.image, window)
             yield self.image

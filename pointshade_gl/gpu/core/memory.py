@@ -1,4 +1,4 @@
-"""Memory of the GPU: each allocation is checked, and what is only half made is freed."""
+"""Allocates GPU memory: raises MemoryError where it runs out, and frees what was made before a failure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_MEMORY = "the GPU has no memory left for these pictures: scale them down, or 
 
 
 class Owner:
-    """Frees what it has made on the GPU, in reverse order."""
+    """Owns what it has made on the GPU, and frees it in reverse order."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
@@ -25,7 +25,8 @@ class Owner:
             self._made.pop().release()
 
     def _allocate(self, make: Callable[_P, _Item], *args: _P.args, **options: _P.kwargs) -> _Item:
-        """make(...), a texture or buffer, framebuffer or vertex array. Raises MemoryError where it does not fit."""
+        """Return make(...), a texture or buffer, framebuffer or vertex array. Raises MemoryError where it does not
+        fit."""
         return self._keep(allocate(self._context, make, *args, **options))
 
     def _keep(self, item: _Item) -> _Item:
@@ -47,7 +48,7 @@ class Owner:
 
 
 def allocate(context: moderngl.Context, make: Callable[_P, _Item], *args: _P.args, **options: _P.kwargs) -> _Item:
-    """make(...), something on the GPU. Raises MemoryError where it does not fit."""
+    """Return make(...), something on the GPU. Raises MemoryError where it does not fit."""
     try:
         item: Any = make(*args, **options)
     except moderngl.Error as error:

@@ -1,4 +1,4 @@
-"""One full-screen pass: textures in, a framebuffer out."""
+"""Full-screen passes: a fragment shader that reads textures and fills a framebuffer."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class FullscreenPass(Owner):
             self._array = self._allocate(context.vertex_array, program, [])
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
-        """textures by the names of their samplers; they may also stand among the uniforms."""
+        """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
         inputs = textures | uniforms
         bind_textures(self._program, inputs)
         set_uniforms(self._program, **inputs)
@@ -39,7 +39,8 @@ class FullscreenPasses(Owner):
         self._passes: dict[Any, FullscreenPass] = {}
 
     def get(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
-        """look_up: of a shader that finds splats, whether the compute rasteriser left them (OpenGL 4.3)."""
+        """Return a pass. look_up: of a shader that finds splats, whether the compute rasteriser drew them (OpenGL
+        4.3)."""
         constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
         key = fragment, *constants.items()
         if key not in self._passes:
@@ -49,7 +50,7 @@ class FullscreenPasses(Owner):
 
 
 def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
-    """Binds every texture among the inputs and puts the number of its unit in its place."""
+    """Bind every texture among the inputs and put the number of its unit in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
     assert len(names) <= UNITS, "more textures than a caller's state is kept for"
     for unit, name in enumerate(names):
@@ -60,7 +61,7 @@ def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: di
 def bind_texture(
     program: moderngl.Program | moderngl.ComputeShader, name: str, texture: moderngl.Texture, unit: int
 ) -> None:
-    """Binds a texture as the program reads it: as a sampler, or as an image."""
+    """Bind a texture as the program reads it: as a sampler, or as an image."""
     if program[name].gl_type == IMAGE_2D:  # type: ignore[union-attr]
         is_as_said = texture.dtype == "f4" and texture.components == len(IMAGES[name]) - len("32f")
         assert is_as_said, f"{name} must be {IMAGES[name]}: software drivers read it as an image"
@@ -70,7 +71,7 @@ def bind_texture(
 
 
 def data_texture(context: moderngl.Context, width: int, height: int, components: int) -> moderngl.Texture:
-    """A float32 texture that is read texel by texel. Raises MemoryError where it does not fit."""
+    """Return a float32 texture that is read texel by texel. Raises MemoryError where it does not fit."""
     texture = allocate(context, context.texture, (width, height), components, dtype="f4")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture

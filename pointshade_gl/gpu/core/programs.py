@@ -1,4 +1,5 @@
-"""Shader files -> programs: splices includes, and translates the driver's line numbers back to files."""
+"""Builds programs from shader files: splices includes, and maps line numbers in the driver's errors back to the
+files."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ _DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:err
 
 @cache
 def shader_folder() -> Path:
-    """The folder of the shaders: inside the installed package, or beside it in a checkout."""
+    """Return the folder of the shaders: inside the installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parents[2]
     for folder in (package / "shaders", package.parent / "shaders"):
         if folder.is_dir():
@@ -30,7 +31,7 @@ def shader_folder() -> Path:
 
 
 def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, int]]]:
-    """The text of a shader with its includes in place, and for each line of it (file, line)."""
+    """Return the text of a shader with its includes in place, and for each line of it (file, line)."""
     folder = folder or shader_folder()
     lines: list[str] = []
     origin: list[tuple[str, int]] = []
@@ -57,7 +58,7 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
 def _begin(
     name: str, spliced: tuple[str, list[tuple[str, int]]], lines: list[str], version: int = 0
 ) -> tuple[str, list[tuple[str, int]]]:
-    """The shader with more lines after its first one, which is its #version, or that of another version."""
+    """Insert more lines after the shader's first one, which is its #version, or set another version."""
     (first, rest), origin = spliced[0].split("\n", 1), spliced[1]
     first = f"#version {version} core" if version else first
     return "\n".join([first, *lines, rest]), [origin[0], *[(name, 1)] * len(lines), *origin[1:]]
@@ -71,7 +72,7 @@ def build_program(
     version: int = 330,
     **constants: int,
 ) -> moderngl.Program:
-    """A program from two shader files; `constants` are defined in both. For software drivers see software.py.
+    """A program from two shader files; `constants` are defined in both. For software drivers see software_driver.py.
 
     version  of GLSL for the fragment shader; what needs more than 330 is a constant's part
 
@@ -113,7 +114,7 @@ def build_compute(context: moderngl.Context, name: str, **constants: int) -> mod
 
 
 def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
-    """The driver's complaints with the lines they mean, `common/phong.glsl:3: error: ...`; '' if none is found."""
+    """Return the driver's complaints with lines of files, `common/phong.glsl:3: error: ...`; '' if none is found."""
     found = []
     for match in _DRIVER_LINE.finditer(log):
         number = int(match[1])
@@ -124,7 +125,7 @@ def translate_log(log: str, origin: list[tuple[str, int]]) -> str:
 
 
 def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: Any) -> None:
-    """Sets uniforms by name. A name that the program does not have raises KeyError."""
+    """Set uniforms by name. A name that the program does not have raises KeyError."""
     for name, value in values.items():
         uniform = program[name]
         if isinstance(value, bytes):
@@ -134,5 +135,5 @@ def set_uniforms(program: moderngl.Program | moderngl.ComputeShader, **values: A
 
 
 def source_and_target(source: Camera, target: Camera, view: np.ndarray) -> dict[str, Any]:
-    """The uniforms of every warp; view (4, 4) takes source axes to target axes."""
+    """Return the uniforms of every warp; view (4, 4) takes source axes to target axes."""
     return {"source": source.intrinsics, "target": target.intrinsics, "view": view.T.astype("f4").tobytes()}

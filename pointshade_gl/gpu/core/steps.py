@@ -1,4 +1,4 @@
-"""The steps of the pipeline: each runs only when what it reads has changed; counted, and timed on demand."""
+"""Runs the steps of the pipeline only when their inputs have changed; counts them, and times them on demand."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Versioned:
 
 
 class Lap(NamedTuple):
-    """Milliseconds of one run: until the GPU had finished, and by its own timer (None where there is none)."""
+    """Milliseconds of one run: until the GPU had finished, and on the GPU's own timer (None where it has none)."""
 
     wall_ms: float
     gpu_ms: float | None
@@ -52,7 +52,7 @@ class Steps:
         self.timed = False
 
     def run(self, name: str, work: Callable[..., _Result], *arguments: Any, of: Any = None) -> _Result:
-        """The result of work(*arguments), or that of its last run if no argument has changed since.
+        """Return work(*arguments), or the result of its last run if no argument has changed since.
 
         of  what the step is run on, when there are several: each has its own last run
         """
@@ -64,21 +64,22 @@ class Steps:
         return before[1]
 
     def is_new(self, name: str, *arguments: Any, of: Any = None) -> bool:
-        """Whether a step would run; from now on it counts as done with these arguments. For parts of a step's work."""
+        """Return whether a step would run; from now on it counts as done with these arguments. For parts of a step's
+        work."""
         before, now = self._done.pop((name, of), None), _state(arguments)
         self._done[name, of] = _kept(now), None
         return before is None or not _same(before[0], now)
 
     def always(self, name: str, work: Callable[..., _Result], *arguments: Any) -> _Result:
-        """The result of work(*arguments), counted and timed, for a step that has nothing to compare."""
+        """Return work(*arguments), counted and timed, for a step that has nothing to compare."""
         result = self._time(name, work, arguments) if self.timed else work(*arguments)
         self.counts[name] += 1
         return result
 
     def forget(self, name: str | None = None, of: Any = None) -> None:
-        """The step of that name, or every one, runs again.
+        """Make the step of that name, or every one, run again.
 
-        of  only those on this thing, or that have read it; or on one of several, in a list
+        of  only those on this object, or that have read it; or on one of several, in a list
         """
         things = None if of is None else set(map(id, of if isinstance(of, list) else [of]))
         for key, (state, _) in list(self._done.items()):
@@ -86,7 +87,8 @@ class Steps:
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
-        """Of a step inside another one only the wall time: the GPU's timer runs already."""
+        """Run a step and time it. For a step inside another one only the wall time: the GPU's timer is already
+        running."""
         query = None if self._is_timing else self._query or self._context.query(time=True)
         self._context.finish()
         start = time.perf_counter()
@@ -104,14 +106,14 @@ class Steps:
 
 
 def _state(value: Any) -> Any:
-    """A value as it is compared: tuples and lists part by part, images with their version."""
+    """Return a value in the form in which it is compared: tuples and lists part by part, images with their version."""
     if isinstance(value, tuple | list):
         return tuple(map(_state, value))
     return (value, value.version) if isinstance(value, Versioned) else value
 
 
 def _mentions(state: Any, things: set[int]) -> bool:
-    """Whether one of these things, by their ids, is among the arguments of a step or in tuples of them."""
+    """Return whether one of these objects, by their ids, is among the arguments of a step or in tuples of them."""
     return id(state) in things or (isinstance(state, tuple) and any(_mentions(part, things) for part in state))
 
 
@@ -126,7 +128,7 @@ def _same(before: Any, now: Any) -> bool:
 
 
 def _kept(state: Any) -> Any:
-    """The state with copies of its arrays, unless nobody can write into them afterwards."""
+    """Return the state with copies of its arrays, unless nobody can write into them afterwards."""
     if isinstance(state, tuple):
         return tuple(map(_kept, state))
     is_open = isinstance(state, np.ndarray) and (state.flags.writeable or state.base is not None)

@@ -1,4 +1,4 @@
-"""How far the meshes between the pixels of frames are in a view: by a compute shader where there is one, else drawn."""
+"""Rasterises the depth of the triangle mesh between a frame's pixels, by a compute shader where there is one."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # on a list, and whe
 
 
 class Grid(NamedTuple):
-    """Where the points of an object are, and which belong together: all that its shadow depends on."""
+    """Where the points of an object are, and which are connected: everything that its shadow depends on."""
 
     surface: PointSurface
     source: Camera  # that took the frame
@@ -35,7 +35,7 @@ class Grid(NamedTuple):
     max_step: Step
 
     def way(self, eye: Eye) -> dict[str, Any]:
-        """The uniforms of the warp."""
+        """Return the uniforms that project the grid into a view."""
         return source_and_target(self.source, eye.camera, carried(self, eye))
 
     def maps(self) -> dict[str, Any]:
@@ -43,13 +43,13 @@ class Grid(NamedTuple):
 
     @property
     def squares_in_blocks(self) -> Box:
-        """The same in `planes`, whose first ones lie before the frame, from an even column and row on."""
+        """Return the same in `planes`, which begin before the frame, at an even column and row."""
         left, top, width, height = self.surface.window
         return left // 2 * 2, top // 2 * 2, width + 1 + left % 2, height + 1 + top % 2
 
     @property
     def squares(self) -> Box:
-        """First column and row, columns and rows of the squares that have corners among the points."""
+        """Return first column and row, columns and rows of the squares that have corners among the points."""
         left, top, width, height = self.surface.window
         return left - 1, top - 1, width + 1, height + 1
 
@@ -60,7 +60,7 @@ def _set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict
 
 
 class ComputedDepths(Owner):
-    """Notes 1/z of all that a mesh covers: squares on planes, then other squares, then the rims that it ends at."""
+    """Rasterises 1/z of a mesh: squares that lie on planes, then other squares, then the rims at its border."""
 
     def __init__(self, context: moderngl.Context, is_software: bool):
         super().__init__(context)
@@ -72,7 +72,7 @@ class ComputedDepths(Owner):
             self._window = self._allocate(context.buffer, reserve=NOTHING_YET.nbytes)
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
-        """Fills `nearest` of an image of the view."""
+        """Fill `nearest` of an image of the view."""
         self._clear(image)
         squares, odd, rims = self._steps
         odd_list, rim_list = self._empty_lists(grid.surface.size)
@@ -89,13 +89,13 @@ class ComputedDepths(Owner):
         image.raise_version()
 
     def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:
-        """Draws what a step before has put on a list."""
+        """Draw what an earlier step has put on a list."""
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
         _set_inputs(program, inputs)
         program.run_indirect(listed)
 
     def _clear(self, image: SplatImage) -> None:
-        """Whoever still reads 1/z comes before it is cleared: llvmpipe's threads heed no barrier."""
+        """Clear `nearest` after everybody has read it: llvmpipe's threads ignore barriers."""
         if self._is_software:
             self._context.finish()
         else:
@@ -104,7 +104,7 @@ class ComputedDepths(Owner):
         image.nearest.bind_to_storage_buffer(0)
 
     def _empty_lists(self, size: tuple[int, int]) -> list[moderngl.Buffer]:
-        """Room for all squares and for all rims; and no window yet."""
+        """Return empty lists, with room for all squares and for all rims, and reset the window."""
         most = (size[0] + 1) * (size[1] + 1)
         if not self._lists or self._lists[0].most < most:
             self._free_lists()
@@ -122,7 +122,7 @@ class ComputedDepths(Owner):
             self._lists.pop().release()
 
     def _read_window(self, width: int, height: int) -> Box:
-        """The part of the view that the mesh comes to, to which later passes are confined."""
+        """Return the part of the view that the mesh covers, to which later passes are confined."""
         to_left, up, right, down = np.frombuffer(self._window.read(16, offset=16), np.int32).tolist()
         return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
@@ -132,9 +132,9 @@ class ComputedDepths(Owner):
 
 
 class DrawnDepths(Owner):
-    """Draws the depth of the same with OpenGL 3.3: four quads for each square, then a point for each rim.
+    """Rasterises the depth of a mesh with OpenGL 3.3: four quads for each square, then a point for each rim.
 
-    There are no vertices in memory but their order.
+    Only the order of the vertices lies in memory: shaders compute them.
     """
 
     def __init__(self, context: moderngl.Context):
@@ -148,7 +148,7 @@ class DrawnDepths(Owner):
             self._ends = self._allocate(context.vertex_array, ends, [])
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
-        """Fills `depth` of an image of the view; its ids mean nothing."""
+        """Fill `depth` of an image of the view; its ids mean nothing."""
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(depth=1.0)

@@ -1,4 +1,4 @@
-"""Point objects as meshes: the triangles between neighbouring pixels, instead of splats."""
+"""Draws point objects as meshes, with triangles between neighbouring pixels instead of splats."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BY_PLANES: Step = (0.0, 0.0)  # surfaces end where neighbours leave each other's
 
 
 class ShownGrid(NamedTuple):
-    """Triangles with what colours them."""
+    """A frame as triangles, with its colours or its light."""
 
     points: Grid
     textures: FrameTextures
@@ -35,15 +35,15 @@ class ShownGrid(NamedTuple):
 
     @property
     def has_doubts(self) -> bool:
-        """Some of its normals are uncertain, and matter."""
+        """Return whether some of the normals are uncertain and are used."""
         return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class GridObjects(Owner):
     """Draws the meshes between the pixels of frames into views and into shadow maps, both sides of each triangle.
 
-    First 1/z of all that a mesh covers: by a compute shader where there is one, else as depth; then each pixel of the
-    view looks back into the frame. Which triangles there are is found once for the points, not for each view.
+    First it rasterises 1/z of the mesh, by a compute shader where there is one, else as depth; then each pixel of the
+    view looks up its point in the frame. Which triangles exist is found once for the points, not for each view.
     """
 
     def __init__(self, context: moderngl.Context, can_compute: bool, is_software: bool):
@@ -54,7 +54,7 @@ class GridObjects(Owner):
         self._look_up = can_compute
 
     def find_triangles(self, grid: Grid) -> None:
-        """Which triangles there are, and how far pixels reach beside them, by shaders/common/grid.glsl."""
+        """Find which triangles exist, and how far pixels reach beside them, by shaders/common/grid.glsl."""
         target, surface = grid.surface.triangles.target, {"surface_map": grid.surface.texture}
         empty(target, grid.surface.window)
         finding = self._passes.get("meshes/grid_triangles.frag")
@@ -65,15 +65,15 @@ class GridObjects(Owner):
             self._passes.get("meshes/grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
 
     def draw_splats(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
-        """How far the mesh is at each pixel of a view."""
+        """Rasterise the depth of the mesh in a view."""
         self._depths.draw(image, grid, eye)
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
-        """What is seen of a mesh -> the picture, where its colours are known already: for none and gouraud."""
+        """Draw the picture of a mesh whose colours are known already: for none and gouraud."""
         self.draw_lit(canvas, splats, shown, eye, {})
 
     def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
-        """The same, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        """Draw the picture of a mesh, lit in the same pass: for phong. lights: inputs of shaders/common/lights.glsl."""
         constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
         inputs, passed = (
             lights | self._inputs(splats, shown, eye),
@@ -83,7 +83,7 @@ class GridObjects(Owner):
             passed.draw(image, {}, **inputs)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
-        """The surfaces of a mesh that is alone, for the light pass."""
+        """Draw the surfaces of a mesh that is alone, for the light pass."""
         surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
         empty(surfaces.target, splats.window)
         own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
@@ -99,7 +99,7 @@ class GridObjects(Owner):
         number: int,
         lights: dict[str, Any],
     ) -> None:
-        """The mesh among the surfaces of others. number: of the material, counted from 1.
+        """Draw the mesh among the surfaces of other objects. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
@@ -117,7 +117,7 @@ class GridObjects(Owner):
         confine(surfaces.shared_target, None)
 
     def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
-        """Where the mesh is, and what colours it."""
+        """Return the inputs that place the mesh and colour it."""
         colors = shown.colors.texture if shown.light is None else shown.light.texture
         inputs = shown.points.maps() | shown.points.way(eye) | {"color_map": colors}
         if shown.has_doubts:
@@ -132,7 +132,7 @@ class GridObjects(Owner):
         return self._passes.get(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
-        """The mesh's depth in a light's view. The eye is the light's."""
+        """Draw the mesh's depth into a shadow map. eye: the light's camera."""
         image = self._scratch.fit((tile.side, tile.side))
         self._depths.draw(image, grid, eye)
         left, top, width, height = image.window
@@ -153,5 +153,5 @@ class GridObjects(Owner):
 
 
 def depth_step(look: Look) -> Step:
-    """By how much neighbours of one surface may differ: the look's step, else by their tangent planes."""
+    """Return by how much neighbours of one surface may differ: the look's step, else by their tangent planes."""
     return BY_PLANES if look.max_depth_step is None else parse_max_depth_step(look.max_depth_step)

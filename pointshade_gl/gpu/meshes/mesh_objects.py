@@ -1,4 +1,4 @@
-"""Meshes on the GPU: triangles drawn as surfaces of a view, or as depth in a light's view."""
+"""Draws triangle meshes: as visible surfaces of a view, or as depth in a shadow map."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..shading.shadow_map import Tile
 
 
 class PlacedMesh(NamedTuple):
-    """A mesh and where it is."""
+    """A mesh and its transform to the world."""
 
     mesh: Mesh
     world: np.ndarray  # (4, 4) node-to-world
@@ -43,7 +43,7 @@ class MeshObjects(Owner):
     def add_surface(
         self, surfaces: SurfaceImage, placed: PlacedMesh, eye: Eye, number: int, lights: dict[str, Any]
     ) -> None:
-        """The mesh among the surfaces of others. number: of its material, counted from 1.
+        """Draw the mesh among the surfaces of other objects. number: of its material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for meshes that are lit at their corners.
         """
@@ -62,12 +62,12 @@ class MeshObjects(Owner):
         self._draw(surfaces.shared_target, array)
 
     def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:
-        """The mesh's depth in a light's view. The eye is the light's."""
+        """Draw the mesh's depth into a shadow map. eye: the light's camera."""
         set_uniforms(self._programs.shadow, **_camera(eye, np.linalg.inv(eye.pose) @ placed.world))
         self._draw(tile.target, self._buffers(placed.mesh).shadow)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> list[Mesh]:
-        """Frees the meshes that are not among these, and returns them."""
+        """Free the meshes that are not among these, and return them."""
         wanted = set(meshes)
         unused = [mesh for mesh in self._kept if mesh not in wanted]
         for mesh in unused:
@@ -90,7 +90,7 @@ class MeshObjects(Owner):
 
 
 class MeshPrograms(NamedTuple):
-    """How a mesh is drawn: lit later, lit at its corners, or its depth only."""
+    """The programs that draw a mesh: to be lit later, lit at its corners, or its depth only."""
 
     surface: moderngl.Program
     lit: moderngl.Program
@@ -126,8 +126,8 @@ class MeshBuffers(Owner):
 
 
 def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 11) float32: position, normal, uv and where it is lit, of each corner; and the (m,) or (m, 3) corners of the
-    triangles, uint32."""
+    """Return (n, 11) float32, position, normal, uv and where it is lit, of each corner; and the (m,) or (m, 3) corners
+    of the triangles, uint32."""
     faces, positions, uv = mesh.faces, mesh.positions, mesh.uv
     uv = np.zeros((len(positions), 2), np.float32) if uv is None else uv
     if mesh.normals is None or mesh.shading == "flat":

@@ -1,1 +1,1 @@
-"""The last pass: from samples to a picture, and from a picture to a window."""
+"""The last passes: they average samples into a picture, and draw the picture into a window."""

@@ -1,4 +1,4 @@
-"""Present pass: a picture, the light's marker and drawings with text, into a window."""
+"""Draws the finished picture into a window, with a marker for the light and overlays with text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from ..core.passes import FullscreenPass
 
 
 class Marker(NamedTuple):
-    """Where the light is: pixels of the picture from its upper left corner, radius in pixels, sRGB colour 0 to 1."""
+    """The marker of the light: position in pixels of the picture, from its upper left corner, radius, sRGB colour 0 to
+    1."""
 
     x: float
     y: float
@@ -33,20 +34,20 @@ class PresentPass(Owner):
             self._overlay = self._keep(FullscreenPass(context, "output/overlay.frag"))
 
     def draw(self, window: moderngl.Framebuffer, picture: moderngl.Texture, marker: Marker | None) -> None:
-        """The picture, as large as the window; where its alpha is 0 the background shows."""
+        """Draw the picture over the whole window; where its alpha is 0 the background shows."""
         window.viewport = (0, 0, *picture.size)
         place = (0.0, 0.0, 0.0, 0.0) if marker is None else (marker.x, marker.y, marker.radius, float(marker.is_behind))
         color = (0.0, 0.0, 0.0) if marker is None else marker.color
         self._present.draw(window, {"picture": picture}, marker=place, marker_color=color)
 
     def lay_over(self, window: moderngl.Framebuffer, drawing: moderngl.Texture, x: int, y: int) -> None:
-        """A drawing with straight alpha, its lower left pixel at (x, y) of the window, y upwards."""
+        """Draw an overlay with straight alpha, its lower left pixel at (x, y) of the window, y upwards."""
         window.viewport = (x, y, *drawing.size)
         self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
         with enabled(self._context, BLEND):
             self._overlay.draw(window, {"drawing": drawing}, corner=(x, y))
 
     def upload(self, drawing: np.ndarray) -> moderngl.Texture:
-        """A texture of a (h, w, 4) uint8 drawing; whoever asked releases it."""
+        """Return a texture of a (h, w, 4) uint8 drawing; the caller releases it."""
         size, make = (drawing.shape[1], drawing.shape[0]), self._context.texture
         return allocate(self._context, make, size, 4, np.ascontiguousarray(drawing))

@@ -1,4 +1,4 @@
-"""Develop pass: the sums of a picture's samples -> their mean, over a background, as sRGB."""
+"""Averages the samples of a picture, puts a background behind them, and converts the result to sRGB."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..core.view_images import SampleSums, Target
 
 
 class ResolveSamplesPass:
-    """Averages in linear light, weighted by coverage."""
+    """Averages samples in linear light, weighted by coverage."""
 
     def __init__(self, context: moderngl.Context):
         self._passes = FullscreenPasses(context)
@@ -27,7 +27,7 @@ class ResolveSamplesPass:
         return Canvas(sums.ground.target, self._adding)
 
     def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
-        """count samples -> the picture. background: linear RGB, None for a transparent one."""
+        """Average `count` samples into the picture. background: linear RGB, None for a transparent one."""
         behind = (0.0,) * 4 if background is None else (*background, 1.0)
         sums = {"sums": target.samples.surfaces.texture}
         if target.samples.has_ground:

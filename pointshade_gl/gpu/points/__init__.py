@@ -1,1 +1,1 @@
-"""Points drawn as splats: rasterisers, rims, sets of frames, tiles."""
+"""Points drawn as splats: rasterisers, outlines (rims), several frames of one object, and tiles of large frames."""

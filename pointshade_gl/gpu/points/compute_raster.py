@@ -1,4 +1,4 @@
-"""Compute rasteriser (OpenGL 4.3): the footprints' 1/z, the nearest of each pixel kept by atomics."""
+"""Rasterises splats with compute shaders (OpenGL 4.3): atomics keep the nearest inverse depth of each pixel."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ PIXELS_A_GROUP = 1 << 20  # of the view
 
 
 class ComputeSplatPass(Owner):
-    """Notes how far the nearest splat is; which one it was, the resolve pass finds by looking there.
+    """Notes the depth of the nearest splat; the resolve pass finds which one it was by looking up that point in the
+    frame.
 
-    For footprints of size 1: these leave no gap between neighbours, so looking there finds the splat itself. The first
+    For footprints of size 1: these leave no gap between neighbours, so the look-up finds the splat itself. The first
     step draws most splats; it puts those that are large, and the rims, on lists for steps of their own.
     """
 
@@ -105,7 +106,7 @@ class ComputeSplatPass(Owner):
         return self._rims.buffer
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
-        """Draws what the first step has put on a list."""
+        """Draw what the first step has put on a list."""
         program = self._program(name, is_set)
         set_uniforms(program, **inputs)
         program.run_indirect(listed)
@@ -118,19 +119,19 @@ class ComputeSplatPass(Owner):
         return self._programs[name, is_set]
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
-        """Whether a list is known to be empty.
+        """Return whether a list is known to be empty.
 
         A software driver runs compute shaders at once, so there is nothing to wait for.
         """
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
     def _read_window(self, width: int, height: int) -> Box:
-        """The part of the view that has splats, to which later passes are confined."""
+        """Return the part of the view that has splats, to which later passes are confined."""
         to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
         return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def _wait_for_readers(self) -> None:
-        """Whoever still reads `nearest` comes before it is cleared: llvmpipe's threads heed no barrier."""
+        """Wait until nobody reads `nearest` any more, before it is cleared: llvmpipe's threads ignore barriers."""
         if self._is_software:
             self._context.finish()
         else:

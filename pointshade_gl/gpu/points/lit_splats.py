@@ -1,4 +1,4 @@
-"""Splats lit where they are made: GL points with their light, drawn straight into the picture in one pass."""
+"""Draws splats in one pass, lit in the vertex shader, straight into the picture."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .set_splats import Splats
 
 
 class LitSplatPass(Owner):
-    """Phong's light in the vertex shader, once a splat; nothing is noted for later passes.
+    """Lights splats in the vertex shader, once per splat; nothing is kept for later passes.
 
-    Which splat is seen, and where, is as in `PointSplatPass`.
+    Which splat is visible, and where, is as in `PointSplatPass`.
     """
 
     def __init__(self, context: moderngl.Context):

@@ -1,4 +1,5 @@
-"""Point objects on the GPU: splats carried into a view, then what each of its pixels sees of them."""
+"""Draws point objects: rasterises their splats into a view, then resolves the surface and colour that each pixel
+sees."""
 
 from __future__ import annotations
 
@@ -33,7 +34,7 @@ SINGLE = np.ones(1, np.float32)
 
 
 class Points(NamedTuple):
-    """Where the points of an object are, and how large: all that its shadow depends on."""
+    """Where the points of an object are, and how large: everything that its shadow depends on."""
 
     surface: PointSurface
     source: Camera  # that took the frame
@@ -45,14 +46,14 @@ class Points(NamedTuple):
 
     @property
     def hidden(self) -> Points | None:
-        """What they hide, as points."""
+        """Return what the points hide, as points."""
         if self.bridged is None:
             return None
         return Points(self.bridged, bridged_camera(self.source), self.pose, self.scale, SINGLE, "footprint")
 
 
 class ShownPoints(NamedTuple):
-    """Points with what colours them."""
+    """Points with their colours or their light."""
 
     points: Points
     textures: FrameTextures
@@ -62,12 +63,12 @@ class ShownPoints(NamedTuple):
 
     @property
     def has_doubts(self) -> bool:
-        """Some of its normals are uncertain, and matter."""
+        """Return whether some of the normals are uncertain and are used."""
         return self.shading == "phong" and self.points.surface.certainty is not None
 
 
 class PointSet(NamedTuple):
-    """The points of several frames of one thing."""
+    """The points of several frames of one object."""
 
     parts: tuple[Points, ...]
     trusts: tuple[Image, ...]
@@ -79,7 +80,7 @@ class PointSet(NamedTuple):
 
 
 class ShownSet(NamedTuple):
-    """Several frames that are drawn as one thing."""
+    """Several frames that are drawn as one object."""
 
     points: PointSet
     views: tuple[ShownPoints, ...]
@@ -90,11 +91,11 @@ class ShownSet(NamedTuple):
 
     @property
     def has_doubts(self) -> bool:
-        """Some normals of its frames are uncertain, and matter."""
+        """Return whether some of the frames' normals are uncertain and are used."""
         return self.estimator is None and any(view.has_doubts for view in self.views)
 
     def report(self) -> SetReport:
-        """What was found out about the frames. Reads back how far their points are trusted."""
+        """Return what was found out about the frames. Reads back how far their points are trusted."""
         textures = [view.textures for view in self.views]
         known = [one.frame.depth > 0 for one in textures if one.frame]
         trusted = [trust.read()[..., 0] > 0 for trust in self.points.trusts]
@@ -122,18 +123,19 @@ class PointObjects:
         self._rasterizer(points).draw(image, _splats(points, eye))
 
     def can_light(self, points: Points) -> bool:
-        """Whether `draw_lit_splats` draws these as the other steps would: the compute rasteriser has no vertices, and
-        no splat heeds uncertain normals."""
+        """Return whether `draw_lit_splats` draws these as the separate steps would. Not for the compute rasteriser,
+        which has no vertices, nor for uncertain normals, which splats ignore."""
         return not self._rasterizer(points).look_up and points.surface.certainty is None
 
     def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
-        """The picture in one pass, for flat. lights: inputs of shaders/common/lights.glsl, in the points' axes."""
+        """Draw the picture in one pass, for flat shading. lights: inputs of shaders/common/lights.glsl, in the points'
+        axes."""
         self._lit = self._lit or LitSplatPass(self._context)
         self._lit.draw(target, _splats(points, eye), lights | {"color_map": colors.texture})
         target.raise_version()
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
-        """What the splats left -> the picture, where its colours are known already: for none, flat and gouraud."""
+        """Draw the picture from rasterised splats whose colours are known already: for none, flat and gouraud."""
         self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
 
     def draw_lit(
@@ -144,11 +146,12 @@ class PointObjects:
         eye: Eye,
         lights: dict[str, Any],
     ) -> None:
-        """What the splats left -> the picture, lit at once: for phong. lights: inputs of shaders/common/lights.glsl."""
+        """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: inputs of
+        shaders/common/lights.glsl."""
         self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
-        """What the splats left -> the surfaces that the light pass reads, for phong."""
+        """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
         surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
         self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), shown.shading, 1)
         surfaces.raise_version()
@@ -156,14 +159,15 @@ class PointObjects:
     def add_surface(
         self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye, number: int
     ) -> None:
-        """The splats and surfaces of one object among others. number: of its material, counted from 1."""
+        """Draw the splats and surfaces of one object among others. number: of its material, counted from 1."""
         self.draw_splats(splats, shown.points, eye)
         depth = eye.near, shown.points.scale
         looking = self._looking(splats, shown, eye)
         self._resolve.draw_surfaces(surfaces.shared_target, looking, shown.shading, number, depth)
 
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
-        """The same for several frames of one thing: their splats into one picture, their parts added up."""
+        """Draw several frames of one object among others: their splats into one image, their weighted surfaces added
+        up."""
         self._merge = self._merge or SetMergePass(self._context)
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
@@ -188,7 +192,7 @@ class PointObjects:
         return self._rasterizer(points.parts[0]).draw_set(image, parts)
 
     def add_shadow(self, tile: Tile, points: Points | PointSet, eye: Eye) -> None:
-        """The object's depth in a light's view, with what it hides. The eye is the light's."""
+        """Draw the depth of an object, and of what it hides, into a shadow map. eye: the light's camera."""
         if isinstance(points, Points) and points.hidden:
             self._add_shadow(tile, points.hidden, eye)
         self._add_shadow(tile, points, eye)
@@ -216,7 +220,7 @@ class PointObjects:
         return True, {"side": image.size[0], "near": splats.near}
 
     def _set_depths(self, points: PointSet, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
-        """The same of several frames, for set_shadow.frag."""
+        """Rasterise the splats of several frames, likewise for set_shadow.frag."""
         self._draw_set(image, points, eye, np.ones(len(points.parts)))
         look_up = self._rasterizer(points.parts[0]).look_up
         return look_up, key_inputs(image, look_up) | {"near": eye.near / points.scale, "behind": points.differ}
@@ -240,7 +244,7 @@ class PointObjects:
 
 
 class Posed(Protocol):
-    """Points that have a place in the world."""
+    """Points with a pose in the world."""
 
     @property
     def pose(self) -> np.ndarray: ...
@@ -249,7 +253,7 @@ class Posed(Protocol):
 
 
 def carried(points: Posed, eye: Eye) -> np.ndarray:
-    """(4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
+    """Return (4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
     view = np.linalg.inv(eye.pose) @ points.pose
     view[:3, 3] /= points.scale
     return view

@@ -1,4 +1,4 @@
-"""Splat pass: every pixel with a depth becomes a point in the target view; the nearest one is noted."""
+"""Rasterises splats as GL points: every pixel with a depth becomes one, and the depth test keeps the nearest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with the poses of several frames of one thing, said once."""
+"""Prints a note, once, about wrong or missing poses among several frames of one object."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..core.frame_textures import FrameTextures
 
 
 class Told:
-    """Remembers what was said of which set, as long as it lasts: a live set would say it thirty times a second."""
+    """Remembers which notes on poses were printed: a live stream would repeat them thirty times a second."""
 
     def __init__(self) -> None:
         self._poses: WeakKeyDictionary[FrameTextures, bytes] = WeakKeyDictionary()  # of the frames that were named
@@ -22,9 +22,9 @@ class Told:
     def tell(
         self, members: Sequence[FrameTextures], frames: Sequence[Frame], found: Contradictions, goes_on: bool
     ) -> None:
-        """Notes on frames whose poses are wrong or missing.
+        """Print notes on frames whose poses are wrong or missing.
 
-        goes_on  some of the frames are those of the last time: what was said of the others then holds for the new ones
+        goes_on  some of the frames are those of the last time: notes on the others then also hold for the new ones
         """
         notes = _notes_on(frames, found)
         for k, member in enumerate(members):
@@ -38,7 +38,7 @@ class Told:
 
 
 def _notes_on(frames: Sequence[Frame], found: Contradictions) -> dict[int, str]:
-    """The notes, by the frames that they are about; those about all are about the first."""
+    """Return the notes by the frame that each is about; a note on all frames is under the first."""
     first, count = frames[0], len(frames)
     if any(frame is not first for frame in frames) and all(np.array_equal(frame.pose, first.pose) for frame in frames):
         return {0: f"the {count} frames all have the same pose: if their camera moved, give each Frame its own"}

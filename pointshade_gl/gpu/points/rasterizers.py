@@ -1,4 +1,4 @@
-"""Which rasteriser draws which points: the compute shader where it can, else GL points."""
+"""Chooses the rasteriser for splats: the compute shader where it can draw them, otherwise GL points."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Rasterizers:
         self._made: dict[bool, PointSplatPass | ComputeSplatPass] = {}
 
     def choose(self, sizes: np.ndarray, splat: str) -> PointSplatPass | ComputeSplatPass:
-        """For splats of these sizes, (1,) or (h*w,) in source pixels, and of this shape."""
+        """Return the rasteriser for splats of these sizes, (1,) or (h*w,) in source pixels, and of this shape."""
         computed = self.can_compute and has_rims(sizes, splat)
         if computed not in self._made:
             made = ComputeSplatPass(self._context, self._merge, self.is_software) if computed else None

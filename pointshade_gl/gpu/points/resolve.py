@@ -1,4 +1,4 @@
-"""Resolve pass: what each pixel of the view shows is looked up in the frame."""
+"""Resolve pass: looks up, for each pixel of the view, which point of the frame it shows, and that point's values."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..core.view_images import SplatImage
 
 
 class Looking(NamedTuple):
-    """Where each pixel of a view looks: the frame, what its splats left, and the way between."""
+    """Where the pixels of a view look up their points: the frame, its rasterised splats, and the transform between."""
 
     surface: moderngl.Texture  # of the frame's points
     colors: moderngl.Texture  # the picture, or for flat and gouraud the light of the points
@@ -32,30 +32,31 @@ class Looking(NamedTuple):
     certainty: moderngl.Texture | None = None  # of the frame's normals
 
     def maps(self, shading: str) -> dict[str, moderngl.Texture]:
-        """The pictures of the frame, as shaders name them."""
+        """Return the textures of the frame by the names of the shaders' samplers."""
         return {"surface_map": self.surface, "light_map" if shading in LIT_EARLY else "color_map": self.colors}
 
     def way(self) -> dict[str, Any]:
-        """The uniforms of the warp."""
+        """Return the uniforms that project the frame into the view."""
         return source_and_target(self.source, self.camera, self.view)
 
 
 class ResolvePass:
-    """What the splats left -> surfaces for the light pass, or the picture. One program a shading model."""
+    """Turns rasterised splats into surfaces for the light pass, or into the picture. One program for each shading
+    model."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
         self._passes = FullscreenPasses(context)
 
     def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
-        """The picture, for none, flat and gouraud."""
+        """Draw the picture, for the shading models none, flat and gouraud."""
         needs_way = looking.look_up or shading == "gouraud"  # else the source id says it all
         uniforms = looking.way() if needs_way else {}
         with canvas.opened(looking.splats.window) as image:
             self._draw("points/resolve_picture.frag", image, looking, shading, uniforms, LINEAR=int(canvas.linear))
 
     def draw_lit(self, canvas: Canvas, looking: Looking, lights: dict[str, Any]) -> None:
-        """The picture, lit at once, for phong. lights: the inputs of light_surface."""
+        """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
             constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
@@ -69,9 +70,10 @@ class ResolvePass:
         number: int,
         depth: tuple[float, float] | None = None,
     ) -> None:
-        """Unit normal and depth; albedo, and the number of its material. A normal of 0 says lit already.
+        """Draw surfaces: unit normal and depth; albedo and the number of its material. A normal of 0 marks what is lit
+        already.
 
-        depth  (near, scale) of one of several objects, of which the nearest stays; without it the object is alone,
+        depth  (near, scale) of one of several objects, the nearest of which stays; without it the object is alone,
                and the image is emptied first
         """
         near, scale = depth or (0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Rims: pixels beside which a surface ends are drawn as what is there, see shaders/common/rims.glsl."""
+"""Decides whether splats have rims: pixels at which a surface ends, drawn by its outline (shaders/common/rims.glsl)."""
 
 from __future__ import annotations
 
@@ -6,5 +6,6 @@ import numpy as np
 
 
 def has_rims(sizes: np.ndarray, splat: str) -> bool:
-    """Whether splats of these sizes, (1,) or (h*w,) source pixels, and of this shape have rims: squares of 1."""
+    """Return whether splats of these sizes, (1,) or (h*w,) source pixels, and this shape have rims: squares of size 1
+    do."""
     return splat == "footprint" and bool((sizes == 1).all())

@@ -1,4 +1,4 @@
-"""Merge pass: what several frames show at each pixel of a view is added up, then made one surface."""
+"""Merges several frames of one object in a view: at each pixel the weighted mean of their visible surfaces."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .resolve import Looking
 
 
 class Part(NamedTuple):
-    """One of several frames in a view."""
+    """One of several frames that are merged in a view."""
 
     looking: Looking
     trust: moderngl.Texture
@@ -29,7 +29,8 @@ class Part(NamedTuple):
 
 
 class SetMergePass:
-    """One program for each shading model and rasteriser."""
+    """Adds up the surfaces of several frames by weight and divides the sums: one program for each shading model and
+    rasteriser."""
 
     def __init__(self, context: moderngl.Context):
         self._context, self._adding = context, AdditiveBlend(context)
@@ -60,12 +61,12 @@ class SetMergePass:
         normals: moderngl.Texture | None,
         others: int | None,
     ) -> None:
-        """The sums -> surfaces among others.
+        """Divide the sums, and draw the resulting surfaces among those of other objects.
 
-        number      of the material
-        depth       (near, scale)
-        normals     that were found in the view; None takes those of the frames
-        others      the number of frames less one if normals are uncertain; None if they are not
+        number   of the material
+        depth    (near, scale)
+        normals  estimated in the view; None takes the mean of the frames'
+        others   number of frames less one if normals are uncertain; None if they are not
         """
         maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
         maps |= {} if normals is None else {"target_map": normals}
@@ -87,7 +88,7 @@ class SetMergePass:
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:
-    """Where shaders/points/set_visibility.glsl finds what the splats of several frames left."""
+    """Return where shaders/points/set_visibility.glsl finds which splats of several frames are visible."""
     if not look_up:
         return {"keys": splats.source_ids}
     splats.nearest.bind_to_storage_buffer(0)

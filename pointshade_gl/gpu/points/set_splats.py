@@ -44,7 +44,7 @@ class Splats(NamedTuple):
 
 
 def union(windows: Sequence[Box]) -> Box:
-    """The least box round all that are not empty."""
+    """Return the smallest box round all boxes that are not empty."""
     boxes = [(x, y, x + w, y + h) for x, y, w, h in windows if w > 0 and h > 0] or [(0, 0, 0, 0)]
     edges = zip(*boxes, strict=True)
     left, top, right, bottom = (pick(edge) for pick, edge in zip((min, min, max, max), edges, strict=True))

@@ -1,4 +1,4 @@
-"""Normals that are estimated in a view, on the depth that several frames add up to there."""
+"""Estimates normals from the depth that several merged frames show in a view, not from the frames themselves."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .set_merge import key_inputs
 
 
 def target_estimator(look: Look) -> Estimator | None:
-    """What estimates normals in the view; None where those of the frames are mixed, or none are needed.
+    """Return the estimator for normals in the view; None where those of the frames are averaged, or none are needed.
 
     It is the frames' own method. Their noise is not that of the merged depth, so that is measured.
     """
@@ -27,7 +27,7 @@ def target_estimator(look: Look) -> Estimator | None:
 
 
 class TargetNormals:
-    """The passes of a frame's normals, for the depth that a view shows."""
+    """Estimates normals of the merged depth in a view, with the passes for frames."""
 
     def __init__(self, context: moderngl.Context):
         self._context, self._surface = context, SurfacePass(context)
@@ -37,7 +37,8 @@ class TargetNormals:
     def find(
         self, sums: Image, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
     ) -> moderngl.Texture:
-        """The sums of set_accumulate.frag -> unit normal and depth at each pixel of the view; depth 0 without any."""
+        """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel of the view; depth 0 where
+        there is none."""
         view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
         empty(view.target, splats.window)
@@ -53,7 +54,7 @@ class TargetNormals:
 
 
 class ViewDepth(DepthTextures):
-    """A depth picture that is drawn instead of uploaded, and its surface."""
+    """A depth texture that is rendered instead of uploaded, and its surface."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)

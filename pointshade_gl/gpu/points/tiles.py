@@ -1,4 +1,4 @@
-"""Large frames on the GPU, tile by tile: one set of textures takes each tile in turn."""
+"""Draws frames that are too large for the GPU tile by tile, through one set of textures."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .tiling import Tile, cut_frame, cut_look, noise_in, sample_depth, tiles_of
 
 
 class TiledPoints(Versioned):
-    """The points of a large frame. Whoever draws them goes through the tiles, each of which is on the GPU meanwhile.
+    """The points of a large frame. To draw them, iterate over its tiles, each of which is on the GPU for its turn.
 
-    choice  what estimated the normals, and why
+    choice  which method estimated the normals, and why
     """
 
     def __init__(self, store: TileStore, frame: Frame, look: Look, pose: np.ndarray, scale: float):
@@ -42,17 +42,17 @@ class TiledPoints(Versioned):
 
     @property
     def has_doubts(self) -> bool:
-        """Some of the normals that light falls on are uncertain."""
+        """Return whether some of the normals are uncertain and are used."""
         noise = self._measured() if self.shading == "phong" else None
         return noise is not None and noise.is_shared
 
     def light_with(self, light: Callable[[ShownPoints], None]) -> None:
-        """How the points of each tile are lit, for shading models that mix their light."""
+        """Set the function that lights the points of each tile, for shading models that interpolate light."""
         self._light = light
         self.raise_version()
 
     def each(self, lit: bool = True) -> Iterator[ShownPoints]:
-        """Each tile while it is on the GPU: only until the next one is asked for."""
+        """Yield each tile while it is on the GPU: only until the next one is asked for."""
         for tile in self._tiles():
             shown = self._show(tile)
             if lit and self._light and shown.light:
@@ -61,7 +61,7 @@ class TiledPoints(Versioned):
             yield shown
 
     def gather(self, read: Callable[[ShownPoints], np.ndarray]) -> np.ndarray:
-        """What is read of each tile, (h, w, n), put together to one array of the frame's size."""
+        """Read every tile, (h, w, n), and return one array of the frame's size."""
         whole: np.ndarray | None = None
         for tile, shown in zip(self._tiles(), self.each(), strict=True):
             part, (u, v, wide, high) = read(shown), tile.drawn
@@ -89,7 +89,7 @@ class TiledPoints(Versioned):
         )
 
     def _measured(self) -> Noise | None:
-        """The noise of the whole frame, for estimators that depend on it."""
+        """Return the noise of the whole frame, for estimators that depend on it; None for others."""
         if not isinstance(self.look.normals, str) or self.look.normals not in ("auto", "adaptive"):
             return None
         self._noise = self._noise or self._store.measure_noise(self.frame)
@@ -97,7 +97,7 @@ class TiledPoints(Versioned):
 
 
 class TileStore:
-    """The textures that all large frames share, and the large frames in use."""
+    """Keeps the textures that all large frames share, and the large frames in use."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, frames: FrameStore, points: PointObjects):
         self._context, self._steps, self._frames, self._points = context, steps, frames, points
@@ -107,7 +107,7 @@ class TileStore:
         self.largest_side: int = context.info["GL_MAX_TEXTURE_SIZE"]
 
     def points_of(self, frame: Frame, look: Look, pose: np.ndarray, scale: float) -> TiledPoints:
-        """A frame's points: the same object again if nothing has changed, so that steps see it."""
+        """Return a frame's points: the same object again if nothing has changed, so that steps recognise it."""
         for known in self._known:
             is_same = known.frame is frame and known.look is look and known.scale == scale
             if is_same and np.array_equal(known.pose, pose):
@@ -116,13 +116,13 @@ class TileStore:
         return self._known[-1]
 
     def keep_only(self, used: list[TiledPoints]) -> None:
-        """Lets go of all others. Without any, the textures are freed."""
+        """Forget all other large frames. Without any, the textures are freed."""
         self._known = [known for known in self._known if known in used]
         if not used:
             self.release()
 
     def measure_noise(self, frame: Frame) -> Noise:
-        """The noise of a frame, from pieces of it."""
+        """Measure the noise of a frame on pieces of it."""
         sample = sample_depth(frame.depth)
         depth = DepthTextures(self._context, sample.shape[::-1])
         try:
@@ -132,7 +132,7 @@ class TileStore:
             depth.release()
 
     def put(self, frame: Frame, look: Look, noise: Noise | None) -> tuple[FrameTextures, DrawnPoints]:
-        """A tile on the GPU, in place of the last one."""
+        """Upload a tile in place of the last one."""
         if self._textures is None or not self._textures.fits(frame):
             self.release()
             self._textures = FrameTextures(self._context, frame)
@@ -145,7 +145,7 @@ class TileStore:
         return textures, drawn
 
     def confine(self, points: Points, box: Box) -> None:
-        """Only this part of a tile is drawn."""
+        """Restrict what is drawn of a tile to this box."""
         surface = points.surface
         surface.window = box
         if self._points.can_light(points):  # GL points draw all that they find
@@ -161,7 +161,7 @@ class TileStore:
 
 
 def clear_around(surface: PointSurface, box: Box) -> None:
-    """No point is left outside a part of a surface."""
+    """Remove the points of a surface outside a box."""
     (width, height), (left, top, wide, high) = surface.size, box
     right, bottom = left + wide, top + high
     confine(surface.target, None)

@@ -1,4 +1,4 @@
-"""Frames too large to lie on the GPU as a whole: their tiles, and what is decided once for all of them."""
+"""Divides frames that are too large for the GPU into tiles, and measures once what all tiles share, such as noise."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Tile(NamedTuple):
 
 
 def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
-    """Whether a frame is drawn in tiles: too many points, or larger than textures may be.
+    """Return whether a frame is drawn in tiles: it has too many points, or is larger than textures may be.
 
     A mesh, colours of another size than the depth, and what looks at the frame as a whole are not cut: raises
     ValueError if the depth is too large for that.
@@ -62,7 +62,7 @@ def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
 
 
 def tiles_of(width: int, height: int, largest_side: int) -> list[Tile]:
-    """The tiles of a frame, all of one size: as wide as the frame, if textures may be so wide."""
+    """Divide a frame into tiles of one size: as wide as the frame, if textures may be so wide."""
     across = min(width, largest_side)
     down = min(height, largest_side, max(TILE_POINTS // across, 4 * REACH))
     columns = _spans(width, across, (across - 2 * REACH) // GROUP * GROUP - 2 * SEAM)
@@ -73,7 +73,7 @@ def tiles_of(width: int, height: int, largest_side: int) -> list[Tile]:
 
 
 def _spans(size: int, tile: int, step: int) -> list[tuple[int, int, int]]:
-    """Along one side: (first pixel of a tile, first that is drawn of it, how many are drawn)."""
+    """Divide one side: (first pixel of a tile, first that is drawn of it, how many are drawn)."""
     if size <= tile:
         return [(0, 0, size)]
     spans = []
@@ -85,7 +85,7 @@ def _spans(size: int, tile: int, step: int) -> list[tuple[int, int, int]]:
 
 
 def cut_frame(frame: Frame, box: Box) -> Frame:
-    """A part of a frame. Its arrays are views of the whole frame's."""
+    """Return a part of a frame. Its arrays are views of the whole frame's."""
     (left, top, width, height), part = box, object.__new__(Frame)
     cut = np.s_[top : top + height, left : left + width]
     camera = replace(
@@ -98,7 +98,7 @@ def cut_frame(frame: Frame, box: Box) -> Frame:
 
 
 def cut_look(look: Look, box: Box) -> Look:
-    """The look of a part: options that are arrays are cut, too."""
+    """Return the look for a part of a frame: options that are arrays are cut, too."""
     left, top, width, height = box
     cuts = {
         name: array[top : top + height, left : left + width]
@@ -109,7 +109,8 @@ def cut_look(look: Look, box: Box) -> Look:
 
 
 def sample_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Pieces of a large depth picture beside each other, missing depth between them: enough to measure its noise."""
+    """Return pieces of a large depth image beside each other, missing depth between them: enough to measure its
+    noise."""
     rows, columns = (_starts(size) for size in depth.shape)
     sample = np.zeros((len(rows) * (SAMPLE + GAP), len(columns) * (SAMPLE + GAP)), np.float32)
     for j, v in enumerate(rows):
@@ -121,13 +122,14 @@ def sample_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def _starts(size: int) -> NDArray[np.int64]:
-    """First pixels of the pieces along one side."""
+    """Return the first pixels of the pieces along one side."""
     count = int(np.clip(size // SAMPLE, 1, PIECES))
     return np.linspace(0, max(size - SAMPLE, 0), count).astype(np.int64)
 
 
 def noise_in(box: Box, noise: Noise, shape: tuple[int, ...]) -> Noise:
-    """The noise in a tile, when that of its frame was measured on `sample_depth`: its grid between the pieces."""
+    """Return the noise in a tile, when that of its frame was measured on `sample_depth`: its grid between the
+    pieces."""
     if noise.grid is None:
         return noise
     inside, blocks = SAMPLE // GAP, SAMPLE // GAP + 1
@@ -141,6 +143,6 @@ def noise_in(box: Box, noise: Noise, shape: tuple[int, ...]) -> Noise:
 
 
 def _between(places: NDArray[Any], size: int) -> NDArray[np.float64]:
-    """(n, pieces) weights of the pieces along one side at each place."""
+    """Return (n, pieces) interpolation weights of the pieces along one side, at each place."""
     middles = _starts(size) + SAMPLE / 2
     return np.stack([np.interp(places, middles, one) for one in np.eye(len(middles))], -1)

@@ -1,4 +1,4 @@
-"""What several frames of one thing say about each other: agreement of depths, exposures, and votes on points."""
+"""Compares several frames of one object: depth agreement, exposure, and votes on which points to trust."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ STRIDE = 8  # pixels, as in view_difference.frag
 
 
 class Consensus(NamedTuple):
-    """What a set of frames agrees on."""
+    """What several frames of one object agree on."""
 
     band: float  # share of 1/z within which two frames see the same surface
     gains: NDArray[np.float64]  # (n, 3) what each frame's linear colours are multiplied by
@@ -34,7 +34,8 @@ class Consensus(NamedTuple):
 
 
 class ConsensusPass(Owner):
-    """Compares frames in pairs, and lets them vote: anew only those of which one is new, whatever view is drawn."""
+    """Compares frames in pairs, and lets them vote on each other's points. Independent of the view; only pairs with a
+    new frame are compared again."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
@@ -50,9 +51,9 @@ class ConsensusPass(Owner):
             ]
 
     def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors]) -> Consensus:
-        """The consensus of frames whose normals are estimated, and their colours. Their textures get their trust.
+        """Find what frames with estimated normals agree on, and write the trust in each point to their textures.
 
-        A frame that contradicts the others has no say: its points close holes. A note names it.
+        A frame that contradicts the others has no vote: its points only close holes. A note names it.
         """
         for member in members:
             member.trust = member.trust or Image(self._context, member.size, RG8)
@@ -83,7 +84,7 @@ class ConsensusPass(Owner):
         return Consensus(band, gains_of(comparisons, len(members)), found.frames)
 
     def _band_before(self, members: Sequence[FrameTextures]) -> float | None:
-        """The band of the last votes, if one of these frames took part in them."""
+        """Return the depth tolerance of the last votes, if one of these frames took part in them."""
         for member in members:
             version, band = self._bands.get(member, (None, None))
             if version == member.version:
@@ -119,7 +120,7 @@ class ConsensusPass(Owner):
         voters: tuple[tuple[FrameTextures, PointSurface], ...],
         band: float,
     ) -> None:
-        """The trust in a frame's points, from the votes of others."""
+        """Write the trust in a frame's points, from the votes of other frames."""
         images, frame = self._images.fit(member.size), _frame_of(member)
         maps = {"surface_map": surface.texture}
         empty(images.votes.target)
@@ -152,12 +153,13 @@ class JudgeImages(Images):
 
 
 def _frame_of(textures: FrameTextures) -> Frame:
-    """What was uploaded last. Steps get the textures, whose version says when it changed: so no step keeps a frame."""
+    """Return the frame that was uploaded last. Steps get textures, whose version says when they changed, and keep no
+    frame."""
     assert textures.frame is not None
     return textures.frame
 
 
 def _way(frame: Frame, other: Frame) -> dict[str, object]:
-    """The uniforms of the way from one frame into another."""
+    """Return the uniforms that project one frame into another."""
     view = view_matrix(frame.pose, other.pose).T.astype("f4").tobytes()
     return {"source": frame.camera.intrinsics, "other": other.camera.intrinsics, "view": view}

@@ -1,1 +1,1 @@
-"""Light: lamps, shadow maps, the light pass."""
+"""Lighting: the lights as shaders read them, shadow maps, and the light pass."""

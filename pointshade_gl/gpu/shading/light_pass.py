@@ -1,4 +1,4 @@
-"""Light pass: pictures of surfaces -> lit pictures, by the formulas of shaders/common/phong.glsl."""
+"""Light pass: shades surfaces (normal, depth, albedo) with Phong's model (shaders/common/phong.glsl)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
 class LightPass:
-    """Lights the pixels of a view, or the points of a frame for shading models that show light between points."""
+    """Lights the pixels of a view, or the points of a frame for shading models that interpolate light between
+    points."""
 
     def __init__(self, context: moderngl.Context):
         self._context = context
@@ -36,9 +37,10 @@ class LightPass:
         has_doubts: bool = False,
         certainty: moderngl.Texture | None = None,
     ) -> None:
-        """surface (unit normal, depth) and albedo, both seen by the camera -> the image, within its scissor.
+        """Light surfaces (unit normal, depth) with their albedo, both as the camera sees them, into the image's
+        scissor.
 
-        materials  (m, 4) float32, see `Material.strengths`: of all, or for each number in the albedo's alpha
+        materials  (m, 4) float32, see `Material.strengths`: one for all, or one for each number in the albedo's alpha
         points     None lights pixels, linear albedo -> sRGB. Else (eye (3,), scale): lights the points of a frame,
                    whose albedo is a picture, sRGB of any size -> linear; surfaces are `scale` times as far as they say.
         linear     pixels stay linear, too
@@ -64,7 +66,8 @@ class LightPass:
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 
     def inputs(self, lighting: Lighting, may_be_alone: bool = False) -> dict[str, Any]:
-        """What shaders/common/lights.glsl reads, or with shadows shadowed_lights.glsl, by the names of the uniforms.
+        """Return the inputs of shaders/common/lights.glsl, or with shadows of shadowed_lights.glsl, by the names of the
+        uniforms.
 
         may_be_alone  a single light without shadows becomes `only_light`
         """
@@ -78,7 +81,8 @@ class LightPass:
         return inputs
 
     def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
-        """A texture of rows (n, m, 4), read texel by texel: one row at least, others say how many of them count."""
+        """Return a texture of rows (n, m, 4), read texel by texel: one row at least; shaders get the true number of
+        rows."""
         table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
         if size[1] > SURELY_HELD and size[1] > (limit := self._context.info["GL_MAX_TEXTURE_SIZE"]):
             raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")

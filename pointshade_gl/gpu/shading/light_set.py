@@ -1,4 +1,4 @@
-"""The lights of a picture, and how shaders are told of them."""
+"""The lights of a picture with their shadow cameras, in the axes in which shaders read them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .shadow_map import ShadowMap
 
 
 class ShadowLookUp(NamedTuple):
-    """Where the lights' shadows are looked up."""
+    """The inputs with which shaders look up shadows."""
 
     shadow_map: ShadowMap
     views: np.ndarray  # (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the surfaces' axes
@@ -21,7 +21,7 @@ class ShadowLookUp(NamedTuple):
 
 
 class Lighting(NamedTuple):
-    """What shines on surfaces, in their axes."""
+    """The light on surfaces, in the surfaces' axes."""
 
     rows: np.ndarray  # (n, 5, 4) float32, see `light_rows`
     ambient: tuple[float, float, float]
@@ -38,7 +38,7 @@ class LightSet(NamedTuple):
     shadow_map: ShadowMap | None = None  # None: the lights are plain, no spot and no shadow among them
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
-        """The lights in the axes of a camera with this pose (4, 4)."""
+        """Return the lights in the axes of a camera with this pose (4, 4)."""
         rows, shadow_map = light_rows(self.lights, axes, self.spans), self.shadow_map
         shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
         return Lighting(rows, self.ambient, shadows)

@@ -1,4 +1,4 @@
-"""The shadow map: what each light with a shadow sees of the scene, as tiles of one depth picture."""
+"""The shadow map: the depth that every shadow-casting light sees, as tiles of one texture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..core.steps import Versioned
 
 
 class Tile(NamedTuple):
-    """The part of the shadow map that one view draws into."""
+    """The part of the shadow map that shows one light's view."""
 
     target: moderngl.Framebuffer
     first: tuple[int, int]  # column and row in the map
@@ -24,7 +24,7 @@ class Tile(NamedTuple):
 
 
 class ShadowMap(Versioned, Owner):
-    """1 - near/z of every view of the lights; a single texel until there are any."""
+    """Depth, as 1 - near/z, of every view of the lights; a single texel until there are any."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -32,7 +32,7 @@ class ShadowMap(Versioned, Owner):
         self._make(1, 1)
 
     def fit(self, views: Sequence[ShadowView]) -> bool:
-        """Makes room for the views, all of one size. Returns whether it had to be made anew."""
+        """Make room for the views, all of one size. Returns whether the map had to be made anew."""
         layout = views[0].eye.camera.width, len(views)
         is_new = layout != self._layout
         if is_new:
@@ -42,7 +42,7 @@ class ShadowMap(Versioned, Owner):
         return is_new
 
     def tile(self, k: int) -> Tile:
-        """The k-th view's part, emptied. Its target draws there only, until the next one is asked for."""
+        """Return the k-th view's part, emptied. Its target draws only there, until the next one is asked for."""
         side, first = self._layout[0], self._first(k)
         confine(self._target, None)
         self._target.use()
@@ -52,7 +52,8 @@ class ShadowMap(Versioned, Owner):
         return Tile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
-        """(n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this pose."""
+        """Return (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this
+        pose."""
         rows = np.zeros((max(len(views), 1), 5, 4))
         for k, (eye, contact) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]

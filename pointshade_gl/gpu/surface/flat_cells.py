@@ -1,4 +1,4 @@
-"""Flat pass: where rounded depth lies on wide planes, see shaders/common/flat_cells.glsl."""
+"""Finds wide planes in rounded depth and uses them as the surface (shaders/common/flat_cells.glsl)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..core.passes import FullscreenPass
 
 
 class FlatCellsPass(Owner):
-    """Writes the surface of flat pixels and leaves all others to later passes."""
+    """Writes the surface of pixels on wide planes of rounded depth, and leaves all others to later passes."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -25,7 +25,7 @@ class FlatCellsPass(Owner):
             self._answer = self._keep(FullscreenPass(context, "surface/normals_flat.frag"))
 
     def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
-        """noise: with a rounding step."""
+        """Write the surface of flat pixels. noise: with a rounding step."""
         cells, first = flat_grid(*frame.size)
         images = self._images.fit(cells)
         common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}

@@ -1,4 +1,4 @@
-"""Snap pass: depth samples that lie between two surfaces are put onto one of them."""
+"""Moves flying pixels, depth samples that hang between two surfaces, onto one of the two."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FEWEST = 50  # samples at steps that are enough to tell
 
 
 class FlyingPixelPass(Owner):
-    """Mixed samples get the planes of one side, which their colour chooses; they do not count for normals."""
+    """Moves mixed samples onto the plane of one side, chosen by their colour; they do not count for normals."""
 
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
@@ -33,7 +33,7 @@ class FlyingPixelPass(Owner):
     def run(
         self, frame: FrameTextures, guide: moderngl.Texture, camera: Camera, estimator: Estimator | None
     ) -> PointSurface:
-        """The frame's surface, snapped if its sensor mixes surfaces; valid until the next frame's.
+        """Return the frame's surface, without flying pixels if its sensor makes any; valid until the next call.
 
         guide  mean colour of each sample
         """
@@ -50,7 +50,7 @@ class FlyingPixelPass(Owner):
         return images.snapped
 
     def _mixes(self, frame: FrameTextures, images: SnapImages) -> bool:
-        """Whether nearly all steps in depth have samples between their two sides. Clean depth has few."""
+        """Return whether the sensor mixes surfaces: nearly all steps in depth have samples between their two sides."""
         self._find.draw(images.mixing_target, {"depth_map": frame.depth})
         self._count.draw(images.counts.target, {"mixing_map": images.mixing})
         mixed, sharp = images.counts.read().reshape(-1, 2).sum(0)

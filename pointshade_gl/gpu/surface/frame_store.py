@@ -1,4 +1,4 @@
-"""Frames on the GPU: uploaded once, with the normals that were asked for, at the size that a view needs."""
+"""Keeps frames on the GPU: each is uploaded once, with its normals, at the resolution that a view needs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class DrawnPoints(NamedTuple):
 class FrameStore:
     """Keeps the textures of the frames in use.
 
-    choice   what estimated the last normals, and why
+    choice   which method estimated the last normals, and why
     streams  those that are filtered over time
     """
 
@@ -52,7 +52,8 @@ class FrameStore:
         self.choice: Choice | None = None
 
     def upload(self, frames: list[Frame]) -> list[FrameTextures]:
-        """The textures of each frame; one that comes twice has them twice. All others are reused, or freed."""
+        """Return the textures of each frame; one that comes twice has them twice. Those of all other frames are reused
+        or freed."""
         known: dict[Frame | None, list[FrameTextures]] = {}
         for textures in self._kept:
             known.setdefault(textures.frame, []).append(textures)
@@ -80,7 +81,7 @@ class FrameStore:
             textures.release()
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
-        """The surface at the frame's points: normals by an estimator, or the caller's own.
+        """Write the surface of a frame's points, with estimated normals or the caller's own.
 
         place  which of the streams the frame belongs to, if it is filtered over time
         """
@@ -99,13 +100,13 @@ class FrameStore:
         self.choice = textures.choice
 
     def measure_noise(self, depth: DepthTextures, camera: Camera) -> Noise:
-        """The noise of a depth picture. Frames are measured when their normals are found."""
+        """Measure the noise of a depth texture that belongs to no frame: frames are measured with their normals."""
         return self._surface.measure_noise(depth, camera)
 
     def find_points(
         self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera, place: int = 0
     ) -> DrawnPoints:
-        """The points with their normals, at the size of `camera`: the frame's own, resized."""
+        """Return a frame's points with their normals, at the size of `camera`, which is the frame's own, resized."""
         self.find_normals(textures, frame, look, place)
         points = textures.surface, textures.lit
         if camera != frame.camera:
@@ -120,7 +121,7 @@ class FrameStore:
         return large.surface, large.lit
 
     def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
-        """The points of `find_points`, and more in their gaps."""
+        """Return the points of `find_points` with their gaps filled."""
         filled = self._fit(textures, "filled", points.surface.size)
         self._fill = self._fill or GapFillingPass(self._context)
         inputs = points.surface, textures.color, points.camera, frame.is_sparse
@@ -128,7 +129,7 @@ class FrameStore:
         return points._replace(surface=filled.surface, lit=filled.lit)
 
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
-        """What the points hide and what goes on behind them, at the size of their `bridged_camera`."""
+        """Return what the points hide and what continues behind them, at the size of their `bridged_camera`."""
         camera = bridged_camera(points.camera)
         size = camera.width, camera.height
         if textures.bridged is None or textures.bridged.size != size:

@@ -1,4 +1,4 @@
-"""Fill pass: a surface -> the same surface without small gaps, or without those between sparse points."""
+"""Fills small gaps in a surface, or the gaps between the points of a sparse depth image."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BENDS = 6  # straight parts of a way through a gap, up to SMALL pixels each
 
 
 class GapFillingPass(Owner):
-    """See shaders/common/gap_filling.glsl."""
+    """Fills gaps between known pixels of one surface, see shaders/common/gap_filling.glsl."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -29,7 +29,7 @@ class GapFillingPass(Owner):
     def run(
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
     ) -> None:
-        """camera: who took the frame, at the surface's size."""
+        """Write the surface without gaps to `filled`. camera: took the frame, at the surface's size."""
         images = self._images.fit(surface.size)
         filled.confine(surface.window)
         result = self._fill_once(surface, colors, camera, images, WIDE if is_sparse else SMALL)

@@ -1,4 +1,4 @@
-"""Bridge pass: a surface -> what it hides and what goes on behind it, as a smaller surface that only casts shadows."""
+"""Continues planes behind the objects that hide them, as a smaller surface that only casts shadows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..core.passes import FullscreenPass
 
 
 class HiddenPlanesPass(Owner):
-    """See shaders/common/hidden_planes.glsl."""
+    """Continues planes behind the objects that hide them, see shaders/common/hidden_planes.glsl."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -20,7 +20,8 @@ class HiddenPlanesPass(Owner):
             self._bridge = self._keep(FullscreenPass(context, "surface/hidden_planes.frag"))
 
     def run(self, surface: PointSurface, camera: Camera, bridged: PointSurface) -> None:
-        """camera: who took the frame, at the surface's size; `bridged` has the size of its `bridged_camera`."""
+        """Write the hidden planes to `bridged`, which has the size of its `bridged_camera`. camera: took the frame, at
+        the surface's size."""
         bridged.confine((0, 0, *bridged.size))
         inputs = {"surface_map": surface.texture}
         self._bridge.draw(bridged.target, inputs, source=camera.intrinsics, stride=bridged_stride(camera))

@@ -1,4 +1,4 @@
-"""Matte pass: a frame's picture -> the same without its highlights."""
+"""Removes specular highlights from a frame's colour image."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .unlighting import UnlightingPass
 
 
 class HighlightRemovalPass(Owner):
-    """Finds the highlights in a small copy of the frame, which is read back, and takes them out on the GPU."""
+    """Finds the highlights in a small copy of the frame, which is read back, and removes them on the GPU."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -26,14 +26,14 @@ class HighlightRemovalPass(Owner):
     def find_highlights(
         self, albedo: UnlightingPass, frame: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
     ) -> FoundHighlights:
-        """The highlights in a frame's picture. camera: the frame's own, at the size of the surface."""
+        """Find the highlights in a frame's colour image. camera: the frame's own, at the size of the surface."""
         colors, surfaces, stride = albedo.sample(frame, surface)
         return fit_highlights(colors, surfaces, _rays(camera, surfaces.shape, stride), light)
 
     def run(
         self, frame: FrameTextures, surface: PointSurface, camera: Camera, found: FoundHighlights, matte: Image
     ) -> None:
-        """Paints the picture without its highlights. camera: the frame's own, at the size of the surface."""
+        """Write the colour image without its highlights. camera: the frame's own, at the size of the surface."""
         height, width = found.strengths.shape[:2]
         strengths = data_texture(self._context, width, height, 2)
         try:

@@ -1,4 +1,4 @@
-"""Noise passes: how noisy and how coarsely rounded a depth texture is, and depth with its noise per pixel."""
+"""Measures the noise and rounding of a depth texture, and smooths the depth accordingly."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class NoisePass(Owner):
     def calm_depth(
         self, frame: DepthTextures, noise: Noise, told: np.ndarray | None, snap_focal: float = 0.0
     ) -> moderngl.Texture:
-        """RG32F: depth freed from most of its noise, and the noise that is left over depth.
+        """Average away most of the depth's noise. Returns RG32F: smoothed depth, and its remaining noise over depth.
 
-        told (1, 1) or (h, w) float32 metres takes the place of the noise that was measured, not of the rounding.
-        snap_focal  mean focal length, pixels, to put flying pixels onto surfaces; 0 keeps them
+        told        (1, 1) or (h, w) float32 metres, the caller's noise: it replaces what was measured, not the rounding
+        snap_focal  mean focal length, pixels, to move flying pixels onto surfaces; 0 keeps them
         """
         images = self._images.fit(frame.size)
         grid = np.zeros((*images.shape, 3), np.float32) if noise.grid is None else noise.grid

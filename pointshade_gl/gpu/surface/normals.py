@@ -1,4 +1,4 @@
-"""Surface pass: depth texture -> surface texture (normal and depth), by the estimator that was asked for."""
+"""Surface pass: turns a depth texture into a surface texture (normal and depth), by a chosen normal estimator."""
 
 from __future__ import annotations
 
@@ -49,10 +49,12 @@ class SurfacePass:
         flying: str,
         stream: Stream | None = None,
     ) -> Choice:
-        """max_step = (metres, share of the depth) for the estimators that have a gate; noise (1, 1) or (h, w)
-        metres, or in words; flying as in Look; stream, if noisy depth is filtered over time.
+        """Estimate the normals of a frame. Returns which method ran, and for "auto" and "adaptive" why.
 
-        Returns what ran, and for "auto" and "adaptive" why.
+        max_step  (metres, share of the depth) beyond which a neighbour is another surface, for the methods that ask
+        noise     the caller's, (1, 1) or (h, w) metres or in words; None measures it
+        flying    as in Look
+        stream    if noisy depth is filtered over time
         """
         frame.surface.raise_version()
         frame.surface.certainty = None
@@ -82,7 +84,7 @@ class SurfacePass:
         return Choice(method)
 
     def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
-        """The caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
+        """Write the caller's own normals (h, w, 3) float32, (0, 0, 0) where missing."""
         frame.surface.raise_version()
         frame.surface.certainty = None
         scratch = self._scratch.fit(frame.size)
@@ -91,13 +93,14 @@ class SurfacePass:
         self._passes.get("surface/normals_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
-        """As "auto" and "adaptive" do; camera: who took the depth."""
+        """Measure the noise, as "auto" and "adaptive" do. camera: that took the depth."""
         return self._noise_pass().measure(frame, _mean_focal(camera))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
     ) -> Noise:
-        """The noise as it was told, or as it is in the frame: that of a stream is decided for all of its frames."""
+        """Return the noise that the caller has described, or that of the frame: for a stream, one estimate serves all
+        frames."""
         if words:
             return self._noise_pass().read(frame, words)
         if frame.noise:
@@ -136,7 +139,8 @@ class SurfacePass:
         return Choice("adaptive", noise, is_told)
 
     def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
-        """Planes as wide as the noise requires. calm: depth and noise, see `NoisePass.calm_depth`."""
+        """Fit planes, as wide as the noise requires, to smoothed depth. calm: depth and noise, see
+        `NoisePass.calm_depth`."""
         surface = frame.surface
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):

@@ -1,4 +1,4 @@
-"""The colours of a frame's points: its picture, or what is left of it without its highlights and its light."""
+"""The colours of a frame's points: its colour image, on request without highlights and without its shading."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from .unlighting import UnlightingPass
 
 
 class SourceColors:
-    """Takes out of pictures what a look wants taken out, as far as they tell it; a note says where they do not."""
+    """Removes shading and highlights from colour images where the look asks for it. A note says where an image does not
+    show its light or its highlights well enough; its colours then stay."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         self._context, self._steps = context, steps
@@ -26,7 +27,11 @@ class SourceColors:
         self._matte: HighlightRemovalPass | None = None
 
     def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
-        """surface: the frame's, as large as it is drawn, and its camera at that size."""
+        """Return the colours with which a frame is drawn.
+
+        surface  the frame's, at the size at which it is drawn
+        camera   the frame's own, at that size
+        """
         textures.light = textures.highlights = None
         colors = Colors(textures.color, textures)
         if not (look.unlight or look.remove_highlights) or frame.color is None:
@@ -77,7 +82,7 @@ class SourceColors:
 
 
 def _note_once(textures: FrameTextures, what: str, why: str, camera: Camera, text: str) -> None:
-    """A note on a camera's picture, unless its last one gave the same reason: a stream would say it all the time."""
+    """Print a note about a camera's picture, unless its last note gave the same reason: a stream would repeat it."""
     before, textures.told[what] = textures.told.get(what), (why, camera)
     if before != (why, camera):
         print_note(text)

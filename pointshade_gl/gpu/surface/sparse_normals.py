@@ -1,4 +1,4 @@
-"""Sparse pass: normals of a frame of which few depths are known, from cells that grow until they know enough."""
+"""Estimates normals of sparse depth images, by planes through windows that grow until they hold enough points."""
 
 from __future__ import annotations
 

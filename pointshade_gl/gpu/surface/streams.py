@@ -1,4 +1,4 @@
-"""The streams that are filtered over time, and what each of them has left on the GPU."""
+"""Keeps the history of each depth stream that is filtered over time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .temporal_filter import History, Stream, TemporalPass
 
 
 class Streams:
-    """Knows streams by their places among the point objects of a scene."""
+    """Keeps the streams, each known by its place among the point objects of a scene."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         self._context, self._steps = context, steps
@@ -20,14 +20,14 @@ class Streams:
         self._histories: dict[int, History] = {}
 
     def stream_of(self, frame: Frame, place: int) -> Stream:
-        """The stream at a place, whose next frame this is."""
+        """Return the stream at a place, with its next frame."""
         self._temporal = self._temporal or TemporalPass(self._context, self._steps)
         if place not in self._histories:
             self._histories[place] = History(self._context)
         return Stream(self._temporal, self._histories[place], frame)
 
     def keep_only(self, places: Iterable[int]) -> None:
-        """Frees what is remembered of all other streams."""
+        """Free the history of all other streams."""
         for place in self._histories.keys() - set(places):
             self._histories.pop(place).release()
 

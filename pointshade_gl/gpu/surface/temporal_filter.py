@@ -1,4 +1,4 @@
-"""Temporal pass: the depth and the normals of a stream's frames are averaged over time, where neither has changed."""
+"""Averages the depth and the normals of a stream's frames over time, where the surface has not changed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..core.steps import Steps
 
 
 class Stream(NamedTuple):
-    """A frame that is filtered over time, by what, and what the frames before it have left."""
+    """The next frame of a stream, the filter, and what earlier frames have left."""
 
     temporal: TemporalPass
     history: History
@@ -28,7 +28,7 @@ class Stream(NamedTuple):
 
 
 class TemporalPass(Owner):
-    """Carries what is remembered into the camera of the new frame, compares, and mixes: see common/temporal.glsl.
+    """Warps the history of a stream into the new frame's camera, compares, and mixes: see common/temporal.glsl.
 
     It takes 24 bytes a pixel of the largest frame, and each history 32 bytes a pixel.
     """
@@ -40,14 +40,15 @@ class TemporalPass(Owner):
         self._change = self._keep(Fitted(context, _change_image))
 
     def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
-        """Depth and its noise from depth_average.frag -> depth that rests on the frames before, and the same noise.
+        """Average depth over time. Takes and returns depth with its noise as depth_average.frag writes them.
 
-        Its normals then have less noise than their estimator is told: less flicker, and no other decisions.
+        The noise stays that of one frame, so that normals are estimated as before: their lower noise shows as less
+        flicker, and no decision changes.
         """
         return self._steps.always("temporal", self._filter_depth, picture, noise, stream, camera)
 
     def filter_normals(self, surface: PointSurface, stream: Stream, camera: Camera) -> None:
-        """Mixes the surface's normals with those remembered: at creases they flip even where depth hardly changes."""
+        """Average the surface's normals with those remembered: at creases they flip even where depth hardly changes."""
         self._steps.always("temporal normals", self._filter_normals, surface, stream, camera)
 
     def _filter_depth(
@@ -82,9 +83,9 @@ class TemporalPass(Owner):
 
 
 class History:
-    """What the frames of one stream have left on the GPU, and the camera and pose it was seen with.
+    """What the frames of one stream have left on the GPU, with the camera and pose of the last one.
 
-    decisions  about its noise
+    decisions  which noise estimate the stream uses
     """
 
     def __init__(self, context: moderngl.Context):
@@ -94,14 +95,15 @@ class History:
         self._last: tuple[weakref.ref[Frame], Camera, np.ndarray] | None = None
 
     def fit(self, size: tuple[int, int]) -> HistoryImage:
-        """The images, empty if the size is another one."""
+        """Return the images, emptied if the size has changed."""
         if self._image is None or self._image.size != size:
             self.release()
             self._image = HistoryImage(self._context, size)
         return self._image
 
     def view_from(self, frame: Frame, camera: Camera) -> np.ndarray | None:
-        """(4, 4) from the axes of a frame's camera to those of the last frame's; the identity if neither has moved.
+        """Return (4, 4) from the axes of a frame's camera to those of the last frame's; the identity if neither has
+        moved.
 
         None if nothing can be used: after another camera, and where the frame has been filtered before.
         """
@@ -111,11 +113,11 @@ class History:
         return np.eye(4) if np.array_equal(pose, frame.pose) else np.linalg.inv(pose) @ frame.pose
 
     def remember(self, frame: Frame, camera: Camera) -> None:
-        """The images rest on this frame, too."""
+        """Note that the images now include this frame."""
         self._last = weakref.ref(frame), camera, frame.pose
 
     def forget(self) -> None:
-        """The stream begins anew."""
+        """Start the stream anew."""
         self._last = None
         self.decisions = Decisions()
 

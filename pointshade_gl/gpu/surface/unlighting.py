@@ -1,4 +1,4 @@
-"""Albedo pass: a frame's picture -> its colours without the light that it was taken in."""
+"""Divides the light out of a frame's colour image, so that the albedo remains."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class UnlightingPass(Owner):
             self._paint = self._keep(FullscreenPass(context, "surface/unlighting.frag"))
 
     def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
-        """The light in a frame's picture, from the normals of its surface."""
+        """Find the light in a frame's colour image, from the normals of its surface."""
         return fit_light(*self.sample(frame, surface)[:2])
 
     def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:

@@ -1,4 +1,4 @@
-"""Upsampling: a small surface -> the same surface at a larger size, its outlines as the colour picture shows them."""
+"""Upsamples a surface to the resolution of the colour image, whose edges decide where its outlines run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .normals import Estimator, SurfacePass
 
 
 class UpsamplePass(Owner):
-    """Colour decides which surface a pixel lies on, its place alone decides how far away and how turned it is.
+    """Enlarges surfaces: colour decides to which surface a pixel belongs, its position alone its depth and its normal.
 
     It trusts the colours, and nothing checks them. Near edges of ray-traced scenes with samples of 7.5 pixels, 8 % of
     the depths are wrong without a vote and 1 % with it; 2 % with noise of 20/255 in the colours, 5 % of 40/255; 6 %
@@ -40,9 +40,9 @@ class UpsamplePass(Owner):
         estimator: Estimator | None,
         large: PointSurface,
     ) -> None:
-        """Brings the surface that the estimator has found, or that has the caller's own normals, to a larger size.
+        """Enlarge a frame's surface, of estimated normals or the caller's own, from `small` to `large`.
 
-        camera  who took the frame, at the depth's size
+        camera  took the frame, at the depth's size
         """
         images = self._images.fit(small.size)
         colors = {"color_map": frame.color}
@@ -58,7 +58,8 @@ class UpsamplePass(Owner):
 
 
 class SampleImages(Images):
-    """What the vote asks of each sample: `guide`, its mean colour, and `calm`, whether all around lies on its plane."""
+    """What the vote needs of each sample: `guide`, its mean colour, and `calm`, whether its neighbours lie on its
+    plane."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
@@ -66,7 +67,8 @@ class SampleImages(Images):
 
 
 def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:
-    """The part of a larger picture where samples in a window of the smaller one may be seen: a sample further."""
+    """Return the window of a larger picture in which the samples of a smaller picture's window may be visible: one
+    sample more."""
     edges = []
     for axis in (0, 1):
         low, high = window[axis] - 1, window[axis] + window[axis + 2] + 1

@@ -210,7 +210,7 @@ def test_floating_point_colours_are_refused(tmp_path):
         ({"depth": DEEP / 1000, "fov": 60, "color": COLOR[..., 0]}, ValueError, r"color must have shape .*\(30, 40\)"),
         ({"depth": "nowhere.png", "fov": 60}, FileNotFoundError, r"nowhere\.png does not exist"),
         ({"folder": "nowhere"}, FileNotFoundError, "there is no folder nowhere"),
-        ({"folder": __file__}, ValueError, "is not a picture"),
+        ({"folder": __file__, "color": COLOR}, ValueError, "is not a picture"),
     ],
 )
 def test_what_is_missing_is_told(options, error, sentence):

@@ -37,7 +37,7 @@ class Cell:
         return f"Cell({len(self.html) / 1e6:.1f} MB, {self._height} pixels high)"
 
 
-@takes(RequestOptions, *GROUPS)
+@takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_cell(
     renderer: Renderer,
     source: Source,
@@ -47,16 +47,26 @@ def draw_cell(
     title: str = "pointshade",
     **options: Unpack[RequestOptions],
 ) -> Cell:
-    """Shows a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
+    """Show a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
 
-    source   as for `render`
-    height   of the cell, CSS pixels; it is as wide as the notebook
-    quality  as for `save_page`; None: "exact", or "small" where that would be more than 2.5 MB. Notebooks keep each
-             page, and Jupyter drops outputs of 3 MB and more unless ServerApp.iopub_data_rate_limit is raised
-    title    what a page says below its picture
-    options  those of `render`
+    As the last line of a cell it shows itself.
 
-    As the last line of a cell it shows itself. Raises ValueError or TypeError for anything else.
+    Parameters
+    ----------
+    source : Frame, sequence of Frame, Scene, path or RenderRequest
+        What is shown, as `render` takes it.
+    height : int
+        Of the cell, CSS pixels; it is as wide as the notebook.
+    quality : {"exact", "small"}, optional
+        As for `save_page`; None: "exact", or "small" where that would be more than 2.5 MB. Notebooks keep each page,
+        and Jupyter drops outputs of 3 MB and more unless ServerApp.iopub_data_rate_limit is raised.
+    title : str
+        What the page says below its picture.
+
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that do not fit.
     """
     height = check_count(height, "height", LOWEST, "of pixels ")
     page = draw_page(renderer, source, quality=quality or "exact", title=title, **options)

@@ -51,7 +51,7 @@ STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
 
-@takes(RequestOptions, *GROUPS)
+@takes(RequestOptions, *GROUPS, like=Renderer.render)
 def write_page(
     renderer: Renderer,
     path: FilePath,
@@ -62,24 +62,36 @@ def write_page(
     title: str | None = None,
     **options: Unpack[RequestOptions],
 ) -> None:
-    """Writes a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
+    """Write a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
-    Depths and normals are those that `render` draws with, "auto" smooths noise in the page, too.
+    Depths and normals are those that `render` draws with: "auto" smooths noise in the page, too. Where something cannot
+    be shown (the size of lights, grounds, triangles between pixels, the mean of several frames), a note says so, and
+    the page's help.
 
-    path     ends with .html; it is written completely or not at all
-    source   as `render` takes it: a Frame, several in a sequence, a Scene, a path or a built-in name
-    quality  "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about a third
-             smaller, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees
-    largest  pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth
-    title    what the page calls itself; None is the name of a path, or "pointshade"
-    options  those of `render`: the page begins with the picture that it gives. The mouse holds the first light, the
-             others stay where they are. Samples and ground are those of the picture for browsers without WebGL 2.
+    The page begins with the picture that `render` gives. The mouse holds the first light, the others stay where they
+    are. Samples and ground are those of the picture for browsers without WebGL 2.
 
-    Where something cannot be shown (the size of lights, grounds, triangles between pixels, the mean of several frames),
-    a note says so, and the page's help.
+    Parameters
+    ----------
+    path : path
+        The file, .html; it is written completely or not at all.
+    source : Frame, sequence of Frame, Scene, path or RenderRequest
+        What is shown, as `render` takes it.
+    quality : {"exact", "small"}
+        "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about a third
+        smaller, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees.
+    largest : int
+        Pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth.
+    title : str, optional
+        What the page calls itself; None is the name of a path, or "pointshade".
 
-    Raises ValueError or TypeError for arguments that do not fit, and OSError for a path that cannot be written.
+    Raises
+    ------
+    ValueError, TypeError
+        For arguments that do not fit.
+    OSError
+        For a path that cannot be written.
     """
     path = check_page_path(path)
     text = draw_page(renderer, source, quality=quality, largest=largest, title=title, **options)
@@ -95,7 +107,7 @@ def check_page_path(path: FilePath) -> Path:
     return check_place(path)
 
 
-@takes(RequestOptions, *GROUPS)
+@takes(RequestOptions, *GROUPS, like=Renderer.render)
 def draw_page(
     renderer: Renderer,
     source: Source,

@@ -55,7 +55,7 @@ RASTERIZERS: tuple[Rasterizer, ...] = get_args(Rasterizer)
 
 
 class Renderer:
-    """Draws pictures, and owns the OpenGL context unless it is given one. Use it in the thread that made it.
+    """Draw pictures, and own the OpenGL context unless one is given. Use it in the thread that made it.
 
     Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
@@ -63,15 +63,26 @@ class Renderer:
     A frame of more than 33 million points, or larger than a texture may be, is drawn in tiles, which take turns on the
     GPU: its memory there is bounded. Each new view of it uploads it again, and estimates its normals again.
 
-    context  a moderngl.Context of the caller's. The caller keeps it: what is set and bound in it changes no picture and
-             is left as it was. None makes one off screen.
-    device   which GPU, counted by EGL (Linux)
-    rasterizer  "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes
-             other than 1 and round splats to the points; "auto" is compute where the driver has it
-    merge    of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are drawn as
-             one splat. Colours and normals stay those of the pixels. 0 draws each pixel by itself.
+    Parameters
+    ----------
+    context : moderngl.Context, optional
+        A context of the caller's, who keeps it: what is set and bound in it changes no picture and is left as it was.
+        None makes one off screen.
+    device : int
+        Which GPU, counted by EGL (Linux).
+    rasterizer : {"auto", "points", "compute"}
+        "points" draws splats as GL points (OpenGL 3.3), "compute" by a compute shader (4.3), which leaves sizes other
+        than 1 and round splats to the points; "auto" is compute where the driver has it.
+    merge : float
+        Of the compute rasteriser: 2x2 or 4x4 pixels on one plane, to within this share of 1/z, are drawn as one splat.
+        Colours and normals stay those of the pixels. 0 draws each pixel by itself.
 
-    Raises ContextError without OpenGL 3.3, TypeError or ValueError for arguments of another kind.
+    Raises
+    ------
+    ContextError
+        Without OpenGL 3.3.
+    TypeError, ValueError
+        For arguments of another kind.
     """
 
     def __init__(
@@ -99,20 +110,23 @@ class Renderer:
 
     @property
     def choice(self) -> Choice | None:
-        """What estimated the last normals, and why."""
+        """Return what estimated the last normals, and why."""
         return self._pipeline.gpu_scene.frames.choice
 
     @property
     def weights(self) -> dict[Frame, float]:
-        """How much each frame of the last picture counts where several show the same: 1 if it is a primary view."""
+        """Return how much each frame of the last picture counts where several show the same: 1 for a primary view."""
         return weights(self._pipeline.gpu_scene.drawn)
 
     def explain(self, names: Sequence[str] = ()) -> list[str]:
-        """What drew the last picture, and why, in lines: estimators, and what several frames of one thing agree on.
-
-        names  of these frames; by default their numbers
+        """Return what drew the last picture, and why, in lines: estimators, and what several frames agree on.
 
         It reads from the GPU how far the points are trusted: a picture costs nothing more unless this is called.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the frames of one object; by default their numbers.
         """
         with self._in_use():
             drawn = self._pipeline.gpu_scene.drawn
@@ -145,11 +159,11 @@ class Renderer:
         Parameters
         ----------
         frame : Frame, sequence of Frame, Scene, path or RenderRequest
-            what is drawn. A request has all other options.
-        light : Light or sequence of Light, default None
-            None is the default Light
-        camera : Camera, default None
-            who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
+            What is drawn. A request has all other options.
+        light : Light or sequence of Light, optional
+            None is the default Light.
+        camera : Camera, optional
+            Who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
             is the picture's.
 
         Returns
@@ -162,9 +176,9 @@ class Renderer:
         Raises
         ------
         ValueError, TypeError
-            for arguments that do not fit, before anything is drawn
+            For arguments that do not fit, before anything is drawn.
         OSError
-            for a path that cannot be read
+            For a path that cannot be read.
         """
         request = RenderRequest.of(
             frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
@@ -174,7 +188,7 @@ class Renderer:
             self.draw(request)
             return self._pipeline.read().view(Picture)
 
-    @takes(RenderOptions, *GROUPS)
+    @takes(RenderOptions, *GROUPS, like=render)
     def draw(
         self,
         frame: Source,
@@ -205,7 +219,7 @@ class Renderer:
         with self._in_use():
             return self._pipeline.draw(scene, lights, *seen, finish).color
 
-    @takes(DepthOptions, *GROUPS)
+    @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(
         self,
         frame: Source,
@@ -218,12 +232,12 @@ class Renderer:
         """Return the depth of the picture that `render` draws.
 
         Where "auto" smooths noise, this is the smoothed depth. With clean depth and the frame's own camera it is
-        `frame.depth`, to a share of 1e-5. Arguments and errors are those of `render`.
+        `frame.depth`, to a share of 1e-5. It raises as `render`.
 
         Returns
         -------
         (h, w) float32
-            metres along the axis; 0 where nothing is seen
+            Metres along the axis; 0 where nothing is seen.
         """
         request = RenderRequest.of(
             frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
@@ -236,10 +250,25 @@ class Renderer:
     def find_surface(
         self, x: float, y: float, camera: Camera, pose: Numbers, reach: int = 4
     ) -> tuple[int, int, float] | None:
-        """The pixel nearest to (x, y), `reach` pixels away at most, that shows a surface of what was drawn last, and
-        the depth there: metres along the axis of a camera at a pose (4, 4). None if there is none.
+        """Return the pixel nearest to a place that shows a surface of what was drawn last, and the depth there.
 
         Few pixels leave the GPU, and what was drawn stays.
+
+        Parameters
+        ----------
+        x, y : float
+            The place, pixels.
+        camera : Camera
+            Who looks.
+        pose : (4, 4)
+            Its camera-to-world.
+        reach : int
+            How far from the place, pixels.
+
+        Returns
+        -------
+        (column, row, depth) or None
+            Depth in metres along the camera's axis; None if there is no surface.
         """
         left, top = max(round(x) - reach, 0), max(round(y) - reach, 0)
         right, bottom = min(round(x) + reach + 1, camera.width), min(round(y) + reach + 1, camera.height)
@@ -255,13 +284,24 @@ class Renderer:
         return left + u, top + v, float(depth[v, u])
 
     def render_normals(self, scene: Scene) -> NDArray[np.float32]:
-        """Unit normals of what a scene's camera sees: (h, w, 3) float32, its axes; NaN where nothing is to be lit."""
+        """Return the normals of what a scene's camera sees.
+
+        Parameters
+        ----------
+        scene : Scene
+            What is seen.
+
+        Returns
+        -------
+        (h, w, 3) float32
+            Unit normals, the camera's axes; NaN where nothing is to be lit.
+        """
         framed = check_type(scene, Scene, "scene").framed()
         with self._in_use():
             surfaces = self._pipeline.read_surfaces(framed, *RenderRequest(framed).seen_by(framed))
         return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
 
-    @takes(PointsOptions, *GROUPS)
+    @takes(PointsOptions, *GROUPS, like=render)
     def render_points(
         self,
         frame: Frame | FilePath | RenderRequest,
@@ -274,15 +314,15 @@ class Renderer:
     ) -> PointCloud:
         """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
 
-        The arguments that are not listed here, and the errors, are those of `render`.
+        It raises as `render`.
 
         Parameters
         ----------
-        pose : Numbers, default None
+        pose : Numbers, optional
             (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
-            pose
+            pose.
         shading : Shading, default 'phong'
-            "none" keeps the picture's own colours; any other lights each point once, as "flat" does
+            "none" keeps the picture's own colours; any other lights each point once, as "flat" does.
         """
         request = RenderRequest.of(
             _single(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
@@ -294,7 +334,7 @@ class Renderer:
         with self._in_use():
             return cloud_of(frame, *self._pipeline.read_points(scene, check_lights(request.lights), pose))
 
-    @takes(SurfaceOptions, Look)
+    @takes(SurfaceOptions, Look, like=render)
     def estimate_normals(
         self, frame: Frame | FilePath | RenderRequest, method: Method = "auto", **options: Unpack[SurfaceOptions]
     ) -> NDArray[np.float32]:
@@ -312,13 +352,13 @@ class Renderer:
         Returns
         -------
         (h, w, 3) float32
-            unit normals, camera axes, towards the camera; NaN without depth, and where depths are so far apart that
-            float32 has no normal for them
+            Unit normals, camera axes, towards the camera; NaN without depth, and where depths are so far apart that
+            float32 has no normal for them.
 
         Raises
         ------
         ValueError
-            for an unknown method and for invalid noise or step. `choice` says what ran, and why.
+            For an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
         if isinstance(frame, str | PathLike):
             from ..files.frames.frame_files import load_frame
@@ -334,12 +374,22 @@ class Renderer:
 
     @contextmanager
     def prepared(self, scene: Scene, camera: Camera, pose: NDArray[np.float64]) -> Iterator[dict[Placed, Drawable]]:
-        """All things of a scene on the GPU, as fine as this view of them needs, for who reads them: a page."""
+        """Put all objects of a scene on the GPU, as fine as a view of them needs, for a reader such as a page.
+
+        Parameters
+        ----------
+        scene : Scene
+            What is prepared.
+        camera : Camera
+            Who looks.
+        pose : (4, 4)
+            Its camera-to-world.
+        """
         with self._in_use():
             yield self._pipeline.prepare_all(scene, camera, pose)
 
     def release(self) -> None:
-        """Frees everything this renderer made, in reverse order. Called again it does nothing."""
+        """Free everything this renderer made, in reverse order. Called again it does nothing."""
         if self.context.is_released:
             return
         if not self.context.is_gone:  # with its context a caller has freed all that was in it

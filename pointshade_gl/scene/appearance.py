@@ -111,10 +111,9 @@ class Look:
         "footprint",
         '"footprint" carries the pixel\'s square into the view; where a surface ends, footprints of size 1 bend '
         'with it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles '
-        "between neighbouring pixels instead, which have no size. The mesh ends at the middle of the last pixels:"
-        " from the frame's own camera its colours are exact, but the outer half pixel is missing. It also ends "
-        "where max_depth_step says, or without it where neither of two neighbours lies on the other's tangent "
-        "plane, to 2 % of 1/z.",
+        "between neighbouring pixels instead, which have no size. The mesh reaches to the outer edge of the last "
+        "pixels of a surface. A surface ends where max_depth_step says, or without it where neither of two "
+        "neighbours lies on the other's tangent plane, to 2 % of 1/z.",
         f"What is drawn of each point: {', '.join(SPLATS)} (triangles between pixels).",
         metavar="SHAPE",
         known=SPLATS,
@@ -216,9 +215,17 @@ class Look:
         parse_max_depth_step(self.max_depth_step)
 
     def for_frame(self, depth: NDArray[np.float32]) -> Look:
-        """The look with its arrays checked against a depth picture (h, w) and copied, read-only.
+        """Return the look with its arrays checked against a depth picture and copied, read-only.
 
-        Raises ValueError for arrays of another shape, and for sizes or noise that make no sense.
+        Parameters
+        ----------
+        depth : (h, w) float32
+            Metres; 0 where it is unknown.
+
+        Raises
+        ------
+        ValueError
+            For arrays of another shape, and for sizes or noise that make no sense.
         """
         changes: dict[str, Any] = {}
         if not isinstance(self.normals, str):
@@ -233,7 +240,13 @@ class Look:
         return replace(self, **changes) if changes else self
 
     def sizes_for(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Return the splats' sizes in source pixels, (1,) or (h*w,), for a depth picture (h, w)."""
+        """Return the splats' sizes in source pixels: (1,) or (h * w,).
+
+        Parameters
+        ----------
+        depth : (h, w) float32
+            The depth picture that they belong to.
+        """
         return check_sizes(self.point_size, depth.shape)
 
     @property

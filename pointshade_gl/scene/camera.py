@@ -169,11 +169,23 @@ class Camera:
             return np.stack(self.pixel_at(x, y, np.where(z > 0, z, np.nan)), -1)
 
     def ray_at(self, u: Any, v: Any) -> tuple[Any, Any]:
-        """Return x and y, where z is 1, of the ray through a column and a row of pixels: numbers or arrays."""
+        """Return x and y, where z is 1, of the ray through a place in the picture.
+
+        Parameters
+        ----------
+        u, v : float or array
+            Column and row, pixels.
+        """
         return (u - self.cx) / self.fx, (v - self.cy) / self.fy
 
     def pixel_at(self, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
-        """Return the column and the row at which a point in front of the camera appears: numbers or arrays."""
+        """Return the column and the row at which a point in front of the camera appears.
+
+        Parameters
+        ----------
+        x, y, z : float or array
+            The point, camera axes.
+        """
         return self.fx * x / z + self.cx, self.fy * y / z + self.cy
 
     @property

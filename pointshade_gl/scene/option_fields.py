@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterable
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -14,6 +15,7 @@ from ..messages.suggestions import did_you_mean
 
 FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film", "Picture"  # panels of the help
 WIDTH = 112  # columns of documentation
+HEADING = "\n\nParameters\n----------\n"
 _Any = TypeVar("_Any", bound=Any)
 
 
@@ -79,10 +81,11 @@ def older_names(found: Iterable[Field[Any]]) -> dict[str, str]:
     return {one.name: was for one in found if (was := option_of(one).was)}
 
 
-def takes(known: type, *groups: type) -> Callable[[_Any], _Any]:
+def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) -> Callable[[_Any], _Any]:
     """Decorate a function with `**options: Unpack[known]`: its signature and its help list them all.
 
     groups  the dataclasses whose fields they are
+    like    a function whose help has the other parameters, if they are not documented here
 
     The function raises TypeError for other names, and says which one is near.
     """
@@ -94,9 +97,11 @@ def takes(known: type, *groups: type) -> Callable[[_Any], _Any]:
         names = [name for name in keys_of(known) if name not in signature.parameters]
         named = [_parameter(name, found.get(name), known.__annotations__[name]) for name in names]
         listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
-        was = older_names(one for one, _ in listed)
-        called = _understanding(was, _checking(function, {one.name for one in plain} | set(names)))
-        called.__doc__ = with_parameters(function.__doc__, listed)
+        was, taken = older_names(one for one, _ in listed), {one.name for one in (*plain, *named)}
+        called = _understanding(was, _checking(function, taken))
+        others = [entry for name, entry in _entries(like.__doc__).items() if name in taken] if like else []
+        order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
+        called.__doc__ = with_parameters(function.__doc__, listed, others, order)
         called.__signature__ = signature.replace(parameters=[*plain, *named])
         return called
 
@@ -114,21 +119,40 @@ def keys_of(known: type) -> list[str]:
     return list(known.__annotations__)
 
 
-def with_parameters(doc: str | None, listed: list[tuple[Field[Any], inspect.Parameter]]) -> str:
-    """Return a docstring whose section "Parameters" also lists options, unless it has them already."""
+def with_parameters(
+    doc: str | None, listed: list[tuple[Field[Any], inspect.Parameter]], others: Iterable[str] = (), order: str = ""
+) -> str:
+    """Return a docstring whose section "Parameters" also lists options, unless it has them already.
+
+    others  further entries of this section
+    order   the signature's names, as one text
+    """
     text = inspect.cleandoc(doc or "")
-    entries = [entry_of(*one) for one in listed if f"\n{one[0].name} :" not in text]
-    if "\nParameters\n---" not in text:
-        entries.insert(0, "\nParameters\n----------")
-    ends = [at for title in ("Returns", "Raises") if (at := text.find(f"\n\n{title}\n---")) >= 0]
-    end = min(ends, default=len(text))
-    return "\n".join([text[:end], *entries]) + text[end:] + "\n"
+    found = _entries(text)
+    for entry in (*others, *(entry_of(*one) for one in listed)):
+        found.setdefault(entry.partition(" :")[0], entry)
+    section = sorted(found, key=lambda name: order.find(f" {name} "))
+    before, _, after = text.partition(HEADING)
+    ends = [at for title in ("Returns", "Raises") if (at := before.find(f"\n\n{title}\n---")) >= 0]
+    end = min(ends, default=len(before))
+    rest = before[end:] + after[after.find("\n\n") :] if "\n\n" in after else before[end:]
+    return before[:end] + HEADING + "\n".join(found[name] for name in section) + rest + "\n"
+
+
+def _entries(text: str | None) -> dict[str, str]:
+    """Return the entries of the section "Parameters" of a docstring, by their names."""
+    section = (text or "").partition(HEADING)[2].partition("\n\n")[0]
+    return {entry.partition(" :")[0]: entry for entry in re.split(r"\n(?=\w)", section) if entry}
 
 
 def entry_of(one: Field[Any], parameter: inspect.Parameter) -> str:
     """Return the lines about an option in a section "Parameters"."""
-    said = textwrap.fill(option_of(one).doc, WIDTH, initial_indent="    ", subsequent_indent="    ")
-    return f"{one.name} : {parameter.annotation}, default {parameter.default!r}\n{said}"
+    doc = option_of(one).doc
+    said = f"{doc[0].upper()}{doc[1:].removesuffix('.')}."
+    said = textwrap.fill(said, WIDTH, initial_indent="    ", subsequent_indent="    ")
+    value = parameter.default
+    default = f"{type(value).__name__}()" if is_dataclass(value) and value == type(value)() else repr(value)
+    return f"{one.name} : {parameter.annotation}, default {default}\n{said}"
 
 
 def renamed(**was: str) -> Callable[[_Any], _Any]:

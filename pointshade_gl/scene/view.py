@@ -93,19 +93,41 @@ class View:
         check_type(self.look, Look, "look")
 
     def of(self, frame: Frame | Scene, pivot: Numbers | None = None) -> dict[str, Any]:
-        """The arguments of `Renderer.render` for a frame or scene. The camera turns around pivot, (3,) world."""
+        """Return the arguments of `Renderer.render` for a frame or a scene.
+
+        Parameters
+        ----------
+        frame : Frame or Scene
+            What is drawn.
+        pivot : (3,), optional
+            What the camera turns around, world axes; None is the middle of the frame or scene.
+        """
         camera, pose = self.seen(frame, pivot)
         look = {} if isinstance(frame, Scene) else self.look.options
         return {"light": self.lights or None, "camera": camera, "pose": pose, **look, **self.finish.options}
 
     def seen(self, frame: Frame | Scene, pivot: Numbers | None = None) -> tuple[Camera | None, NDArray[np.float64]]:
-        """Return the camera that looks, None for the frame's or scene's own, and its pose."""
+        """Return the camera that looks, None for the frame's or scene's own, and its pose.
+
+        Parameters
+        ----------
+        frame : Frame or Scene
+            What is drawn.
+        pivot : (3,), optional
+            As in `of`.
+        """
         frame = frame.framed() if isinstance(frame, Scene) else frame
         pose = viewing_pose(frame, self.pose, self.yaw, self.pitch, self.dolly, pivot)
         return None if self.picture_size is None else _sized_camera(frame, self.picture_size), pose
 
     def shows_photograph(self, source: Frame | Scene | Sequence[Frame]) -> bool:
-        """Whether frames are seen unlit as their cameras saw them: one sample gives their colours back exactly."""
+        """Return whether frames are seen unlit as their cameras saw them: one sample gives their colours back exactly.
+
+        Parameters
+        ----------
+        source : Frame, sequence of Frame or Scene
+            What is drawn.
+        """
         is_moved = self.pose is not None or any((self.yaw, self.pitch, self.dolly)) or self.picture_size is not None
         return self.look.is_plain and not is_moved and not isinstance(source, Scene)
 

@@ -85,7 +85,7 @@ def test_help_lists_every_option_with_its_default_and_its_documentation(function
     assert set(options.__annotations__) <= set(parameters)
     for name in set(parameters) & set(FIELDS):
         assert parameters[name].default == FIELDS[name].default or name == "material"
-        assert f"{name} : " in doc and (name in ("shading", "pose") or option_of(FIELDS[name]).doc in doc)
+        assert f"{name} : " in doc and (name in ("shading", "pose") or option_of(FIELDS[name]).doc[1:] in doc)
     assert not any(one.kind is one.VAR_KEYWORD for one in parameters.values())
 
 

@@ -17,8 +17,14 @@ from .scene.point_cloud import PointCloud
 from .scene.point_object import PointObject
 from .scene.render_settings import Finish
 from .scene.view import View
+from .version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from . import batch as batch
+    from . import files as files
+    from .files import gltf as gltf
+    from .files import live_set as _live
+    from .files import sources as sources
     from .files.frames.frame_files import load_frame
     from .files.gltf import load_scene, save_scene
     from .files.live_set import live_set
@@ -30,7 +36,8 @@ if TYPE_CHECKING:
     from .files.writing.point_clouds import save_points
     from .page import save_page, show
 
-__version__ = "0.1.0"
+    live = _live
+
 __all__ = [
     "Camera",
     "ContextError",

@@ -18,7 +18,7 @@ from ..files.sources import open_source
 from ..messages.errors import ContextError, ShaderError
 from ..messages.formatting import shown
 from ..messages.notes import Note, once, print_note, taken
-from ..messages.validation import check_count, check_flag, check_number, check_type
+from ..messages.validation import check_count, check_flag, check_number, check_type, is_a
 from ..rendering.notebook import Picture
 from ..rendering.request import FilePath, RenderRequest, loaded
 from ..rendering.thread_renderer import renderer_here
@@ -71,16 +71,16 @@ def map(
         check_count(workers, "workers", 1)
     check_count(device, "device")
     check_flag(return_exceptions, "return_exceptions")
-    if not isinstance(ray, str | None):
+    if not is_a(ray, str, type(None)):
         raise TypeError(f"ray must be 'local' or an address, got {shown(ray)}")
     if check_number(num_gpus, "num_gpus", 0) and ray is None:
         raise ValueError("num_gpus is of a Ray cluster: pass ray='local' or an address")
-    if not isinstance(frames, str | PathLike | Iterable):
+    if not is_a(frames, str, PathLike, Iterable):
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
     note = once(print_note)
     drawings = (Drawing(source, view) for source in _sources(frames, note))
     if ray is None:
-        if isinstance(frames, Sized) and not isinstance(frames, str):
+        if isinstance(frames, Sized) and not is_a(frames, str):
             workers = max(1, min(workers or usable_cores(), len(frames)))
         results = on_processes(_drawn, drawings, workers, device, AHEAD)
     else:
@@ -180,7 +180,7 @@ def _sendable(source: Any) -> Any:
     """A source as workers can take it: paths from the root, as they may stand in another folder."""
     if isinstance(source, FrameSequence):
         return _or_error(list, source)
-    if isinstance(source, str | PathLike) and source not in (*FRAMES, *SCENES):
+    if is_a(source, str, PathLike) and source not in (*FRAMES, *SCENES):
         return str(Path(source).absolute())
     return source
 

@@ -11,10 +11,10 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from .. import __version__
 from ..rendering.renderer import Renderer
 from ..scene.frame import Frame
 from ..scene.normal_methods import Method
+from ..version import __version__
 from .scenes import SCENES, KnownScene, make_scene, standard_camera
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import __version__
 from ..batch.inputs import Source, find_sources
 from ..batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
 from ..batch.manifest import told
@@ -22,6 +21,7 @@ from ..files.writing.film import check_film
 from ..messages.formatting import option
 from ..messages.validation import check_choice, check_fps
 from ..scene.view import View
+from ..version import __version__
 from .inputs import check_look
 from .look_options import LookOptions
 from .options import FilmOptions, ReadingOptions, ViewOptions

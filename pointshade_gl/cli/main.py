@@ -36,7 +36,7 @@ app = typer.Typer(
 
 
 def _print_version(wanted: bool) -> None:
-    from .. import __version__
+    from ..version import __version__
 
     if wanted:
         print(f"pointshade_gl {__version__}")
@@ -131,7 +131,7 @@ def info(
         return
     if output:
         raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
-    from .. import __version__
+    from ..version import __version__
 
     with open_renderer(device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..messages.formatting import shown
 from ..messages.notes import print_note
-from ..messages.validation import check_type
+from ..messages.validation import check_type, is_a
 from ..scene.frame import Frame
 from ..scene.point_object import MOST_FRAMES
 from .sources import prefetched
@@ -88,12 +88,12 @@ def live_set(
 
 def _check_sources(sources: Any) -> list[Iterable[Frame]]:
     expected = "sources must be a sequence, such as a list, of Frames and iterables of frames"
-    if not isinstance(sources, Sequence) or isinstance(sources, str | bytes):
+    if not is_a(sources, Sequence) or is_a(sources, str, bytes):
         raise TypeError(f"{expected}, got {shown(sources)}")
     if not 1 <= len(sources) <= MOST_FRAMES:
         raise ValueError(f"a live set has 1 to {MOST_FRAMES} sources, got {len(sources)}")
     for k, source in enumerate(sources):
-        if isinstance(source, str | bytes) or not isinstance(source, Frame | Iterable):
+        if is_a(source, str, bytes) or not is_a(source, Frame, Iterable):
             raise TypeError(f"{expected}, source {k} is {shown(source)}")
     return [[source] if isinstance(source, Frame) else source for source in sources]
 

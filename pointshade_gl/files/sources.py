@@ -15,6 +15,7 @@ import numpy as np
 
 from ..messages.formatting import option, shown
 from ..messages.notes import Note, once, print_note
+from ..messages.validation import is_a
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.point_object import MOST_FRAMES
@@ -91,7 +92,7 @@ def views_of(
     if isinstance(source, Frame):
         raise ValueError(f"{option('views')} merges the frames of a sequence, and this is a single frame: leave it out")
     chosen = choose_views(source, count, note)
-    found = {}
+    found: dict[int, Frame] = {}
     for k in chosen:
         try:
             found[k] = source[k]
@@ -162,13 +163,14 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
     -----
     The threads end with the iteration, even if the consumer leaves it early.
     """
-    if not isinstance(source, Iterable):
+    if not is_a(source, Iterable):
         raise TypeError(f"source must be an iterable of frames, got {shown(source)}")
     if isinstance(source, Sequence):
         jobs: Iterator[Callable[[], Frame | None]] = (partial(source.__getitem__, k) for k in range(len(source)))
         workers = max(1, ahead)
     else:
-        jobs, workers = repeat(partial(next, iter(source), None)), 1
+        frames = iter(source)
+        jobs, workers = repeat(lambda: next(frames, None)), 1
     waiting: deque[Future[Frame | None]] = deque()
     pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
     try:

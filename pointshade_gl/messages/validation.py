@@ -42,6 +42,11 @@ def items_of(value: Any) -> list[Any] | None:
     return list(iterator)
 
 
+def is_a(value: object, *kinds: Any) -> bool:
+    """Return isinstance(value, kinds), for what a declared type promises and a caller may not keep."""
+    return isinstance(value, kinds)
+
+
 def check_choice(name: str, value: str, known: tuple[str, ...], place: str = "") -> None:
     """Raises ValueError, listing the known names, if the value is not one of them.
 

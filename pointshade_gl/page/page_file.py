@@ -19,7 +19,7 @@ from ..files.access.atomic_write import check_place, written_whole
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..messages.formatting import option, shown
 from ..messages.notes import print_note
-from ..messages.validation import check_choice, check_count, check_path
+from ..messages.validation import check_choice, check_count, check_path, is_a
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
@@ -121,7 +121,7 @@ def draw_page(
     check_choice(option("quality"), quality, tuple(QUALITIES))
     check_count(largest, "largest", 1, "of pixels ")
     named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
-    if not isinstance(title, str | None):
+    if not is_a(title, str, type(None)):
         raise TypeError(f"title must be a text, got {shown(title)}")
     request = RenderRequest.of(source, **options)
     request = replace(request, source=reduced(request.source, largest))

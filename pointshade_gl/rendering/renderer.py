@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -19,7 +19,7 @@ from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.errors import ContextError
 from ..messages.formatting import shown
-from ..messages.validation import Numbers, check_choice, check_count, check_type
+from ..messages.validation import Numbers, check_choice, check_count, check_type, is_a
 from ..pipeline.findings import findings, highlights, lights, weights
 from ..pipeline.pipeline import Pipeline
 from ..pipeline.report import explain, explain_lights
@@ -94,7 +94,7 @@ class Renderer:
     ):
         check_choice("rasterizer", rasterizer, RASTERIZERS)
         check_merge(merge)
-        if not isinstance(context, moderngl.Context | None):
+        if not is_a(context, moderngl.Context, type(None)):
             raise TypeError(f"context must be a moderngl.Context, got {shown(context)}")
         check_count(device, "device")
         self.context = Context(context, device)
@@ -373,7 +373,9 @@ class Renderer:
         return normals
 
     @contextmanager
-    def prepared(self, scene: Scene, camera: Camera, pose: NDArray[np.float64]) -> Iterator[dict[Placed, Drawable]]:
+    def prepared(
+        self, scene: Scene, camera: Camera, pose: NDArray[np.float64]
+    ) -> Generator[dict[Placed, Drawable], None, None]:
         """Put all objects of a scene on the GPU, as fine as a view of them needs, for a reader such as a page.
 
         Parameters
@@ -405,7 +407,7 @@ class Renderer:
         self.release()
 
     @contextmanager
-    def _in_use(self) -> Iterator[None]:
+    def _in_use(self) -> Generator[None, None, None]:
         """The context is ready for this renderer's passes. What fails half way leaves nothing half made."""
         with self.context.in_use():
             try:

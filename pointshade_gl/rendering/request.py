@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..estimation.ground_plane import LIGHT as GROUND_LIGHT
 from ..messages.formatting import shown
-from ..messages.validation import Numbers, check_type
+from ..messages.validation import Numbers, check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -146,7 +146,7 @@ class Scenes:
 
 def loaded(source: Any) -> Any:
     """Return the frame or scene itself; of a path or a built-in name, what is there."""
-    if not isinstance(source, str | PathLike):
+    if not is_a(source, str, PathLike):
         return source
     from ..files.sources import load_any  # which imports the readers of all files
 
@@ -157,7 +157,7 @@ def check_source(source: Any) -> Frame | Sequence[Frame] | Scene:
     """Return the source. Raises TypeError or ValueError for anything but a frame, several, or a scene."""
     if isinstance(source, Frame | Scene):
         return source
-    if isinstance(source, Sequence) and not isinstance(source, bytes):
+    if is_a(source, Sequence) and not is_a(source, bytes):
         return check_frames(source)
     raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(source)}")
 

@@ -167,7 +167,7 @@ class Scene(Preview):
     @cached_property
     def lights(self) -> list[Light]:
         """Return the lights of the visible nodes, in world axes."""
-        found = []
+        found: list[Light] = []
         for p in self.placed():
             if isinstance(p.content, Light):
                 light, turn, changes = p.content, p.world[:3, :3], {}

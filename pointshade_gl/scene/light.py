@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import shown
 from ..messages.validation import (
+    Numbers,
     check_color,
     check_direction,
     check_flag,
@@ -74,6 +75,21 @@ class Light:
     shadow: bool = False
     radius: float = 0.0
     angle: float = 0.0
+
+    if TYPE_CHECKING:  # what may be passed is more than what is kept
+
+        def __init__(
+            self,
+            position: Numbers | None = None,
+            direction: Numbers | None = None,
+            color: Numbers = ...,
+            intensity: float = ...,
+            attenuation: Numbers = ...,
+            cone: Numbers = ...,
+            shadow: bool = ...,
+            radius: float = ...,
+            angle: float = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if self.position is not None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import counted
-from ..messages.validation import LARGEST, as_array, as_given, check_choice, check_color, check_type
-from .appearance import SHADINGS, Material
+from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_color, check_type
+from .appearance import SHADINGS, Material, Shading
 from .bounds import box_corners
 
 
@@ -57,7 +57,21 @@ class Mesh:
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     texture: NDArray[np.uint8] | None = None
     material: Material = field(default_factory=Material)
-    shading: str = "phong"
+    shading: Shading = "phong"
+
+    if TYPE_CHECKING:  # what may be passed is more than what is kept
+
+        def __init__(
+            self,
+            positions: Numbers,
+            faces: Numbers,
+            normals: Numbers | None = None,
+            uv: Numbers | None = None,
+            color: Numbers = ...,
+            texture: Numbers | None = None,
+            material: Material = ...,
+            shading: Shading = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         points = _floats(self.positions, "mesh positions", (None, 3))

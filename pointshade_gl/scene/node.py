@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..messages.formatting import shown
-from ..messages.validation import check_flag, items_of
+from ..messages.validation import check_flag, is_a, items_of
 from .light import Light
 from .mesh import Mesh
 from .point_object import PointObject
@@ -51,12 +51,12 @@ class Node:
 
     def __post_init__(self) -> None:
         where = self.title
-        if not isinstance(self.name, str):
+        if not is_a(self.name, str):
             raise TypeError(f"{where}: its name must be a text")
         if isinstance(self.content, list):
             object.__setattr__(self, "content", tuple(self.content))
         for item in self.content if isinstance(self.content, tuple) else (self.content,):
-            if not isinstance(item, PointObject | Mesh | Light | None):
+            if not is_a(item, PointObject, Mesh, Light, type(None)):
                 got = shown(item)
                 raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
         matrix = check_matrix(self.transform, f"{where}: its transform")

@@ -31,7 +31,8 @@ class Placed:
     @cached_property
     def path(self) -> tuple[int, ...]:
         """Which child of which child the node is."""
-        path, way = [], self.way
+        path: list[int] = []
+        way = self.way
         while way is not None:
             way, k = way
             path.append(k)

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from ..messages.formatting import counted, option, shown
-from ..messages.validation import check_type, items_of
+from ..messages.validation import check_type, is_a, items_of
 from .appearance import SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame
@@ -114,7 +114,7 @@ class PointObject:
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
     items = [frames] if isinstance(frames, Frame) else frames
-    if not isinstance(items, Sequence) or isinstance(items, str | bytes):
+    if not is_a(items, Sequence) or is_a(items, str, bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
     if not 1 <= len(items) <= MOST_FRAMES:
         raise ValueError(f"an object has 1 to {MOST_FRAMES} frames, got {len(items)}")

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def srgb_to_linear(encoded: Any) -> NDArray[Any]:
+def srgb_to_linear(encoded: NDArray[np.floating[Any]] | float) -> NDArray[Any]:
     """Return the linear light of sRGB, 0 to 1."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
-def linear_to_srgb(linear: Any) -> NDArray[Any]:
+def linear_to_srgb(linear: NDArray[np.floating[Any]] | float) -> NDArray[Any]:
     """Return linear light as sRGB, 0 to 1."""
     return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * np.maximum(linear, 0) ** (1 / 2.4) - 0.055)
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..messages.formatting import shown
-from ..messages.validation import check_flag, check_path, check_size, check_type
+from ..messages.validation import check_flag, check_path, check_size, check_type, is_a
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -87,7 +87,7 @@ class Viewer(Session):
         command_line: CommandLine | None = None,
     ):
         others = check_sources(source, others, views)
-        if not isinstance(title, str):
+        if not is_a(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
         size = None if window_size is None else check_size(window_size, "window_size")
         state = State() if state is None else check_type(state, State, "state")

@@ -2,10 +2,7 @@
 
 import ast
 import inspect
-import json
 import re
-import subprocess
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -185,40 +182,3 @@ def test_older_names_on_the_command_line(typed, tmp_path, monkeypatch, line, new
 def test_the_command_line_has_every_option():
     typed = {one.name for group in (TypedLook, ViewOptions, PictureOptions) for one in fields(group)}
     assert set(FIELDS) - {"material", "look", "finish", "lights"} | {"light"} == typed
-
-
-SCRIPT = """
-import numpy as np
-import pointshade_gl as ps
-
-frame = ps.load_frame("vase")
-lit = ps.render(frame, ps.Light(position=(0, -1, 0)), shading="flat", point_size=2, flying="snap", yaw=20, samples=4)
-depth = ps.render_depth(frame, None, np.eye(4), "star", upsample="none")
-normals = ps.estimate_normals(frame, "plane-fit-5", max_depth_step="3%")
-points = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
-ps.save_page("a.html", [frame, frame], quality="small", unlight=True)
-look = ps.Look(shading="gouraud", noise="kinect", point_size="fill")
-view = ps.View([ps.Light()], picture_size="half", look=look, finish=ps.Finish(16, "white", (0, -1, 0)))
-"""
-WRONG = """
-ps.render(frame, shading="toon")
-ps.render(frame, flyng="snap")
-ps.render_depth(frame, samples=2)
-ps.estimate_normals(frame, "magic")
-ps.Look(normals="magic")
-ps.PointObject(frame, splat="star")
-ps.Renderer(rasterizer="pionts")
-ps.View(picture_size="quarter")
-"""
-
-
-def test_a_users_script_is_checked_by_pyright(tmp_path):
-    """Right calls pass; each wrong name and each wrong word is an error."""
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT + WRONG)
-    (tmp_path / "pyrightconfig.json").write_text(json.dumps({"extraPaths": [str(PACKAGE.parent)]}))
-    line = [sys.executable, "-m", "pyright", "--outputjson", "--pythonpath", sys.executable, "-p", str(tmp_path)]
-    done = subprocess.run(line, capture_output=True, text=True, timeout=300, cwd=tmp_path)
-    found = {one["range"]["start"]["line"] for one in json.loads(done.stdout)["generalDiagnostics"]}
-    first = len(SCRIPT.splitlines()) + 1
-    assert found == set(range(first, first + len(WRONG.splitlines()) - 1)), done.stdout

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
@@ -215,7 +215,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
 
 
 @contextmanager
-def opened_picture(file: BinaryIO, head: bytes) -> Iterator[Image.Image]:
+def opened_picture(file: BinaryIO, head: bytes) -> Generator[Image.Image, None, None]:
     """The picture with its header read, without Pillow's own limit and its remarks about metadata."""
     from PIL import Image
 

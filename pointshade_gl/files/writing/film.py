@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -247,12 +248,12 @@ def _flattened(image: ArrayLike) -> Image.Image:
 
 def _find_ffmpeg(path: Path) -> str:
     try:
-        from imageio_ffmpeg import get_ffmpeg_exe  # only here: an optional extra
+        imageio_ffmpeg: Any = import_module("imageio_ffmpeg")  # only here: an optional extra
     except ImportError:
         raise ValueError(
             f"cannot write {path}: pip install 'pointshade-gl[video]' for .mp4; .gif works without"
         ) from None
     try:
-        return get_ffmpeg_exe()
+        return imageio_ffmpeg.get_ffmpeg_exe()
     except RuntimeError as error:
         raise OSError(f"cannot write {path}: {error}") from None

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,11 +52,10 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
     """
     path = check_points_path(path)
     check_type(cloud, PointCloud, "cloud")
-    from plyfile import PlyData, PlyElement  # only here: an optional extra
-
-    vertex = PlyElement.describe(_vertices(cloud), "vertex")
+    ply: Any = import_module("plyfile")  # only here: an optional extra
+    vertex = ply.PlyElement.describe(_vertices(cloud), "vertex")
     with written_whole(path) as temporary, temporary.open("xb") as file:
-        PlyData([vertex], byte_order="<").write(file)
+        ply.PlyData([vertex], byte_order="<").write(file)
 
 
 def _vertices(cloud: PointCloud) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The README's Python examples run as they stand. The viewer's is in test_viewer_application.py."""
+"""The README's Python examples run as they stand. The viewer's is in viewer/test_application.py."""
 
 import re
 import shutil

@@ -4,6 +4,7 @@ Imports for types alone count, too.
 """
 
 import ast
+import re
 from itertools import pairwise
 
 import pytest
@@ -153,3 +154,14 @@ def test_the_graph_holds_what_functions_and_types_import():
     assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli.main"]  # inside a function
     assert f"{PACKAGE}.scene.graph" in GRAPH[f"{PACKAGE}.files.gltf"]  # under `if TYPE_CHECKING:`
     assert f"{PACKAGE}.scene.camera" in GRAPH[PACKAGE] and f"{PACKAGE}.version" in GRAPH[f"{PACKAGE}.cli.main"]
+
+
+def test_the_files_that_code_and_documents_name_are_there():
+    files = [path for top in ("pointshade_gl", "shaders", "tests", "assets") for path in (CHECKOUT / top).rglob("*.*")]
+    names = {f"/{path.relative_to(CHECKOUT).as_posix()}" for path in files}
+    named = re.compile(r"(?<![\w./%{-])(?:[a-z_]+/)*[a-z_]+\.(?:py|glsl|frag|vert|comp|js)\b")
+    texts = [path for path in files if path.suffix in (".py", ".js", ".glsl", ".frag", ".vert", ".comp", ".md")]
+    texts = [path for path in texts if path.relative_to(CHECKOUT).parts[0] in ("pointshade_gl", "shaders")]
+    for path in [*texts, CHECKOUT / "README.md", CHECKOUT / "CONTRIBUTING.md"]:
+        for name in set(named.findall(path.read_text(encoding="utf-8"))) - {"azure_kinect_mkv_reader.py"}:  # Open3D's
+            assert any(known.endswith(f"/{name}") for known in names), f"{path.name} names {name}"

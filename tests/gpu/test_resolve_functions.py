@@ -1,4 +1,4 @@
-"""corners.glsl and resolve.glsl: each function is compared with its mirror, at edges and on planes."""
+"""splat_corners.glsl and resolve.glsl: each function is compared with its mirror, at edges and on planes."""
 
 import numpy as np
 import pytest

@@ -1,6 +1,6 @@
 """Pictures of whatever is passed: what always holds, whichever frame, camera, light and look.
 
-Many more examples: `pytest tests/test_properties_*.py --hypothesis-profile=long`.
+Many more examples: `pytest FILE --hypothesis-profile=long`.
 """
 
 from dataclasses import replace

@@ -1,6 +1,6 @@
 """Frames, cameras, poses, lights and looks: whatever is passed, a value that holds together, or one sentence.
 
-Many more examples: `pytest tests/test_properties_*.py --hypothesis-profile=long`.
+Many more examples: `pytest FILE --hypothesis-profile=long`.
 """
 
 import numpy as np

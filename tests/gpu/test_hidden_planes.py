@@ -1,4 +1,4 @@
-"""bridge.glsl: each function is compared with its mirror, and what is bridged with the planes that were hidden."""
+"""hidden_planes.glsl: each function is compared with its mirror, and its planes with those that were hidden."""
 
 import numpy as np
 import pytest

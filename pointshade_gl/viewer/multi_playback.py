@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
 from functools import partial
 
 from ..files.frames.sequences import FrameSequence
@@ -17,7 +16,8 @@ class MultiPlayback:
 
     sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)
     fps      frames per second of each; None: as fast as they come
-    skipped, wake  as for Playback
+    skipped  as for Playback
+    wake     as for Playback
     """
 
     index, total = -1, None  # there is no common number
@@ -27,19 +27,15 @@ class MultiPlayback:
         sources: Sequence[Frame | Iterable[Frame]],
         fps: Sequence[float | None],
         skipped: Callable[[str], None] = lambda _: None,
-        wake: Callable[[], None] = lambda: None,
     ):
-        self.wake = wake
+        self.wake: Callable[[], None] = lambda: None
         self._names = tuple(_name(source, k) for k, source in enumerate(sources))
         self._players: list[Playback] = []
         self._views: Views | None = None
-        with ExitStack() as undo:
-            for source, rate, name in zip(sources, fps, self._names, strict=True):
-                stream = iter([source]) if isinstance(source, Frame) else source
-                tell = partial(_tell, skipped, name)
-                self._players.append(Playback(stream, rate, tell, lambda: self.wake()))
-                undo.callback(self._players[-1].close)
-            self._close = undo.pop_all()
+        for source, rate, name in zip(sources, fps, self._names, strict=True):
+            stream = iter([source]) if isinstance(source, Frame) else source
+            self._players.append(Playback(stream, rate, partial(_tell, skipped, name)))
+            self._players[-1].wake = lambda: self.wake()
 
     @property
     def indices(self) -> list[int]:
@@ -86,7 +82,8 @@ class MultiPlayback:
 
     def close(self) -> None:
         """Stops the threads."""
-        self._close.close()
+        for player in self._players:
+            player.close()
 
     def _with(self, new: Sequence[Frame | None]) -> Views | None:
         if self._views is None or not any(new):

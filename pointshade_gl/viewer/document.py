@@ -131,7 +131,9 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
     """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
-    depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]
+    depths = [item for item in pictures if item.role == "depth"] or [
+        item for item in pictures if item.suffix in ONLY_DEPTH or is_deep_grey(item.path)
+    ]
     colors = [item for item in pictures if item not in depths]
     cameras = [item for item in items if item not in pictures]
     if len(depths) != 1 or len(colors) > 1 or len(cameras) > 1:
@@ -139,10 +141,6 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
         raise ValueError(f"{names}: drop the depth and the colour picture of one frame, a folder, or a scene")
     found = {"depth": depths, "color": colors, "intrinsics": cameras}
     return {name: some[0].path for name, some in found.items() if some}
-
-
-def _is_depth(item: Item) -> bool:
-    return item.suffix in ONLY_DEPTH or is_deep_grey(item.path)
 
 
 def check_sources(source: Any, others: Any, views: Any) -> list[Any]:

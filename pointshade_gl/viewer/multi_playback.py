@@ -16,8 +16,7 @@ class MultiPlayback:
 
     sources  each a Frame, a Sequence of frames, which repeats, or any other iterable (a camera)
     fps      frames per second of each; None: as fast as they come
-    skipped  as for Playback
-    wake     as for Playback
+    skipped, wake  as for Playback
     """
 
     index, total = -1, None  # there is no common number

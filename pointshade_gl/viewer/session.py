@@ -13,7 +13,7 @@ from .document import Document
 from .events import Command, Effect, PlayEffect, Remember, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .history import Moment
 from .keys import when_seen
-from .lights import in_order, taking, titles
+from .lights import taking, titles
 from .messages import Messages
 from .multi_playback import MultiPlayback
 from .playback import Playback
@@ -109,7 +109,7 @@ class Session:
     @property
     def light_titles(self) -> list[str]:
         """What the lights are called, with their names in the scene."""
-        return titles(self.document.light_names, in_order(self.moment))
+        return titles(self.document.light_names, self.moment)
 
     @property
     def own_camera(self) -> Camera:

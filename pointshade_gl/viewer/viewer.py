@@ -250,11 +250,6 @@ class Viewer(Session):
         """How often the window was drawn."""
         return self.redrawing.drawn
 
-    @property
-    def samples_shown(self) -> tuple[int, int]:
-        """How many samples the window shows, and how many it will show if nothing moves."""
-        return self.redrawing.samples, self.picture.most_samples(self.samples) if self.picture else self.samples
-
     def _draws_in(self, now: float) -> float | None:
         """Seconds until the window must be drawn; None: not before something changes."""
         picture = self.picture

@@ -247,7 +247,7 @@ def test_it_tells_rate_and_samples(open_viewer):
             viewer.handle(Event("move", x=x, y=100))
             viewer.step()
         for _ in range(40):
-            if viewer.samples_shown == (7, 7):
+            if viewer.redrawing.samples == 7:
                 break
             viewer.step()
         viewer.step(wait=False)

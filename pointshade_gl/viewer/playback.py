@@ -118,7 +118,6 @@ class Playback:
         """The frame of a Sequence with this number, or the next readable one. Playing goes on there."""
         self.close()
         frame = self._read_near(index, 1)
-        self._queue = queue.Queue(maxsize=1)
         if not self.is_paused:
             self._start(self.index + 1)
         return frame

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -10,10 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.core.steps import Lap
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
-from ..scene.camera import Camera
 from ..scene.orbit_state import marker_place
 from .controller import BAR
 from .events import Effect
@@ -73,18 +70,14 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: Picture, over: Overlay, samples: int, facts: Facts) -> tuple[Moment, list[Effect]]:
+    def draw(self, picture: Picture, over: Overlay, facts: Facts) -> tuple[Moment, list[Effect]]:
         """Redraw the whole window, and return what the user chose in the panel."""
         camera, chosen = picture.camera, (picture.now, [])
         self.renderer.steps.timed = over.panel
         with self.window:
-            drawn = self.renderer.draw(picture.request(samples))
-            began = time.perf_counter()
-            self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
-            self._draw_text(picture.camera, over)
+            drawn = self.renderer.draw(picture.request(facts.samples[0]))
+            self.renderer.steps.always("present", self._show, drawn, picture, over)
             if over.panel:
-                self.gl.finish()
-                self.renderer.steps.laps["present"] = Lap((time.perf_counter() - began) * 1e3, None)
                 self.gl.screen.viewport = (0, 0, camera.width, camera.height)
                 chosen = self.panel.draw(picture, facts)
             self.window.swap()
@@ -124,8 +117,10 @@ class Screen:
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
-    def _draw_text(self, camera: Camera, over: Overlay) -> None:
-        scale, above = over.scale, 0
+    def _show(self, drawn: Any, picture: Picture, over: Overlay) -> None:
+        """Marker and text over what was drawn."""
+        self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
+        camera, scale, above = picture.camera, over.scale, 0
         if over.strip:
             above, wide = round(BAR * scale), max(camera.width - over.taken, 1)
             drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)

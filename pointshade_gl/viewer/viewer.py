@@ -268,7 +268,7 @@ class Viewer(Session):
         samples = self.redrawing.begin(picture.content, time.perf_counter(), most)
         self.document.history.follow(self.moment)
         facts = Facts(self.renderer, self.redrawing.rate.per_second, (samples, most), self.light_titles)
-        self.moment, chosen = self.screen.draw(picture, over, samples, facts)
+        self.moment, chosen = self.screen.draw(picture, over, facts)
         for effect in (*chosen, Remember("panel", time.perf_counter())):
             self.perform(effect)
         self.redrawing.end(picture.content, over)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 
 from ..files.frames.sequences import FrameSequence
 from ..scene.frame import Frame
@@ -28,12 +27,13 @@ class MultiPlayback:
         skipped: Callable[[str], None] = lambda _: None,
     ):
         self.wake: Callable[[], None] = lambda: None
-        self._names = tuple(_name(source, k) for k, source in enumerate(sources))
+        named = enumerate(sources)  # as the panel calls them
+        self._names = tuple(s.folder.name if isinstance(s, FrameSequence) else f"source {k}" for k, s in named)
         self._players: list[Playback] = []
         self._views: Views | None = None
         for source, rate, name in zip(sources, fps, self._names, strict=True):
             stream = iter([source]) if isinstance(source, Frame) else source
-            self._players.append(Playback(stream, rate, partial(_tell, skipped, name)))
+            self._players.append(Playback(stream, rate, lambda sentence, name=name: skipped(f"{name}: {sentence}")))
             self._players[-1].wake = lambda: self.wake()
 
     @property
@@ -89,12 +89,3 @@ class MultiPlayback:
             return None
         self._views = self._views.with_frames(new)
         return self._views
-
-
-def _name(source: object, k: int) -> str:
-    """How the panel calls a source."""
-    return source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
-
-
-def _tell(skipped: Callable[[str], None], name: str, sentence: str) -> None:
-    skipped(f"{name}: {sentence}")

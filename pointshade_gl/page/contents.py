@@ -52,8 +52,8 @@ def _read(
     values = read_texture(points.surface.texture.ctx, points.surface.texture)
     depth = values[..., 3] if trusted is None else np.where(trusted, values[..., 3], 0)
     colors = _read_colors(shown.colors.texture)
-    if gain is not None:
-        colors = _brightened(colors, gain)
+    if gain is not None:  # (3,), of linear light
+        colors = linear_to_bytes(np.clip(srgb_to_linear(colors / 255) * gain, 0, 1))
     certainty = _read_certainty(points.surface.certainty) if shown.has_doubts else None
     sizes, is_round, stride = np.ones(1, np.float32), False, 0
     if isinstance(points, Points):
@@ -85,11 +85,6 @@ def _read_certainty(texture: moderngl.Texture | None) -> NDArray[np.float32] | N
     if texture is None:
         return None
     return (read_texture(texture.ctx, texture)[..., 0] / 65535).astype(np.float32)
-
-
-def _brightened(colors: NDArray[np.uint8], gain: NDArray[Any]) -> NDArray[np.uint8]:
-    """The colours times a gain (3,) of their linear light."""
-    return linear_to_bytes(np.clip(srgb_to_linear(colors / 255) * gain, 0, 1))
 
 
 def _box(depth: NDArray[np.float32], others: list[tuple[int, ...]], stride: int) -> tuple[int, int, int, int]:

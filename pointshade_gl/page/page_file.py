@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import base64
 import html
-import io
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from os import PathLike
@@ -26,7 +26,7 @@ from ..scene.graph import Scene
 from ..scene.option_fields import takes
 from .contents import surfaces_of
 from .page_scene import Showing, look_of
-from .parts import QUALITIES, Part, Quality, QualityName, mesh_part, surface_part
+from .parts import QUALITIES, Part, Quality, QualityName, encoded, mesh_part, surface_part
 from .picture_coding import pack
 from .reduced_frames import reduced
 from .shaders import shader_texts
@@ -36,16 +36,8 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js",
-    "decode.js",
-    "programs.js",
-    "lights.js",
-    "shadows.js",
-    "take.js",
-    "paint.js",
-    "draw.js",
-    "controls.js",
-)
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "take.js", "paint.js", "draw.js", "controls.js",
+)  # fmt: skip
 SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
@@ -127,10 +119,10 @@ def draw_page(
     request = replace(request, source=reduced(request.source, largest))
     still = renderer.render(request)
     showing = arranged(request)
-    for sentence in showing.left_out:
-        print_note(f"in the page {sentence}")
     parts = list(_parts(renderer, showing, QUALITIES[quality]))
     data = showing.values() | {"things": [head for head, _ in parts]}
+    for sentence in data["leftOut"]:
+        print_note(f"in the page {sentence}")
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
 
 
@@ -157,26 +149,22 @@ def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[P
         for placed, thing in things.items():
             meshes = [mesh_part(thing, quality)] if isinstance(thing, PlacedMesh) else []
             for head, body in meshes or (surface_part(surface, quality) for surface in surfaces_of(thing)):
-                yield head | look_of(placed) | {"axes": showing.axes_of(head["axes"]).tolist()}, body
+                axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
+                yield head | look_of(placed) | {"axes": axes.tolist()}, body
 
 
 def _filled(title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes) -> str:
     """The template with its places filled, which look like {{title}}."""
     places = {
         "title": html.escape(title),
-        "still": f"data:image/webp;base64,{_base64(_webp(still))}",
+        "still": f"data:image/webp;base64,{_base64(encoded(still, 'WEBP', quality=STILL))}",
         "data": _json(data),
         "shaders": _base64(pack(json.dumps(shader_texts()).encode())),
         "parts": _base64(pack(body)),
         "script": "\n".join((FOLDER / name).read_text(encoding="utf-8") for name in SCRIPTS),
     }
     text = (FOLDER / "page.html").read_text(encoding="utf-8")
-    pieces = text.split("{{")
-    filled = [pieces[0]]
-    for piece in pieces[1:]:
-        name, rest = piece.split("}}", 1)
-        filled += [places[name], rest]
-    return "".join(filled)
+    return re.sub(r"{{(.*?)}}", lambda place: places[place[1]], text, flags=re.DOTALL)
 
 
 def _json(data: Any) -> str:
@@ -186,11 +174,3 @@ def _json(data: Any) -> str:
 
 def _base64(data: bytes) -> str:
     return base64.b64encode(data).decode()
-
-
-def _webp(image: NDArray[np.uint8]) -> bytes:
-    from PIL import Image
-
-    file = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(image)).save(file, "WEBP", quality=STILL)
-    return file.getvalue()

@@ -52,7 +52,6 @@ class Showing:
         """For the JSON: all but the things."""
         stage = self.stage
         extent = self.scene.extent
-        pivot, radius = extent.centre, extent.radius
         start = self.start(stage)
         lights = [self._light(light) for light in self._placed(start.pose(stage))]
         return {
@@ -62,9 +61,9 @@ class Showing:
                 "yaw": start.yaw,
                 "pitch": start.pitch,
                 "distance": start.distance,
-                "lightAt": list(start.light_at),
+                "lightAt": start.light_at,
                 "lightReach": start.light_reach,
-                "lightColor": list(start.light_color),
+                "lightColor": start.light_color,
                 "lightIntensity": start.light_intensity,
                 "shadows": any(light.shadow for light in self.lights),
                 "shading": self.shading,
@@ -74,20 +73,15 @@ class Showing:
             "ambient": list(self.scene.ambient),
             "bounds": {
                 "corners": [self._at_home(corner).tolist() for corner in extent.corners],
-                "centre": self._at_home(pivot).tolist(),
-                "radius": radius,
+                "centre": self._at_home(extent.centre).tolist(),
+                "radius": extent.radius,
                 "grain": extent.grain,
             },
             "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
             "background": self._background(),
-            "leftOut": self.left_out,
+            "leftOut": list(left_out(self.scene, self.lights, self.finish)),
         }
-
-    @property
-    def left_out(self) -> list[str]:
-        """What the page does not show as `Renderer.render` does, in sentences."""
-        return list(left_out(self.scene, self.lights, self.finish))
 
     def start(self, stage: Stage) -> State:
         """The state in which the page begins: its first light is the one that is held."""
@@ -95,10 +89,6 @@ class Showing:
         state = State(yaw=yaw, pitch=pitch * stage.upright[1, 1], distance=1 - dolly)
         (first, *_) = self._placed(state.pose(stage))
         return state.with_light(first, stage, self.home)
-
-    def axes_of(self, axes: Matrix) -> Matrix:
-        """(4, 4) from something's axes, to the world, to home axes."""
-        return np.linalg.inv(self.home) @ axes
 
     def _placed(self, pose: Matrix) -> list[Light]:
         return [at_upper_left(light, self.home @ pose) for light in self.lights]

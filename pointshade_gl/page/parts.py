@@ -101,16 +101,17 @@ def _color_part(colors: NDArray[np.uint8], known: NDArray[np.bool_], quality: Qu
         if is_cut:  # what nobody sees must not blur what is beside it
             planes = [repeated(plane.astype(np.int64), known) for plane in np.moveaxis(colors, -1, 0)]
             colors = np.stack(planes, -1).astype(np.uint8)
-        data = encoded_jpeg(colors, quality.jpeg)
+        # 4:4:4: every pixel keeps its own colour
+        data = encoded(colors, "JPEG", quality=quality.jpeg, subsampling=0, optimize=True)
         return head | {"jpeg": len(data)}, data
     kept = known if is_cut else np.ones((height, width), np.bool_)
     return head | {"ofPoints": is_cut}, code_colors(colors, kept)
 
 
-def encoded_jpeg(colors: NDArray[np.uint8], quality: int) -> bytes:
-    """Every pixel keeps its own colour: 4:4:4."""
+def encoded(image: NDArray[np.uint8], kind: str, **options: int) -> bytes:
+    """A picture as a file of this kind, as Pillow calls it."""
     from PIL import Image
 
     file = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(colors)).save(file, "JPEG", quality=quality, subsampling=0, optimize=True)
+    Image.fromarray(np.ascontiguousarray(image)).save(file, kind, **options)
     return file.getvalue()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.level_of_detail import coarser
-from ..scene.node import Node
 from ..scene.point_object import PointObject
 
 Source = Frame | Sequence[Frame] | Scene
@@ -21,16 +19,15 @@ Source = Frame | Sequence[Frame] | Scene
 def reduced(source: Source, largest: int) -> Source:
     """The frame, frames or scene, where depths and colours have up to `largest` pixels a side; itself if they do."""
     if isinstance(source, Scene):
-        return source.with_every_node(lambda node: {"content": _reduced_content(node, largest)})
+        return source.with_every_node(lambda node: {"content": _reduced_content(node.content, largest)})
     if isinstance(source, Frame):
         return _reduced_frame(source, largest)
     return [_reduced_frame(frame, largest) for frame in source]
 
 
-def _reduced_content(node: Node, largest: int) -> Any:
-    content = node.content
+def _reduced_content(content: Any, largest: int) -> Any:
     if isinstance(content, tuple):
-        return tuple(_reduced_content(replace(node, content=part), largest) for part in content)
+        return tuple(_reduced_content(part, largest) for part in content)
     if not isinstance(content, PointObject):
         return content
     frames = [_reduced_frame(frame, largest) for frame in content.frames]

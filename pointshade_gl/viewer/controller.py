@@ -66,7 +66,10 @@ def controller(control: Control, place: Surroundings, event: Event, is_taken: bo
     if event.kind == "refresh":
         return control, (Command.REDRAW,)
     if event.kind == "key":
-        return (control, ()) if is_taken else _press(control, place, event)
+        if is_taken:
+            return control, ()
+        state, effects = press_key(control.now, place.is_scene, event.key, event.ctrl, event.shift)
+        return control.with_state(state), (*effects, Remember())
     if event.kind == "text":
         return control, ()
     is_away = is_taken or event.kind == "drop"  # with files in the hand the pointer was on its way, too
@@ -95,11 +98,6 @@ def turned_around(control: Control, point: tuple[float, float, float] | None) ->
         state = state.with_pivot(pivot, stage)
         control = control.with_state(state if point else replace(state, pivot=State().pivot))
     return control, (ShowMessage(said), Remember())
-
-
-def _press(control: Control, place: Surroundings, event: Event) -> Answer:
-    state, effects = press_key(control.now, place.is_scene, event.key, event.ctrl, event.shift)
-    return control.with_state(state), (*effects, Remember())
 
 
 def _is_over_bar(place: Surroundings, event: Event) -> bool:

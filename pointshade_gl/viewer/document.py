@@ -24,7 +24,7 @@ from ..scene.orbit_state import OWN_LIGHT, State
 from ..scene.orbit_target import Stage
 from .history import History, Moment
 from .playing import Playing
-from .views import Shown, home_of
+from .views import Shown, home_of, pose_of
 
 PICTURES = {*COLOR_SUFFIXES, *DEPTH_SUFFIXES} - set(VIDEO_SUFFIXES)
 
@@ -83,12 +83,12 @@ class Document:
 
     def start_at(self, moment: Moment, shown: Shown) -> None:
         """R comes back to this, and nothing before it can be undone."""
-        self.start, self._pose = moment, np.asarray(home_of(shown).pose)
+        self.start, self._pose = moment, pose_of(shown)
         self.history = History(moment)
 
     def restart(self, shown: Shown) -> Moment:
         """View and lights as at the start, around the middle of what is shown now. Lights of the world stay there."""
-        stage, pose = Stage.of(home_of(shown)), np.asarray(home_of(shown).pose)
+        stage, pose = Stage.of(home_of(shown)), pose_of(shown)
         state, before, held, *_ = start = self.start
         if stage.is_as(before) and np.array_equal(pose, self._pose):
             return start
@@ -99,10 +99,9 @@ class Document:
 
 def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
     """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes."""
-    home = home_of(shown)
-    stage = Stage.of(home)
+    stage = Stage.of(home_of(shown))
     if lights:
-        state = state.with_light(lights[0], stage, np.asarray(home.pose))
+        state = state.with_light(lights[0], stage, pose_of(shown))
     if isinstance(shown, Scene) or any(light.shadow for light in lights):
         state = replace(state, shadows=True)
     return Moment(state, stage, lights[0] if lights else OWN_LIGHT, tuple(lights[1:]))
@@ -132,7 +131,9 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
     """The files of a frame, by the names of options: one depth, one colour picture at most, one camera at most."""
     items = [Item(path, path.name.lower()) for path in paths]
     pictures = [item for item in items if item.suffix in PICTURES and item.path.is_file()]
-    depths = [item for item in pictures if item.role == "depth"] or [item for item in pictures if _is_depth(item)]
+    depths = [item for item in pictures if item.role == "depth"] or [
+        item for item in pictures if item.suffix in ONLY_DEPTH or is_deep_grey(item.path)
+    ]
     colors = [item for item in pictures if item not in depths]
     cameras = [item for item in items if item not in pictures]
     if len(depths) != 1 or len(colors) > 1 or len(cameras) > 1:
@@ -140,10 +141,6 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
         raise ValueError(f"{names}: drop the depth and the colour picture of one frame, a folder, or a scene")
     found = {"depth": depths, "color": colors, "intrinsics": cameras}
     return {name: some[0].path for name, some in found.items() if some}
-
-
-def _is_depth(item: Item) -> bool:
-    return item.suffix in ONLY_DEPTH or is_deep_grey(item.path)
 
 
 def check_sources(source: Any, others: Any, views: Any) -> list[Any]:

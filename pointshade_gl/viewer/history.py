@@ -83,9 +83,7 @@ class History:
         self._kind = None
         self.follow(now)
 
-    def _go(
-        self, now: Moment, there: deque[Moment] | list[Moment], back: deque[Moment] | list[Moment]
-    ) -> Moment | None:
+    def _go(self, now: Moment, there: deque[Moment], back: deque[Moment]) -> Moment | None:
         if not there:
             return None
         back.append(now)

@@ -51,14 +51,10 @@ def press_key(now: Moment, is_scene: bool, name: str, ctrl: bool = False, shift:
     key = BY_NAME.get(name)
     if key is None:
         return now.state, ()
-    return _say(now, OWN_LOOKS) if key.of_frame and is_scene else key.do(now, name)
+    return _say(OWN_LOOKS, now.state) if key.of_frame and is_scene else key.do(now, name)
 
 
-def _say(now: Moment, text: str) -> Answer:
-    return now.state, (ShowMessage(text),)
-
-
-def _change(text: str, state: State) -> Answer:
+def _say(text: str, state: State) -> Answer:
     return state, (ShowMessage(text),)
 
 
@@ -73,12 +69,12 @@ def _one(**effects: Effect) -> Callable[[Moment, str], Answer]:
 def _toggle_light(now: Moment, _: str) -> Answer:
     on = not now.state.light_mode
     text = "the light follows the mouse" if on else STAYS
-    return _change(text + when_seen(now.state), replace(now.state, light_mode=on))
+    return _say(text + when_seen(now.state), replace(now.state, light_mode=on))
 
 
 def _choose_shading(now: Moment, name: str) -> Answer:
     shading = SHADINGS[int(name) - 1]
-    return _change(f"shading: {shading}", replace(now.state.with_look(shading=shading), lit=True))
+    return _say(f"shading: {shading}", replace(now.state.with_look(shading=shading), lit=True))
 
 
 def _cycle_normals(now: Moment, _: str) -> Answer:
@@ -87,24 +83,24 @@ def _cycle_normals(now: Moment, _: str) -> Answer:
     normals = ESTIMATORS[following % len(ESTIMATORS)]
     is_flat_mesh = look.splat == "mesh" and look.shading == "flat"
     when = "; flat triangles have normals of their own" if is_flat_mesh else when_seen(now.state)
-    return _change(f"normals: {normals}{when}", now.state.with_look(normals=normals))
+    return _say(f"normals: {normals}{when}", now.state.with_look(normals=normals))
 
 
 def _compare(now: Moment, _: str) -> Answer:
     state = now.state
     if state.look.shading == "none" and not (state.look.unlight or state.look.remove_highlights):
-        return _say(now, "this is the unlit picture already: 2, 3 or 4 light it")
-    return _change("unlit, as photographed" if state.lit else "lit", replace(state, lit=not state.lit))
+        return _say("this is the unlit picture already: 2, 3 or 4 light it", state)
+    return _say("unlit, as photographed" if state.lit else "lit", replace(state, lit=not state.lit))
 
 
 def _resize_points(now: Moment, name: str) -> Answer:
     if now.state.look.splat == "mesh":
-        return _say(now, "a mesh has no point size")
+        return _say("a mesh has no point size", now.state)
     factor = 1.25 if name in ("+", "=") else 1 / 1.25
     size = round(min(max(now.state.point_size * factor, SMALLEST), LARGEST), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
     end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(size, "")
-    return _change(f"point size: {size:g} pixels of the frame{end}", now.state.with_look(point_size=size))
+    return _say(f"point size: {size:g} pixels of the frame{end}", now.state.with_look(point_size=size))
 
 
 def _toggle_unlight(now: Moment, _: str) -> Answer:
@@ -115,25 +111,25 @@ def _toggle_unlight(now: Moment, _: str) -> Answer:
 
 def _toggle_highlights(now: Moment, _: str) -> Answer:
     on = not now.state.look.remove_highlights
-    text = "the highlights in the picture are taken out" if on else "the highlights in the picture stay"
-    return _recolour(now, text, remove_highlights=on)
+    return _recolour(now, f"the highlights in the picture {'are taken out' if on else 'stay'}", remove_highlights=on)
 
 
 def _recolour(now: Moment, text: str, **changes: bool) -> Answer:
     """Other colours of a frame's surfaces, which also show without shading."""
-    return _change(text + ("" if now.state.lit else LATER), now.state.with_look(**changes))
+    return _say(text + ("" if now.state.lit else LATER), now.state.with_look(**changes))
 
 
 def _toggle_shadows(now: Moment, _: str) -> Answer:
     on = not now.state.shadows
     casts = any(light.shadow for light in (now.held, *now.lights))
     text = f"shadows {'on' if on else 'off'}" + (when_seen(now.state) if casts else ", but no light casts any")
-    return _change(text, replace(now.state, shadows=on))
+    return _say(text, replace(now.state, shadows=on))
 
 
 def _next_light(now: Moment, _: str) -> Answer:
-    count = 1 + len(now.lights)
-    return (now.state, (TakeLight((now.number + 1) % count),)) if now.lights else _say(now, "there is only one light")
+    if not now.lights:
+        return _say("there is only one light", now.state)
+    return now.state, (TakeLight((now.number + 1) % (1 + len(now.lights))),)
 
 
 def _toggle_help(now: Moment, _: str) -> Answer:

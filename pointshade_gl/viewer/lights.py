@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,17 +36,9 @@ def taking(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:
     return Moment(now.state.with_light(held, now.stage, pose), now.stage, held, tuple(others), number)
 
 
-def in_order(now: Moment) -> Sequence[Light]:
-    """All lights, by their numbers."""
+def titles(names: Sequence[str], now: Moment) -> list[str]:
+    """How lists call lights, by their numbers: 'lamp (spot)', or without a name 'light 2 (spot)'."""
     every = now.held, *now.lights
     first = -now.number % len(every)
-    return *every[first:], *every[:first]
-
-
-def titles(names: Sequence[str], lights: Sequence[Light]) -> list[str]:
-    """How lists call lights: 'lamp (spot)', or without a name 'light 2 (spot)'."""
-    named = [names[k] if k < len(names) else "" for k in range(len(lights))]
-    return [
-        f"{name or f'light {k + 1}'} ({kind_of(light)})"
-        for k, (name, light) in enumerate(zip(named, lights, strict=True))
-    ]
+    lights = zip((*every[first:], *every[:first]), chain(names, repeat("")), strict=False)
+    return [f"{name or f'light {number}'} ({kind_of(light)})" for number, (light, name) in enumerate(lights, 1)]

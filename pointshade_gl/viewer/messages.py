@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 SECONDS = 4.0
 BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186, 255)
+Sections = Sequence[tuple[str, Sequence[tuple[str, str]]]]  # a title, and rows of two columns
 POINTS = 14  # height of a letter's box, pixels at scale 1
 
 
@@ -107,16 +108,14 @@ def draw_strip(text: str, share: float | None, scale: float, width: int, high: i
     return np.asarray(image)
 
 
-def draw_table(
-    sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float, width: int, height: int
-) -> NDArray[np.uint8]:
+def draw_table(sections: Sections, scale: float, width: int, height: int) -> NDArray[np.uint8]:
     """Sections with a title and rows of two columns: (h, w, 4) uint8, shrunk and if need be cut to fit the window."""
     needed = _table(sections, scale)
     fit = min(1.0, width / needed.shape[1], height / needed.shape[0])
     return needed if fit == 1 else _table(sections, max(scale * fit * 0.98, 1 / POINTS))[:height, :width]
 
 
-def _table(sections: Sequence[tuple[str, Sequence[tuple[str, str]]]], scale: float) -> NDArray[np.uint8]:
+def _table(sections: Sections, scale: float) -> NDArray[np.uint8]:
     font = ImageFont.load_default(POINTS * scale)
     rows = [row for _, section in sections for row in section]
     pad, line = round(16 * scale), round(1.4 * POINTS * scale)

@@ -122,10 +122,8 @@ class Mouse:
         return replace(mouse, pressed=event, clicked=event)
 
     def _release(self) -> Mouse:
-        is_click = bool(self.pressed and self.clicked)
-        return replace(
-            self, drag="", pressed=None, clicks=int(is_click), clicked=self.clicked if self.pressed else None
-        )
+        clicked = self.clicked if self.pressed else None
+        return replace(self, drag="", pressed=None, clicks=int(clicked is not None), clicked=clicked)
 
     def _leave(self, event: Event, state: State) -> State:
         """The light stays where it was held before the mouse began its way out."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
-from functools import partial
 
 from ..files.frames.sequences import FrameSequence
 from ..scene.frame import Frame
@@ -27,19 +25,16 @@ class MultiPlayback:
         sources: Sequence[Frame | Iterable[Frame]],
         fps: Sequence[float | None],
         skipped: Callable[[str], None] = lambda _: None,
-        wake: Callable[[], None] = lambda: None,
     ):
-        self.wake = wake
-        self._names = tuple(_name(source, k) for k, source in enumerate(sources))
+        self.wake: Callable[[], None] = lambda: None
+        named = enumerate(sources)  # as the panel calls them
+        self._names = tuple(s.folder.name if isinstance(s, FrameSequence) else f"source {k}" for k, s in named)
         self._players: list[Playback] = []
         self._views: Views | None = None
-        with ExitStack() as undo:
-            for source, rate, name in zip(sources, fps, self._names, strict=True):
-                stream = iter([source]) if isinstance(source, Frame) else source
-                tell = partial(_tell, skipped, name)
-                self._players.append(Playback(stream, rate, tell, lambda: self.wake()))
-                undo.callback(self._players[-1].close)
-            self._close = undo.pop_all()
+        for source, rate, name in zip(sources, fps, self._names, strict=True):
+            stream = iter([source]) if isinstance(source, Frame) else source
+            self._players.append(Playback(stream, rate, lambda sentence, name=name: skipped(f"{name}: {sentence}")))
+            self._players[-1].wake = lambda: self.wake()
 
     @property
     def indices(self) -> list[int]:
@@ -86,19 +81,11 @@ class MultiPlayback:
 
     def close(self) -> None:
         """Stops the threads."""
-        self._close.close()
+        for player in self._players:
+            player.close()
 
     def _with(self, new: Sequence[Frame | None]) -> Views | None:
         if self._views is None or not any(new):
             return None
         self._views = self._views.with_frames(new)
         return self._views
-
-
-def _name(source: object, k: int) -> str:
-    """How the panel calls a source."""
-    return source.folder.name if isinstance(source, FrameSequence) else f"source {k}"
-
-
-def _tell(skipped: Callable[[str], None], name: str, sentence: str) -> None:
-    skipped(f"{name}: {sentence}")

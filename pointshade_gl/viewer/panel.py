@@ -28,7 +28,9 @@ LETTERS = "ACVXYZ"  # that mean something with Ctrl, where text is typed
 class Panel:
     """Draws beside the picture with Dear ImGui, in the current context. Raises ImportError without the extra.
 
-    scale   of its text
+    scale        of its text
+    settling     how many more pictures it needs until it has answered all events and stops changing
+    is_deciding  keys must wait: it was clicked on, and what the click opens, which may take them, is not drawn yet
     """
 
     def __init__(self, window: Window):
@@ -40,30 +42,16 @@ class Panel:
         imgui.set_current_context(self._context)  # another window may have its own
         self._io = imgui.get_io()
         self._io.set_ini_filename("")  # otherwise it writes a file into the working directory
-        imgui.style_colors_dark()
-        style = imgui.get_style()
-        style.item_spacing.y = style.frame_padding.y = 2  # so that most of it fits into a window of 480 pixels
-        style.window_padding = imgui.ImVec2(6, 6)
-        style.item_spacing.x = 4
-        style.scale_all_sizes(self.scale)
-        style.font_scale_main = self.scale
-        style.window_border_size = 0
-        style.hover_flags_for_tooltip_mouse = 0  # at once: no pictures come to wait for
-        style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it
+        _set_style(imgui, self.scale)
         imgui.backends.opengl3_init("#version 330")
-        self._input = PanelInput(imgui, window)
+        self._io.config_mac_osx_behaviors = False  # an Event's ctrl is Command already
+        self._io.config_input_text_cursor_blink = False  # the window sleeps while nothing changes
+        clipboard = imgui.get_platform_io()
+        clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
+        clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
         self._widgets, self._views = Widgets(imgui), ViewsList()
         self._left, self._height, self._is_open = 0.0, 0.0, True
-
-    @property
-    def settling(self) -> int:
-        """How many more pictures it needs until it stops changing."""
-        return self._input.settling
-
-    @property
-    def is_deciding(self) -> bool:
-        """Keys must wait: it was clicked on, and what the click opens may take them."""
-        return self._input.is_deciding
+        self.settling, self.is_deciding, self._has_popup = SETTLE, False, False
 
     def width(self, width: int) -> int:
         """Pixels that it takes from a window of that width; 0 while it is collapsed, or if nothing would be left."""
@@ -73,10 +61,31 @@ class Panel:
     def _width(self, width: int) -> float:
         return min(WIDTH * self.scale, max(SHARE * width, NARROWEST * self.scale), width)
 
+    @property
+    def takes_keys(self) -> bool:
+        """A field is written into, or a list or a colour is open."""
+        return self._io.want_text_input or self._has_popup
+
     def handle(self, event: Event) -> bool:
         """Passes an event to the panel. Returns whether it was meant for the panel."""
         self._imgui.set_current_context(self._context)
-        return self._input.handle(event, event.x >= self._left and event.y < self._height)
+        if event.kind in ("key", "text"):
+            return self._handle_key(event)
+        io = self._io
+        is_over = event.x >= self._left and event.y < self._height  # imgui itself knows only after the next picture
+        self.settling = max(self.settling, SETTLE)
+        if event.kind == "leave":
+            io.add_mouse_pos_event(-1e9, -1e9)
+        if event.kind in ("move", "press", "release", "wheel"):
+            io.add_mouse_pos_event(event.x, event.y)
+        if event.kind in ("press", "release"):
+            self._press_ctrl(event.ctrl, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
+        if event.kind == "wheel":
+            io.add_mouse_wheel_event(0.0, event.steps)
+        is_meant = is_over or io.want_capture_mouse
+        if event.kind == "press":
+            self.is_deciding = is_meant
+        return is_meant and event.kind in ("move", "press", "wheel")
 
     def draw(self, picture: Picture, facts: Facts) -> tuple[Moment, list[Effect]]:
         """Draw the panel over a picture, and return what the user chose: view and lights, and what is to be done."""
@@ -100,7 +109,7 @@ class Panel:
         imgui.end()
         imgui.render()
         imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
-        self._input.drawn((before, was_open) != (self._height, self._is_open))
+        self._settle((before, was_open) != (self._height, self._is_open))
         return chosen
 
     def _show(self, picture: Picture, facts: Facts, has_room: bool) -> tuple[Moment, list[Effect]]:
@@ -118,50 +127,6 @@ class Panel:
         self._imgui.set_current_context(self._context)
         self._imgui.backends.opengl3_shutdown()
         self._imgui.destroy_context(self._context)
-
-
-class PanelInput:
-    """Passes events on to Dear ImGui, whose context is current.
-
-    settling   how many more pictures it needs until it has answered them all
-    """
-
-    def __init__(self, imgui: Any, window: Window):
-        self._imgui, self._io = imgui, imgui.get_io()
-        self._io.config_mac_osx_behaviors = False  # an Event's ctrl is Command already
-        self._io.config_input_text_cursor_blink = False  # the window sleeps while nothing changes
-        clipboard = imgui.get_platform_io()
-        clipboard.platform_set_clipboard_text_fn = lambda _, text: window.copy(text)
-        clipboard.platform_get_clipboard_text_fn = lambda _: window.pasted()
-        self.settling = SETTLE
-        self.is_deciding = False  # it was clicked on, and what the click opens, which may take keys, is not drawn yet
-        self._has_popup = False
-
-    @property
-    def takes_keys(self) -> bool:
-        """A field is written into, or a list or a colour is open."""
-        return self._io.want_text_input or self._has_popup
-
-    def handle(self, event: Event, is_over: bool) -> bool:
-        """Passes an event on. Returns whether it was meant for the panel.
-
-        is_over  the pointer is over the panel: imgui itself knows only after the next picture
-        """
-        io = self._io
-        if event.kind in ("key", "text"):
-            return self._handle_key(event)
-        self.settling = max(self.settling, SETTLE)
-        if event.kind == "leave":
-            io.add_mouse_pos_event(-1e9, -1e9)
-        if event.kind in ("move", "press", "release", "wheel"):
-            io.add_mouse_pos_event(event.x, event.y)
-        if event.kind in ("press", "release"):
-            self._press_ctrl(event.ctrl, lambda: io.add_mouse_button_event(BUTTONS[event.key], event.kind == "press"))
-        if event.kind == "wheel":
-            io.add_mouse_wheel_event(0.0, event.steps)
-        if event.kind == "press":
-            self.is_deciding = is_over or io.want_capture_mouse
-        return (is_over or io.want_capture_mouse) and event.kind in ("move", "press", "wheel")
 
     def _handle_key(self, event: Event) -> bool:
         if not self.takes_keys:
@@ -196,8 +161,8 @@ class PanelInput:
     def _wait_for(self, pictures: int) -> None:
         self.settling = min(max(self.settling, SETTLE) + pictures, MOST)
 
-    def drawn(self, has_changed: bool) -> None:
-        """To be called after each picture. While something is open, keys move through it, and Esc closes it."""
+    def _settle(self, has_changed: bool) -> None:
+        """After each picture. While something is open, keys move through it, and Esc closes it."""
         imgui = self._imgui
         self._has_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
         flag = imgui.ConfigFlags_.nav_enable_keyboard
@@ -205,3 +170,16 @@ class PanelInput:
         self._io.config_flags = flags | flag if self._has_popup else flags
         self.settling = max(self.settling, SETTLE) if has_changed else max(self.settling - 1, 0)
         self.is_deciding = self.is_deciding and self.settling > 0
+
+
+def _set_style(imgui: Any, scale: float) -> None:
+    imgui.style_colors_dark()
+    style = imgui.get_style()
+    style.item_spacing.y = style.frame_padding.y = 2  # so that most of it fits into a window of 480 pixels
+    style.window_padding = imgui.ImVec2(6, 6)
+    style.item_spacing.x = 4
+    style.scale_all_sizes(scale)
+    style.font_scale_main = scale
+    style.window_border_size = 0
+    style.hover_flags_for_tooltip_mouse = 0  # at once: no pictures come to wait for
+    style.set_color_(imgui.Col_.slider_grab, imgui.ImVec4(0.26, 0.59, 0.98, 0.5))  # numbers are read through it

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..estimation.multi_view import is_primary
-from ..gpu.core.steps import Lap
 from ..rendering.renderer import Renderer
 from ..scene.appearance import FLYING, SHADINGS, SPLATS, Look, Material
 from ..scene.frame import Frame
@@ -26,7 +25,7 @@ FRAME_STEPS = "surface", "splats", "resolve", "shadows", "surfaces", "light"
 SET_STEPS = "surface", "agreement", "trust", "shadows", "surfaces", "light"
 ROWS = 6  # of the list of views that are seen without scrolling
 GOLD = 1.0, 0.85, 0.4, 1.0  # colour of the primary ones
-STEPS = ("off", "1%", "2%", "3%", "5%", "10%")
+STEPS = ("1%", "2%", "3%", "5%", "10%")
 BRIGHTEST = 10.0
 
 
@@ -37,14 +36,12 @@ class Facts(NamedTuple):
     rate      pictures per second; None at rest
     samples   how many the window shows, and how many it will show if nothing moves
     titles    of the lights
-    present   how long it took to show the last picture
     """
 
     renderer: Renderer
     rate: float | None
     samples: tuple[int, int]
     titles: Sequence[str]
-    present: Lap | None = None
 
 
 def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
@@ -57,7 +54,8 @@ def show_facts(ui: Widgets, shown: Shown, facts: Facts, opened: bool) -> None:
         return
     laps, choice, context = facts.renderer.steps.laps, facts.renderer.choice, facts.renderer.context
     names = SET_STEPS if isinstance(shown, Views) else FRAME_STEPS
-    for name, lap in [*((name, laps.get(name)) for name in names), ("present", facts.present)]:
+    for name in (*names, "present"):
+        lap = laps.get(name)
         imgui.text(f"{name:9s}" + ("" if lap is None else f"{lap.gpu_ms or lap.wall_ms:7.1f} ms"))
     imgui.text_wrapped(f"{shown.points_known} points" + (f", {choice.method}" if choice else ""))
     imgui.text_wrapped(context.renderer + (", a software renderer: slow" if context.is_software else ""))
@@ -121,8 +119,9 @@ def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Eff
     """Show the lights, and the one that the mouse holds."""
     if not ui.section("light"):
         return now, []
-    effects = _choose_light(ui, facts.titles, now.number)
     imgui, state = ui.imgui, now.state
+    titles = facts.titles if len(facts.titles) > 1 else ()
+    rows = [imgui.radio_button(f"{title}##{k}", k == now.number) for k, title in enumerate(titles)]
     lit = ui.tick("lit (B)", state.lit)
     imgui.begin_disabled(not lit)
     follows = ui.tick("follows the mouse (L)", state.light_mode)
@@ -140,7 +139,7 @@ def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Eff
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,
     )  # fmt: skip
-    return now._replace(state=state, held=held), effects
+    return now._replace(state=state, held=held), [TakeLight(k) for k, is_chosen in enumerate(rows) if is_chosen]
 
 
 def _fill(imgui: Any, color: list[float]) -> None:
@@ -149,12 +148,6 @@ def _fill(imgui: Any, color: list[float]) -> None:
     shade = imgui.get_color_u32(imgui.ImVec4(*color, 1.0))
     corners = imgui.ImVec2(x + 1, y + 1), imgui.ImVec2(x + side - 1, y + side - 1)
     imgui.get_window_draw_list().add_rect_filled(*corners, shade)
-
-
-def _choose_light(ui: Widgets, titles: Sequence[str], held: int) -> list[Effect]:
-    """A list of the lights, if there are several."""
-    rows = [f"{title}##{number}" for number, title in enumerate(titles)] if len(titles) > 1 else []
-    return [TakeLight(number) for number, row in enumerate(rows) if ui.imgui.radio_button(row, number == held)]
 
 
 def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
@@ -181,23 +174,18 @@ def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
     if not ui.section("surface"):
         return state
     ui.imgui.begin_disabled(not state.lit)
-    look, m = state.look, state.look.material
+    look, material = state.look, state.look.material
     shading = ui.choose("shading", look.shading, SHADINGS, "none: the picture's own colours. flat: one colour a point. "
                         "gouraud: light mixed between points. phong: light at each pixel. Keys 1 to 4.")  # fmt: skip
     ui.imgui.begin_disabled(look.shading == "none")
-    material = m if isinstance(shown, Scene) else _material(ui, m)
+    if not isinstance(shown, Scene):
+        names = "ambient", "diffuse", "specular"
+        shares = {name: ui.slide(name, getattr(material, name), 0.0, 1.0) for name in names}
+        shininess = ui.slide("shininess", material.shininess, 1.0, 200.0, logarithmic=True)
+        material = Material(**shares, shininess=shininess)
     ui.imgui.end_disabled()
     ui.imgui.end_disabled()
     return state.with_look(shading=shading, material=material)
-
-
-def _material(ui: Widgets, m: Material) -> Material:
-    return Material(
-        ui.slide("ambient", m.ambient, 0.0, 1.0),
-        ui.slide("diffuse", m.diffuse, 0.0, 1.0),
-        ui.slide("specular", m.specular, 0.0, 1.0),
-        ui.slide("shininess", m.shininess, 1.0, 200.0, logarithmic=True),
-    )
 
 
 def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
@@ -208,8 +196,10 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
     changes = {
         "normals": ui.choose("normals", str(look.normals), METHODS, "Which estimator finds where surfaces point (N). "
                              "auto measures the noise and picks one."),
-        "max_depth_step": _depth_step(ui, look),
-        "noise": _noise(ui, look),
+        "max_depth_step": _choose(ui, "depth step", look.max_depth_step, "off", STEPS, "Where the depth of neighbouring"
+                                  " pixels differs by more, a surface ends. off: the estimator decides by itself."),
+        "noise": _choose(ui, "noise", look.noise, "measured", SENSORS, "How noisy the depth is. measured: the picture "
+                         "tells. Or as a sensor's data sheet says it."),
         "flying": ui.choose("flying", look.flying, FLYING, "Pixels that hang between two surfaces, because the sensor "
                             "mixed them. snap puts them onto the nearer one; clean depth does not change."),
         "splat": ui.choose("splat", look.splat, SPLATS, "What is drawn of a point: footprint, its pixel's square on "
@@ -227,19 +217,11 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
     return state.with_look(**changes)
 
 
-def _noise(ui: Widgets, look: Look) -> Any:
-    """Arrays are not shown: a viewer's look has none."""
-    before = "measured" if look.noise is None else str(look.noise)
-    noise = ui.choose("noise", before, ("measured", *SENSORS), "How noisy the depth is. measured: the picture tells. "
-                      "Or as a sensor's data sheet says it.")  # fmt: skip
-    return look.noise if noise == before else None if noise == "measured" else noise
-
-
-def _depth_step(ui: Widgets, look: Look) -> float | str | None:
-    before = "off" if look.max_depth_step is None else str(look.max_depth_step)
-    step = ui.choose("depth step", before, STEPS, "Where the depth of neighbouring pixels differs by more, a surface "
-                     "ends. off: the estimator decides by itself.")  # fmt: skip
-    return look.max_depth_step if step == before else None if step == "off" else step
+def _choose(ui: Widgets, name: str, value: Any, none: str, known: Iterable[str], why: str) -> Any:
+    """One of several texts, or None, which has a name here. Untouched it stays, even if it is no text."""
+    before = none if value is None else str(value)
+    chosen = ui.choose(name, before, (none, *known), why)
+    return value if chosen == before else None if chosen == none else chosen
 
 
 def show_nodes(ui: Widgets, scene: Shown) -> list[Effect]:

@@ -31,7 +31,7 @@ class Widgets:
         """One of several texts."""
         imgui, chosen = self.imgui, value
         self._widen(why)
-        if imgui.begin_combo(f"##{name}", f"{name}: {value}" if name else value):
+        if imgui.begin_combo(f"##{name}", f"{name}: {value}"):
             for one in known if value in known else (value, *known):
                 if imgui.selectable(one, one == value)[0]:
                     chosen = one

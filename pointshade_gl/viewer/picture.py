@@ -18,7 +18,7 @@ from ..scene.render_settings import Finish
 from ..scene.shading_override import shaded
 from .document import Dropped
 from .history import Moment
-from .views import Shown, Views, camera_of, home_of
+from .views import Shown, Views, camera_of, pose_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,16 +42,12 @@ class Picture:
     @property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of who looks."""
-        return self._home_pose @ self.now.state.pose(self.now.stage)
-
-    @property
-    def _home_pose(self) -> NDArray[np.float64]:
-        return np.asarray(home_of(self.shown).pose)
+        return pose_of(self.shown) @ self.now.state.pose(self.now.stage)
 
     @property
     def lights(self) -> list[Light]:
         """The light that the mouse holds, then the others."""
-        held = self.now.state.light(self.now.stage, self._home_pose, self.now.held)
+        held = self.now.state.light(self.now.stage, pose_of(self.shown), self.now.held)
         return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
 
     def request(self, samples: int = 1) -> RenderRequest:

@@ -22,18 +22,15 @@ class Playback:
     source  a Sequence, which repeats and can be stepped through, or any other iterable (a camera)
     fps     frames per second; None: as fast as they come
     skipped  called from the thread, with one sentence for each frame that cannot be read
-    wake    called from the thread when a frame is ready; may be set later
+    wake    called from the thread when a frame is ready; may be set
     """
 
     def __init__(
-        self,
-        source: Iterable[Frame],
-        fps: float | None = None,
-        skipped: Callable[[str], None] = lambda _: None,
-        wake: Callable[[], None] = lambda: None,
+        self, source: Iterable[Frame], fps: float | None = None, skipped: Callable[[str], None] = lambda _: None
     ):
         self._pause = 0.0 if fps is None else 1 / check_fps(fps, option("fps"), "frames")
-        self._source, self._skipped, self.wake = source, skipped, wake
+        self._source, self._skipped = source, skipped
+        self.wake: Callable[[], None] = lambda: None
         self._due = 0.0
         self._owed = 0  # frames to show although it is paused
         self._thread: threading.Thread | None = None
@@ -121,7 +118,6 @@ class Playback:
         """The frame of a Sequence with this number, or the next readable one. Playing goes on there."""
         self.close()
         frame = self._read_near(index, 1)
-        self._queue = queue.Queue(maxsize=1)
         if not self.is_paused:
             self._start(self.index + 1)
         return frame
@@ -187,20 +183,18 @@ class Playback:
     def _read(self, hand_over: Callable[[Any], None], stop: threading.Event, index: int) -> None:
         from ..files.sources import prefetched
 
-        numbered = isinstance(self._source, Sequence)
         while True:
-            source = _From(self._source, index) if isinstance(self._source, Sequence) else self._source
             came = False
-            with closing(prefetched(source, skipped=self._skipped)) as frames:  # type: ignore[type-var]
-                for frame in frames:
+            with closing(prefetched(_numbered(self._source, index), self._skipped)) as items:
+                for item in items:
                     if stop.is_set():
                         return
                     came = True
-                    hand_over((source.index_of(frame) if isinstance(source, _From) else -1, frame))
-            if not numbered or stop.is_set() or not self.loops:
+                    hand_over(item)
+            if self.total is None or stop.is_set() or not self.loops:
                 return
             if not came and index == 0:
-                raise ValueError(f"none of the {len(source)} frames can be read")  # type: ignore[arg-type]
+                raise ValueError(f"none of the {self.total} frames can be read")
             index = 0
 
 
@@ -210,22 +204,24 @@ def _checked(frame: Any) -> Frame:
     return frame
 
 
-class _From(Sequence[Frame]):
-    """A sequence from one of its frames on; remembers each frame's index in the whole sequence."""
+def _numbered(source: Iterable[Frame], start: int) -> Any:
+    """Frames with their numbers: of a Sequence from one on, otherwise -1."""
+    return _From(source, start) if isinstance(source, Sequence) else map(_live, source)
+
+
+def _live(frame: Frame | None) -> tuple[int, Frame] | None:
+    """None ends the stream."""
+    return None if frame is None else (-1, frame)
+
+
+class _From(Sequence[tuple[int, Frame]]):
+    """The frames of a sequence from one of them on, each with its number in the whole sequence."""
 
     def __init__(self, source: Sequence[Frame], start: int):
         self._source, self._start = source, start
-        self._index: dict[Frame, int] = {}
 
     def __len__(self) -> int:
         return max(len(self._source) - self._start, 0)
 
     def __getitem__(self, index: Any) -> Any:
-        if not 0 <= index < len(self):
-            raise IndexError(index)
-        frame = _checked(self._source[self._start + index])
-        self._index[frame] = self._start + index
-        return frame
-
-    def index_of(self, frame: Frame) -> int:
-        return self._index.pop(frame, -1)
+        return self._start + index, self._source[self._start + index]

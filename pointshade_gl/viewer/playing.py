@@ -132,7 +132,18 @@ class Playing:
 
     def strip(self, shown: Shown) -> Strip | None:
         """What the timeline shows; None where frames do not play."""
-        return strip_of(self.playback, self._arriving.per_second) if self._plays(shown) else None
+        playback, arriving = self.playback, self._arriving.per_second
+        if playback is None or not self._plays(shown):
+            return None
+        rate = "paused" if playback.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
+        if isinstance(playback, MultiPlayback):
+            return Strip(rate, None)
+        total = playback.total
+        if total is None:
+            return Strip(f"live, {rate}", None)
+        asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
+        state = "paused" if playback.is_paused else "loops" if playback.loops else "plays once"
+        return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}, {state}", (playback.index + 1) / total)
 
     def total(self, shown: Shown) -> int | None:
         """How many frames the timeline is for; None: it has no bar."""
@@ -178,23 +189,7 @@ class Playing:
 
     def _plays(self, shown: Shown) -> bool:
         """What is shown comes from a stream, which may be paused."""
-        return not (self.merger and (isinstance(shown, Views) or self.merger.is_reading))
-
-
-def strip_of(playback: Playback | MultiPlayback | None, arriving: float | None) -> Strip | None:
-    """Return what the timeline shows of what plays. arriving: frames per second that were measured."""
-    if playback is None:
-        return None
-    rate = "paused" if playback.is_paused else f"{arriving:.0f} frames/s" if arriving else "playing"
-    if isinstance(playback, MultiPlayback):
-        return Strip(rate, None)
-    total = playback.total
-    if total is None:
-        return Strip(f"live, {rate}", None)
-    asked = "as fast as they come" if playback.rate is None else f"{playback.rate:g} frames/s"
-    loop = "loops" if playback.loops else "plays once"
-    state = f", {'paused' if playback.is_paused else loop}"
-    return Strip(f"frame {playback.index} (0 to {total - 1}), {asked}{state}", (playback.index + 1) / total)
+        return not (self.is_merging or (self.merger and isinstance(shown, Views)))
 
 
 def _change_rate(playback: Playback | MultiPlayback, factor: float) -> str:

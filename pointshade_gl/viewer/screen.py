@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -10,7 +9,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gpu.core.steps import Lap
 from ..gpu.output.present import Marker, PresentPass
 from ..rendering.renderer import Renderer
 from ..scene.orbit_state import marker_place
@@ -72,20 +70,16 @@ class Screen:
                 self._panel = Panel(self.window)
         return self._panel
 
-    def draw(self, picture: Picture, over: Overlay, samples: int, facts: Facts) -> tuple[Moment, list[Effect]]:
+    def draw(self, picture: Picture, over: Overlay, facts: Facts) -> tuple[Moment, list[Effect]]:
         """Redraw the whole window, and return what the user chose in the panel."""
         camera, chosen = picture.camera, (picture.now, [])
         self.renderer.steps.timed = over.panel
         with self.window:
-            drawn = self.renderer.draw(picture.request(samples))
-            began = time.perf_counter()
-            self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
-            self._draw_text(picture, over, self._draw_strip(picture, over))
+            drawn = self.renderer.draw(picture.request(facts.samples[0]))
+            self.renderer.steps.always("present", self._show, drawn, picture, over)
             if over.panel:
-                self.gl.finish()
-                lap = Lap((time.perf_counter() - began) * 1e3, None)
                 self.gl.screen.viewport = (0, 0, camera.width, camera.height)
-                chosen = self.panel.draw(picture, facts._replace(present=lap))
+                chosen = self.panel.draw(picture, facts)
             self.window.swap()
         return chosen
 
@@ -123,18 +117,14 @@ class Screen:
         x, y = min(max(x, radius), camera.width - radius), min(max(y, radius), camera.height - radius)
         return Marker(x, y, radius, state.light_color, state.is_behind)
 
-    def _draw_strip(self, picture: Picture, over: Overlay) -> int:
-        """The timeline, if frames play: its height in pixels."""
-        if over.strip is None:
-            return 0
-        high, wide = round(BAR * over.scale), max(picture.camera.width - over.taken, 1)
-        drawing = self._drawing("strip", draw_strip, *over.strip, over.scale, wide, high)
-        self._present.lay_over(self.gl.screen, drawing, 0, 0)
-        return high
-
-    def _draw_text(self, picture: Picture, over: Overlay, above: int) -> None:
-        """above: how many pixels at the bottom are taken"""
-        camera, scale = picture.camera, over.scale
+    def _show(self, drawn: Any, picture: Picture, over: Overlay) -> None:
+        """Marker and text over what was drawn."""
+        self._present.draw(self.gl.screen, drawn, self._marker(picture) if over.is_marked else None)
+        camera, scale, above = picture.camera, over.scale, 0
+        if over.strip:
+            above, wide = round(BAR * scale), max(camera.width - over.taken, 1)
+            drawing = self._drawing("strip", draw_strip, *over.strip, scale, wide, above)
+            self._present.lay_over(self.gl.screen, drawing, 0, 0)
         if over.message:
             margin = round(10 * scale)
             line = self._drawing("message", draw_message, over.message, scale, max(camera.width - 2 * margin, 1))

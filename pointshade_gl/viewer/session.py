@@ -13,12 +13,12 @@ from .document import Document
 from .events import Command, Effect, PlayEffect, Remember, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .history import Moment
 from .keys import when_seen
-from .lights import in_order, taking, titles
+from .lights import taking, titles
 from .messages import Messages
 from .multi_playback import MultiPlayback
 from .playback import Playback
 from .playing import Strip
-from .views import Shown, camera_of, home_of
+from .views import Shown, camera_of, pose_of
 
 
 class Session:
@@ -71,13 +71,13 @@ class Session:
             case Command.DROP_STEP:
                 self.document.history.drop_step(self.moment)
             case Command.UNDO:
-                self.undo()
+                self._go_back(self.document.history.undo(self.moment), "undone", "nothing to undo")
             case Command.REDO:
-                self.redo()
+                self._go_back(self.document.history.redo(self.moment), "done again", "nothing to do again")
             case Command.RESET:
-                self.reset()
+                self._go_to(self.document.restart(self.frame))
             case TakeLight(number):
-                self.take_light(number)
+                self._take_light(number)
             case ShowFrame(frame):
                 self.frame = frame
             case Scrub(index):
@@ -90,24 +90,13 @@ class Session:
         """Show a line of text for a few seconds."""
         self.messages.say(text)
 
-    def undo(self) -> None:
-        """Take back the last change of view or lights."""
-        if moment := self.document.history.undo(self.moment):
+    def _go_back(self, moment: Moment | None, done: str, nothing: str) -> None:
+        if moment:
             self._go_to(moment)
-        self.say("undone" if moment else "nothing to undo")
+        self.say(done if moment else nothing)
 
-    def redo(self) -> None:
-        """Make the change again that was undone last."""
-        if moment := self.document.history.redo(self.moment):
-            self._go_to(moment)
-        self.say("done again" if moment else "nothing to do again")
-
-    def reset(self) -> None:
-        """Bring back view and lights as at the start, around the middle of the current frame."""
-        self._go_to(self.document.restart(self.frame))
-
-    def take_light(self, number: int) -> None:
-        """Let the mouse take the light with this number; the one that it held stays where it is."""
+    def _take_light(self, number: int) -> None:
+        """The light that the mouse held stays where it is."""
         if number != self.light_number:
             self._go_to(taking(number, self.moment, self.pose))
             names = self.light_titles
@@ -120,7 +109,7 @@ class Session:
     @property
     def light_titles(self) -> list[str]:
         """What the lights are called, with their names in the scene."""
-        return titles(self.document.light_names, in_order(self.moment))
+        return titles(self.document.light_names, self.moment)
 
     @property
     def own_camera(self) -> Camera:
@@ -130,7 +119,7 @@ class Session:
     @property
     def pose(self) -> NDArray[np.float64]:
         """(4, 4) camera-to-world of the frame's or the scene's own camera."""
-        return np.asarray(home_of(self.frame).pose)
+        return pose_of(self.frame)
 
     @property
     def playback(self) -> Playback | MultiPlayback | None:

@@ -250,11 +250,6 @@ class Viewer(Session):
         """How often the window was drawn."""
         return self.redrawing.drawn
 
-    @property
-    def samples_shown(self) -> tuple[int, int]:
-        """How many samples the window shows, and how many it will show if nothing moves."""
-        return self.redrawing.samples, self.picture.most_samples(self.samples) if self.picture else self.samples
-
     def _draws_in(self, now: float) -> float | None:
         """Seconds until the window must be drawn; None: not before something changes."""
         picture = self.picture
@@ -273,7 +268,7 @@ class Viewer(Session):
         samples = self.redrawing.begin(picture.content, time.perf_counter(), most)
         self.document.history.follow(self.moment)
         facts = Facts(self.renderer, self.redrawing.rate.per_second, (samples, most), self.light_titles)
-        self.moment, chosen = self.screen.draw(picture, over, samples, facts)
+        self.moment, chosen = self.screen.draw(picture, over, facts)
         for effect in (*chosen, Remember("panel", time.perf_counter())):
             self.perform(effect)
         self.redrawing.end(picture.content, over)

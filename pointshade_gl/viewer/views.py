@@ -7,6 +7,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..files.sources import choose_views
 from ..messages.formatting import option
 from ..messages.validation import check_count
@@ -85,22 +88,27 @@ def camera_of(shown: Shown) -> Camera:
     return camera
 
 
+def pose_of(shown: Shown) -> NDArray[np.float64]:
+    """Return (4, 4) camera-to-world of its own camera."""
+    return np.asarray(home_of(shown).pose)
+
+
 class Merger:
     """Makes Views of a sequence; threads read the frames while the window stays alive.
 
     count    how many frames are merged, or their numbers; None for all
     skipped  called with one sentence for each frame that cannot be read, or is left out
-    wake     called from the threads when a frame has been read; may be set later
+    wake     called from the threads when a frame has been read; may be set
     """
 
     def __init__(
         self,
         source: Sequence[Frame],
-        count: int | Sequence[int] | None = VIEWS,
+        count: int | Sequence[int] | None,
         skipped: Callable[[str], None] = lambda _: None,
-        wake: Callable[[], None] = lambda: None,
     ):
-        self._source, self._count, self._skipped, self.wake = source, count, skipped, wake
+        self._source, self._count, self._skipped = source, count, skipped
+        self.wake: Callable[[], None] = lambda: None
         self._pool: ThreadPoolExecutor | None = None
         self._jobs: dict[int, Future[Frame]] = {}
         self._home = -1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from typing import Any
@@ -55,10 +55,11 @@ class Window:
             (glfw.set_key_callback, self._on_key),
             (glfw.set_char_callback, lambda _, code: self._tell("text", chr(code))),
             (glfw.set_cursor_pos_callback, self._on_move),
-            (glfw.set_cursor_enter_callback, self._on_enter),
+            (glfw.set_cursor_enter_callback, lambda _, entered: None if entered else self._tell("leave")),
             (glfw.set_mouse_button_callback, self._on_button),
-            (glfw.set_scroll_callback, self._on_wheel),
-            (glfw.set_drop_callback, self._on_drop),
+            # macOS turns Shift+wheel sideways
+            (glfw.set_scroll_callback, lambda _, dx, dy: self._tell("wheel", steps=dy or dx)),
+            (glfw.set_drop_callback, lambda _, paths: self._tell("drop", paths=tuple(map(str, paths)))),
             (glfw.set_window_refresh_callback, lambda _: self._tell("refresh")),
         ):
             set_callback(self.handle, callback)
@@ -166,34 +167,28 @@ class Window:
         unseen = time.perf_counter() - self._looked
         self._unseen, self._has_come = self._unseen + unseen, False
         try:
-            self._sleep(seconds)
+            if seconds is None or seconds > 0:
+                # GLFW sleeps through signals: Python must wake up now and then to notice Ctrl+C.
+                self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
+            else:
+                self.glfw.poll_events()
         except UnicodeDecodeError:  # of the name of a file that was dropped
             self._tell("drop")
         self._unseen -= 0.0 if self._has_come else unseen  # no event had been waiting
         self._looked = time.perf_counter()
 
-    def _sleep(self, seconds: float | None) -> None:
-        if seconds is None or seconds > 0:
-            # GLFW sleeps through signals: Python must wake up now and then to notice Ctrl+C.
-            self.glfw.wait_events_timeout(LONGEST_SLEEP if seconds is None else min(seconds, LONGEST_SLEEP))
-        else:
-            self.glfw.poll_events()
-
     def wake(self) -> None:
         """Ends `wait`. May be called from any thread."""
         self.glfw.post_empty_event()
-
-    def _pixel(self, x: float, y: float) -> tuple[float, float]:
-        wide, high = self.glfw.get_window_size(self.handle)
-        width, height = self.glfw.get_framebuffer_size(self.handle)
-        return x * width / max(wide, 1), y * height / max(high, 1)
 
     def _tell(
         self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
     ) -> None:
         """Where the pointer was, the events before have told: asked now, it may have gone on."""
         glfw = self.glfw
-        x, y = self._pixel(*self._pointer)
+        wide, high = glfw.get_window_size(self.handle)
+        width, height = glfw.get_framebuffer_size(self.handle)
+        x, y = self._pointer[0] * width / max(wide, 1), self._pointer[1] * height / max(high, 1)
         if mods is None:
             mods = self._held_modifiers()
         ctrl, shift = bool(mods & (glfw.MOD_CONTROL | glfw.MOD_SUPER)), bool(mods & glfw.MOD_SHIFT)
@@ -202,35 +197,23 @@ class Window:
 
     def _held_modifiers(self) -> int:
         glfw = self.glfw
-        pairs = (("CONTROL", glfw.MOD_CONTROL), ("SUPER", glfw.MOD_SUPER), ("SHIFT", glfw.MOD_SHIFT))
         held = 0
-        for name, bit in pairs:
+        for name, bit in (("CONTROL", glfw.MOD_CONTROL), ("SUPER", glfw.MOD_SUPER), ("SHIFT", glfw.MOD_SHIFT)):
             keys = getattr(glfw, f"KEY_LEFT_{name}"), getattr(glfw, f"KEY_RIGHT_{name}")
             held |= bit * any(glfw.get_key(self.handle, key) == glfw.PRESS for key in keys)
         return held
 
     def _on_key(self, _: Any, key: int, scancode: int, action: int, mods: int) -> None:
-        if action == self.glfw.RELEASE or not (name := key_name(self.glfw, key, scancode)):
-            return
-        self._tell("key", name, mods=mods)
+        if action != self.glfw.RELEASE and (name := key_name(self.glfw, key, scancode)):
+            self._tell("key", name, mods=mods)
 
     def _on_move(self, _: Any, x: float, y: float) -> None:
         self._pointer = x, y
         self._tell("move")
 
-    def _on_enter(self, _: Any, entered: int) -> None:
-        if not entered:
-            self._tell("leave")
-
     def _on_button(self, _: Any, button: int, action: int, mods: int) -> None:
         if button < len(BUTTONS):
             self._tell("press" if action == self.glfw.PRESS else "release", BUTTONS[button], mods=mods)
-
-    def _on_wheel(self, _: Any, dx: float, dy: float) -> None:
-        self._tell("wheel", steps=dy or dx)  # macOS turns Shift+wheel sideways
-
-    def _on_drop(self, _: Any, paths: Sequence[str]) -> None:
-        self._tell("drop", paths=tuple(map(str, paths)))
 
 
 def window_size(camera: Camera) -> tuple[int, int]:

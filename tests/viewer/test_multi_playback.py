@@ -62,7 +62,8 @@ class TestTogether:
 
     def test_the_first_that_is_due_wakes_the_window(self, play):
         woken = threading.Event()
-        together = play([film(LEFT, 3), film(RIGHT, 3)], [10, 4], wake=woken.set)
+        together = play([film(LEFT, 3), film(RIGHT, 3)], [10, 4])
+        together.wake = woken.set
         together.first()
         wait_until_read(together)
         take(together, 50.0)

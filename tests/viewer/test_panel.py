@@ -148,14 +148,14 @@ class TestKeys:
         press(viewer, "S")
         assert not viewer.state.shadows
         key(viewer, "ESCAPE")
-        assert not viewer.window.is_closing and not viewer.screen.panel._input.takes_keys
+        assert not viewer.window.is_closing and not viewer.screen.panel.takes_keys
 
     def test_arrows_and_enter_choose_from_a_list(self, open_viewer):
         viewer = open_viewer(window_size=(640, 480), panel=True)
         click_row(viewer, "shading")
         for name in ("UP", "UP", "ENTER"):
             key(viewer, name)
-        assert viewer.state.look.shading == "flat" and not viewer.screen.panel._input.takes_keys
+        assert viewer.state.look.shading == "flat" and not viewer.screen.panel.takes_keys
 
     def test_numbers_are_copied_and_pasted(self, open_viewer):
         viewer = open_viewer(window_size=(640, 480), panel=True)
@@ -247,7 +247,7 @@ def test_it_tells_rate_and_samples(open_viewer):
             viewer.handle(Event("move", x=x, y=100))
             viewer.step()
         for _ in range(40):
-            if viewer.samples_shown == (7, 7):
+            if viewer.redrawing.samples == 7:
                 break
             viewer.step()
         viewer.step(wait=False)

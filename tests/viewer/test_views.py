@@ -100,7 +100,8 @@ class TestMerger:
     def test_frames_are_read_by_threads_and_each_tells(self):
         source, woken = Files(), threading.Semaphore(0)
         source.gate.clear()
-        merger = Merger(source, 3, wake=woken.release)
+        merger = Merger(source, 3)
+        merger.wake = woken.release
         merger.start(5)
         assert merger.is_reading and merger.finish() is None and merger.progress == "merging: 0 of 3 views are read"
         source.gate.set()

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
-
-import typer
 
 from ..messages.formatting import option
-from .completion import one_of
+from .option_groups import said
 
 KINDS = ("png", "jpg", "webp", "tif", "normals.png", "normals.exr", "normals.npy", "html", "mp4", "gif")
 BATCH = "Batch"
@@ -18,57 +15,39 @@ BATCH = "Batch"
 class BatchOptions:
     """What comes out of a batch, and who does it."""
 
-    to: Annotated[
-        str,
-        typer.Option(
-            metavar="KIND",
-            help=f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
-            autocompletion=one_of(KINDS),
-            rich_help_panel=BATCH,
-        ),
-    ] = "png"
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", min=1, help="Processes that draw. Default: one for each core.", rich_help_panel=BATCH
-        ),
-    ] = None
-    ray: Annotated[
-        str | None,
-        typer.Option(
-            metavar="local|ADDRESS",
-            help="Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
-            "Its machines must all see INPUT.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    num_gpus: Annotated[
-        float | None,
-        typer.Option(
-            metavar="N",
-            min=0,
-            help="With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    shard: Annotated[
-        str | None,
-        typer.Option(
-            metavar="I/N",
-            help="Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
-            "same options and version.",
-            rich_help_panel=BATCH,
-        ),
-    ] = False
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Do everything again.", rich_help_panel=BATCH)] = False
+    to: str = said(
+        f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
+        metavar="KIND",
+        known=KINDS,
+        default="png",
+        panel=BATCH,
+    )
+    workers: int | None = said("Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH)
+    ray: str | None = said(
+        "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
+        "Its machines must all see INPUT.",
+        metavar="local|ADDRESS",
+        panel=BATCH,
+    )
+    num_gpus: float | None = said(
+        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
+        metavar="N",
+        min=0,
+        panel=BATCH,
+    )
+    shard: str | None = said(
+        "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
+        metavar="I/N",
+        panel=BATCH,
+    )
+    resume: bool = said(
+        "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
+        "same options and version.",
+        "--resume",
+        default=False,
+        panel=BATCH,
+    )
+    overwrite: bool = said("Do everything again.", "--overwrite", default=False, panel=BATCH)
 
     def part(self) -> tuple[int, int] | None:
         """Which part of how many, from 1. Raises ValueError for anything else."""

@@ -6,13 +6,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
-
-import typer
+from typing import TYPE_CHECKING, Any, cast
 
 from ..messages.formatting import option
 from ..scene.option_fields import PICTURE
-from .completion import one_of
+from .option_groups import said
 from .options import FilmOptions, FrameOptions
 from .output import open_renderer, report, spinner
 
@@ -20,7 +18,6 @@ if TYPE_CHECKING:
     from ..page.parts import QualityName
     from ..rendering.renderer import Renderer
     from ..scene.view import View
-
 
 NAMES = "exact", "small"  # of page/parts.py, which imports NumPy
 
@@ -34,18 +31,10 @@ def is_page(output: Path) -> bool:
 class PageOptions:
     """How a page is written."""
 
-    quality: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Of an .html: exact, or small (a third smaller, colours as JPEG).",
-            autocompletion=one_of(NAMES),
-            rich_help_panel=PICTURE,
-        ),
-    ] = None
-    title: Annotated[
-        str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PICTURE)
-    ] = None
+    quality: str | None = said(
+        "Of an .html: exact, or small (a third smaller, colours as JPEG).", metavar="NAME", known=NAMES, panel=PICTURE
+    )
+    title: str | None = said("Of an .html. Default: INPUT.", metavar="TEXT", panel=PICTURE)
 
     @property
     def exactness(self) -> QualityName:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..scene.camera import Camera
 from ..scene.rotation import moved
-from .tracing import Hits
+from .tracing import NEIGHBOURS, Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
 
@@ -35,12 +35,10 @@ def decibels(error: np.ndarray) -> float:
 def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
     """Pixels within `reach` of another surface or of the empty background."""
     edge = np.zeros(hits.surface.shape, bool)
-    for axis in (0, 1):
-        step = np.diff(hits.surface, axis=axis) != 0
-        before, after = [slice(None)] * 2, [slice(None)] * 2
-        before[axis], after[axis] = slice(None, -1), slice(1, None)
-        edge[tuple(before)] |= step
-        edge[tuple(after)] |= step
+    for a, b in NEIGHBOURS:
+        step = hits.surface[a] != hits.surface[b]
+        edge[a] |= step
+        edge[b] |= step
     for _ in range(reach - 1):
         grown = np.pad(edge, 1)
         edge = grown[1:-1, 1:-1] | grown[:-2, 1:-1] | grown[2:, 1:-1] | grown[1:-1, :-2] | grown[1:-1, 2:]

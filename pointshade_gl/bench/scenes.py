@@ -15,7 +15,7 @@ from ..scene.camera import Camera, check_pose
 from . import vase
 from .shapes import box, pose_at, relief, rod, sheet, torus
 from .solids import grey
-from .tracing import Array, Surface, moved, plane, sphere, trace
+from .tracing import NEIGHBOURS, Array, Surface, moved, plane, sphere, trace
 
 MIDDLE = 1.5  # metres to the middle of the scenes
 GAP = 0.01  # a surface ends where a pixel's tangent plane misses the neighbour by more than this share of depth
@@ -141,7 +141,7 @@ def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = R
     rays = camera.rays()
     jump = np.zeros(depth.shape, bool)
     off = (normals * rays).sum(-1) * depth  # distance of the tangent plane from the eye
-    for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+    for a, b in NEIGHBOURS:
         with np.errstate(divide="ignore", invalid="ignore"):
             there = [off[i] / (normals[i] * rays[j]).sum(-1) / depth[j] - 1 for i, j in ((a, b), (b, a))]
             apart = (np.abs(there[0]) > GAP) & (np.abs(there[1]) > GAP) & (depth[a] > 0) & (depth[b] > 0)

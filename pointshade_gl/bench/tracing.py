@@ -15,6 +15,7 @@ from ..scene.light import Light
 from ..scene.srgb import linear_to_srgb, srgb_to_linear
 
 FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
+NEIGHBOURS = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])  # of a picture: side by side, one below the other
 Array = NDArray[np.float64]
 Albedo = Callable[[Array], Array]
 

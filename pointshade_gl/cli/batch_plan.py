@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .. import __version__
 from ..batch.inputs import Source, find_sources
@@ -22,14 +22,12 @@ from ..files.writing.film import check_film
 from ..messages.formatting import option
 from ..messages.validation import check_choice, check_fps
 from ..scene.view import View
+from .batch_options import BatchOptions
 from .inputs import check_look
 from .look_options import LookOptions
 from .options import FilmOptions, ReadingOptions, ViewOptions
 from .page_options import NAMES, PageOptions
 from .picture_options import PictureOptions, view_of
-
-if TYPE_CHECKING:
-    from .batch_options import BatchOptions
 
 UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
 
@@ -83,14 +81,8 @@ class Asked:
     def _job(self, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
         """The job of a source, without frame and path."""
         kind, film = self.how.to, self.film
-        moving = {"turntable": film.turntable, "frames": film.frames, "fps": film.fps}
-        writing = {
-            "axes": self.axes,
-            "bits": self.bits,
-            "quality": self.page.exactness,
-            "title": self.page.title,
-        }
-        return Job(source.path, folder, kind, None, view, reading, **moving, **writing)
+        writing = self.axes, self.bits, self.page.exactness, self.page.title
+        return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
 
     def _check(self) -> None:
         """Raises ValueError for options that do not go together."""

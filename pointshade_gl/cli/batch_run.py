@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -21,10 +20,8 @@ from ..batch.workers import Failed, run_all
 from ..gpu.context.software_driver import is_software
 from ..messages.formatting import counted, option
 from ..messages.notes import once, print_note
+from .batch_options import BatchOptions
 from .output import SOFTWARE, progress
-
-if TYPE_CHECKING:
-    from .batch_options import BatchOptions
 
 FAILED = 3  # exit code
 

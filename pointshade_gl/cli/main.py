@@ -12,8 +12,12 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from .. import __version__
+from ..files.access.numbered_names import first_of, is_numbered
+from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line, option
 from ..messages.notes import few_notes
+from ..scene.graph import Scene
 from ..scene.view import View
 from .commands.batch import batch
 from .commands.render import render
@@ -36,8 +40,6 @@ app = typer.Typer(
 
 
 def _print_version(wanted: bool) -> None:
-    from .. import __version__
-
     if wanted:
         print(f"pointshade_gl {__version__}")
         raise typer.Exit
@@ -71,7 +73,6 @@ def normals(
 
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ..files.access.numbered_names import first_of, is_numbered
     from ..files.writing.depth_and_normal_maps import check_normals_path
     from .written_maps import write_normals
 
@@ -94,9 +95,7 @@ def depth(
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ..files.access.numbered_names import first_of, is_numbered
     from ..files.writing.depth_and_normal_maps import check_depth_path
-    from ..scene.graph import Scene
     from .written_maps import write_depth
 
     check_depth_path(first_of(output))
@@ -131,8 +130,6 @@ def info(
         return
     if output:
         raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
-    from .. import __version__
-
     with open_renderer(device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}
         if as_json:
@@ -181,8 +178,6 @@ def main() -> None:
     except MemoryError as error:
         fail(str(error) or "not enough memory", 1)
     except RuntimeError as error:
-        from ..messages.errors import ContextError
-
         if not isinstance(error, ContextError):
             raise
         fail(str(error), 1)

@@ -6,10 +6,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ...files.access.numbered_names import first_of, is_numbered
+from ...files.pictures.picture_files import check_writable, save_image
+from ...files.writing.film import check_series, is_series
 from ...messages.formatting import option
 from ...messages.notes import print_note
+from ...rendering.renderer import Renderer
+from ...rendering.request import RenderRequest
+from ...scene.graph import Scene
+from ...scene.shading_override import shaded
+from ...scene.view import View
 from ..inputs import check_look, check_stream, load, load_together, load_views
 from ..look_options import LookOptions
 from ..options import (
@@ -29,10 +37,6 @@ from ..output import explainer, open_renderer, progress, report, spinner, warn_s
 from ..page_options import PageOptions, is_page
 from ..picture_options import PictureOptions, view_of
 from ..usage_errors import check_folders
-
-if TYPE_CHECKING:
-    from ...rendering.renderer import Renderer
-    from ...scene.view import View
 
 POINTS = ".ply"
 
@@ -92,8 +96,6 @@ class _Asked:
     @property
     def is_series(self) -> bool:
         """Whether -o names a film or numbered files."""
-        from ...files.writing.film import is_series
-
         return is_series(self.output)
 
     def check_inputs(self) -> None:
@@ -120,9 +122,6 @@ class _Asked:
 
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what --explain calls after each picture."""
-        from ...scene.graph import Scene
-        from ...scene.shading_override import shaded
-
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
         if isinstance(source, Scene) and not names:
             source = shaded(source, check_look(view.look))
@@ -138,9 +137,6 @@ class _Asked:
 
 
 def _write_picture(asked: _Asked, view: View) -> None:
-    from ...files.pictures.picture_files import save_image
-    from ...rendering.request import RenderRequest
-
     check_stream(view.look, False)
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
@@ -159,8 +155,6 @@ def _write_picture(asked: _Asked, view: View) -> None:
 
 def _check_picture(output: Path, film: FilmOptions) -> None:
     """Raises ValueError or OSError unless a single picture can be written there."""
-    from ...files.pictures.picture_files import check_writable
-
     try:
         check_writable(output)
     except ValueError as error:
@@ -173,7 +167,6 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
 
 def _write_series(asked: _Asked, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
-    from ...files.writing.film import check_series
     from ...rendering.image_sequence import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
@@ -203,9 +196,7 @@ def _write_page(asked: _Asked, view: View) -> None:
 
 def _write_points(asked: _Asked, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates."""
-    from ...files.access.numbered_names import first_of, is_numbered
     from ...files.writing.point_clouds import check_points_path
-    from ...scene.graph import Scene
     from ..written_maps import write_points
 
     output, film = asked.output, asked.film

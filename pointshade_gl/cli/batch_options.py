@@ -3,12 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from ..messages.formatting import option
+from .completion import complete_input
+from .look_options import LookOptions
 from .option_groups import said
+from .options import Axes, Bits, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions
+from .page_options import PageOptions
+from .picture_options import PictureOptions
 
 KINDS = ("png", "jpg", "webp", "tif", "normals.png", "normals.exr", "normals.npy", "html", "mp4", "gif")
 BATCH = "Batch"
+
+Inputs = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="INPUT",
+        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, built-in names.",
+        autocompletion=complete_input,
+    ),
+]
+Folder = Annotated[
+    Path,
+    typer.Option(
+        "-o", "--output", metavar="DIR", help="The folder to write to, and its manifest.jsonl.", rich_help_panel=BATCH
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -60,3 +84,22 @@ class BatchOptions:
                 "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
             )
         return int(number), int(count)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed."""
+
+    inputs: Inputs
+    output: Folder
+    how: BatchOptions
+    reading: ReadingOptions
+    look: LookOptions
+    place: ViewOptions
+    picture: PictureOptions
+    film: FilmOptions
+    page: PageOptions
+    axes: Axes = None
+    bits: Bits = 8
+    device: Device = 0
+    quiet: Quiet = False

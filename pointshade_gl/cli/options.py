@@ -6,8 +6,8 @@ A command takes whole groups as parameters; `spread` shows their fields to Typer
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -190,26 +190,13 @@ class BenchOptions:
 def spread(command: Callable[..., None]) -> Callable[..., None]:
     """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
 
-    A field may say what it was called: that option is understood, but not in the help.
+    A field may be a group itself, or say what it was called: that option is understood, but not in the help.
     """
-    groups: dict[str, Any] = {}
-    options: list[inspect.Parameter] = []
+    asked = inspect.signature(command, eval_str=True).parameters
     older: dict[str, str] = {}
-    for parameter in inspect.signature(command, eval_str=True).parameters.values():
-        if is_dataclass(parameter.annotation):
-            group = groups[parameter.name] = parameter.annotation
-            types = get_type_hints(group, include_extras=True)
-            for one in fields(group):
-                how, kind = one.metadata.get("typer"), types[one.name]
-                option = inspect.Parameter(one.name, parameter.KEYWORD_ONLY, default=one.default)
-                options.append(option.replace(annotation=Annotated[kind, how] if how else kind))
-                older |= {was: one.name} if (was := one.metadata.get("was")) else {}
-        else:
-            options.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+    options = [option for one in asked.values() for option in _options_in(one.name, one.annotation, one.default, older)]
     hidden = Annotated[str | None, typer.Option(hidden=True, help="An older name.")]
-    options += [
-        inspect.Parameter(was, inspect.Parameter.KEYWORD_ONLY, annotation=hidden, default=None) for was in older
-    ]
+    options += [_option(was, hidden, None) for was in older]
 
     @wraps(command)
     def with_options(**given: Any) -> None:
@@ -217,11 +204,33 @@ def spread(command: Callable[..., None]) -> Callable[..., None]:
             if (text := given.pop(was)) is not None:
                 note_new_name(f"--{was}", f"--{now.replace('_', '-')}")
                 given[now] = text if given[now] is None else given[now]
-        made = {
-            name: group(**{one.name: given.pop(one.name) for one in fields(group)}) for name, group in groups.items()
-        }
-        command(**given, **made)
+        command(**{name: _taken(name, one.annotation, given) for name, one in asked.items()})
 
     with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     with_options.__annotations__ = {option.name: option.annotation for option in options}
     return with_options
+
+
+def _options_in(name: str, kind: Any, default: Any, older: dict[str, str]) -> Iterator[inspect.Parameter]:
+    """The options of a group, or the one that is none. Those that were called otherwise are put into `older`."""
+    if not is_dataclass(kind):
+        yield _option(name, kind, default)
+        return
+    types = get_type_hints(kind, include_extras=True)
+    for one in fields(kind):
+        how, own = one.metadata.get("typer"), types[one.name]
+        empty = inspect.Parameter.empty if one.default is MISSING else one.default
+        yield from _options_in(one.name, Annotated[own, how] if how else own, empty, older)
+        older |= {was: one.name} if (was := one.metadata.get("was")) else {}
+
+
+def _option(name: str, kind: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=default)
+
+
+def _taken(name: str, kind: Any, given: dict[str, Any]) -> Any:
+    """The value of an option, or the group of those of its fields, taken out of what was given."""
+    if not (isinstance(kind, type) and is_dataclass(kind)):
+        return given.pop(name)
+    types = get_type_hints(kind)
+    return kind(**{one.name: _taken(one.name, types[one.name], given) for one in fields(kind)})

@@ -17,8 +17,7 @@ from ..scene.frame import Frame
 from ..scene.light import Light
 from .form_truth import LARGEST, MIDDLE, Truth, source_frames, trace_seen
 from .measure import clocked
-from .outlines import outline_distance
-from .picture_scores import decibels
+from .picture_scores import decibels, outline_distance
 from .scenes import standard_camera
 from .tracing import Array, encode
 

@@ -1,4 +1,4 @@
-"""How close a picture comes to the ray-traced truth: PSNR away from edges, holes, spill."""
+"""How close a picture comes to the ray-traced truth: PSNR away from edges, holes, spill, outlines."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ..scene.rotation import moved
 from .tracing import NEIGHBOURS, Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
+TOGETHER = 1 << 22  # pairs of pixels that are compared at once
 
 
 @dataclass(frozen=True)
@@ -73,3 +74,19 @@ def score_picture(
     error = image[judged][:, :3].astype(float) - np.round(truth[judged])
     spill = (surface[drawn] != hits.surface[drawn]).mean()
     return PictureScore(decibels(error), float((seen & ~drawn).sum() / seen.sum()), float(spill))
+
+
+def outline(mask: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels of a mask at its border, without those at the picture's."""
+    inside = mask[1:-1, :-2] & mask[1:-1, 2:] & mask[:-2, 1:-1] & mask[2:, 1:-1]
+    return np.argwhere(mask[1:-1, 1:-1] & ~inside) + 1
+
+
+def outline_distance(drawn: np.ndarray, true: np.ndarray) -> float:
+    """Pixels from the outline of one mask to the nearest of the other, mean; the picture's diagonal without any."""
+    ours, theirs = outline(drawn).astype(np.float32), outline(true).astype(np.float32)
+    if not len(ours) or not len(theirs):
+        return float(np.hypot(*drawn.shape))
+    parts = np.array_split(ours, -(-len(ours) * len(theirs) // TOGETHER))
+    nearest = [np.sqrt(((part[:, None] - theirs) ** 2).sum(-1).min(1)) for part in parts]
+    return float(np.concatenate(nearest).mean())

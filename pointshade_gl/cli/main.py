@@ -145,21 +145,20 @@ app.command()(batch)
 @spread
 def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
-    from ..bench.command import bench as run_bench
-    from ..bench.command import bench_against, bench_speed, bench_views
+    from ..bench import command
 
+    quick, output = options.quick, options.output
     if options.against is not None and not options.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
     if options.against is not None:
-        print(bench_against(options.against, options.quick, device))
-        return
-    if options.speed:
-        print(bench_speed(options.output, options.quick, device))
-        return
-    if options.views:
-        print(bench_views(options.output, options.quick, options.seed, device))
-        return
-    print(run_bench(options.output, options.quick, options.only or [], options.images, options.seed, device))
+        said = command.bench_against(options.against, quick, device)
+    elif options.speed:
+        said = command.bench_speed(output, quick, device)
+    elif options.views:
+        said = command.bench_views(output, quick, options.seed, device)
+    else:
+        said = command.bench(output, quick, options.only or [], options.images, options.seed, device)
+    print(said)
 
 
 def main() -> None:

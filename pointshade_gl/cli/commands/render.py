@@ -197,4 +197,4 @@ def _write_points(asked: Asked, view: View) -> None:
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
     tell = explainer(asked.explain)
-    write_points(source, view, output, film.turntable, film.frames, asked.device, tell)
+    write_points(source, view, output, film, asked.device, tell)

@@ -40,9 +40,11 @@ def view(
     """
     from ...scene.orbit_state import State
     from ...viewer import Viewer
+    from ...viewer.panel import MISSING
     from ..window_line import render_line
 
-    _check_panel(window)
+    if window.panel and find_spec("imgui_bundle") is None:
+        raise ValueError(MISSING)
     state, size, inputs = State(look=look.look()), size_from(window.window_size, "window_size"), more or []
     lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
@@ -67,14 +69,6 @@ def view(
         asked = any(light.shadow for light in look.lights())
         viewer.state = replace(viewer.state, shadows=asked)  # until the key S switches them on
     viewer.run()
-
-
-def _check_panel(window: WindowOptions) -> None:
-    """Raises ValueError for a panel whose extra is not installed."""
-    from ...viewer.panel import MISSING
-
-    if window.panel and find_spec("imgui_bundle") is None:
-        raise ValueError(MISSING)
 
 
 def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | None) -> tuple[Any, list[Any]]:

@@ -177,7 +177,7 @@ def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
     source = read(job) if job.turntable is not None or is_scene(job.source) else _all_frames(job)
     with Renderer(device=device) as renderer:
-        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _tell_skipped)
+        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"))
         write_series(renderer, pictures, job.path, job.fps)
         return renderer.context.renderer
 
@@ -186,7 +186,3 @@ def _all_frames(job: Job) -> Frame | FrameSequence:
     sequence = _open(job.source, job.reading)
     _, first = first_readable(sequence)
     return first.frame if len(sequence) == 1 else sequence
-
-
-def _tell_skipped(sentence: str) -> None:
-    print_note(f"skipped {sentence}")

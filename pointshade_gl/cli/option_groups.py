@@ -1,4 +1,4 @@
-"""Options of the command line that are made of the fields of the library: see scene/option_fields.py."""
+"""Options of the command line as fields: spelt here, or made of the fields of the library (scene/option_fields.py)."""
 
 from __future__ import annotations
 

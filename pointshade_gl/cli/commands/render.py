@@ -59,15 +59,10 @@ class Asked:
     device: Device = 0
     quiet: Quiet = False
 
-    @property
-    def is_series(self) -> bool:
-        """Whether -o names a film or numbered files."""
-        return is_series(self.output)
-
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one."""
         check_folders(self.more or [])
-        is_sequence = self.film.turntable is None and self.is_series
+        is_sequence = self.film.turntable is None and is_series(self.output)
         is_one = self.views is not None or is_sequence or self.output.suffix.lower() == POINTS
         if self.more and is_one:
             raise ValueError(
@@ -82,7 +77,7 @@ class Asked:
         return view_of(
             self.look, self.place, self.picture, self.output,
             is_scene=not is_set and is_scene(self.frame.input),
-            is_film=not is_page(self.output) and (turns or self.is_series),
+            is_film=not is_page(self.output) and (turns or is_series(self.output)),
             is_changed=is_set or self.film.turntable == "camera",
         )  # fmt: skip
 
@@ -116,7 +111,7 @@ def render(asked: Asked) -> None:
         _write_points(asked, view)
     elif is_page(asked.output):
         _write_page(asked, view)
-    elif asked.film.turntable is not None or asked.is_series:
+    elif asked.film.turntable is not None or is_series(asked.output):
         _write_series(asked, view)
     else:
         _write_picture(asked, view)

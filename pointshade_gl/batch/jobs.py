@@ -16,7 +16,7 @@ from ..files.pictures.picture_files import save_image
 from ..files.sources import is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals
 from ..files.writing.film import FILM_SUFFIXES
-from ..messages.notes import Note, once, print_note, taken
+from ..messages.notes import once, print_note, taken
 from ..rendering.image_sequence import jobs_of, write_series
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
@@ -132,15 +132,15 @@ class _Opened(NamedTuple):
 @lru_cache(OPENED)
 def _opened(source: str, reading: tuple[tuple[str, Any], ...]) -> _Opened:
     """A sequence that is kept open: all of its frames are read as the first readable one is."""
-    sequence = _open(source, reading, print_note)
+    sequence = _open(source, reading)
     first_readable(sequence)
     return _Opened(sequence, {one.number: index for index, one in enumerate(sequence.parts)})
 
 
-def _open(source: str, reading: tuple[tuple[str, Any], ...], note: Note) -> FrameSequence:
+def _open(source: str, reading: tuple[tuple[str, Any], ...]) -> FrameSequence:
     options = dict(reading)
     outside = options.pop("allow_outside", False)
-    return open_frames(builtin_folder(source), outside, ReadOptions(**options), once(note))
+    return open_frames(builtin_folder(source), outside, ReadOptions(**options), once(print_note))
 
 
 def _write_picture(job: Job, device: int) -> str:
@@ -177,16 +177,12 @@ def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
     source = read(job) if job.turntable is not None or is_scene(job.source) else _all_frames(job)
     with Renderer(device=device) as renderer:
-        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, _tell_skipped)
+        pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"))
         write_series(renderer, pictures, job.path, job.fps)
         return renderer.context.renderer
 
 
 def _all_frames(job: Job) -> Frame | FrameSequence:
-    sequence = _open(job.source, job.reading, print_note)
+    sequence = _open(job.source, job.reading)
     _, first = first_readable(sequence)
     return first.frame if len(sequence) == 1 else sequence
-
-
-def _tell_skipped(sentence: str) -> None:
-    print_note(f"skipped {sentence}")

@@ -17,12 +17,7 @@ from .workers import Failed, checked, outcome_of, remove_rest
 
 
 def run_all_on_ray(
-    jobs: Sequence[Job],
-    output: Path,
-    address: str,
-    workers: int | None = None,
-    num_gpus: float = 0.0,
-    device: int = 0,
+    jobs: Sequence[Job], output: Path, address: str, workers: int | None = None, num_gpus: float = 0.0, device: int = 0
 ) -> Generator[tuple[Job, Done | Failed], None, None]:
     """Runs the jobs on a Ray cluster, and gives each with what became of it, as soon as it is known.
 

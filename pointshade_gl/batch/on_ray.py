@@ -128,7 +128,9 @@ class _Crew:
         """Waits until something has happened. Returns the tasks that have ended, and who worked on them."""
         done, _ = self._ray.wait(list(self._awaited), timeout=None if self._hands else SLOW)
         if not done:
-            print_note(f"Ray has no room for a worker yet: free are {_told(self._ray.available_resources())}")
+            free = self._ray.available_resources()
+            told = " and ".join(f"{free.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
+            print_note(f"Ray has no room for a worker yet: free are {told}")
         ended = []
         for reference in done:
             hand, task = self._awaited.pop(reference)
@@ -145,7 +147,8 @@ class _Crew:
         except self._ray.exceptions.RayError as error:
             self._failed += 1
             if self._failed == TRIES:
-                raise OSError(f"no worker starts on Ray: {_last_line(error)}") from None
+                last = str(error).strip().splitlines()[-1].strip()
+                raise OSError(f"no worker starts on Ray: {last}") from None
             self.hire()
         else:
             if version != __version__:
@@ -178,11 +181,3 @@ class _Crew:
                 self._ray.kill(hand.actor)
                 for task in hand.tasks:
                     self._lost(task.item, hand.ours)
-
-
-def _told(resources: dict[str, float]) -> str:
-    return " and ".join(f"{resources.get(name, 0):g} {name}" for name in ("CPU", "GPU"))
-
-
-def _last_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[-1].strip()

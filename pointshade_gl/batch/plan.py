@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from .. import __version__
 from ..files.access.folder_listing import Listing
 from .inputs import Source
 from .jobs import FILMS, Job
@@ -30,7 +31,7 @@ class Failure(NamedTuple):
 
 
 def plan(
-    sources: Sequence[Source], job_for: Callable[[Source], Job], output: Path, version: str, listing: Listing
+    sources: Sequence[Source], job_for: Callable[[Source], Job], output: Path, listing: Listing
 ) -> tuple[list[Planned], list[Failure]]:
     """The jobs of all sources in their order, and the sources that cannot be listed.
 
@@ -44,7 +45,7 @@ def plan(
     failures: list[Failure] = []
     for source in sources:
         job = job_for(source)
-        made_from = {"version": version, "options": _options_of(job)}
+        made_from = {"version": __version__, "options": _options_of(job)}
         try:
             parts = parts_of(source, dict(job.reading), output, listing)
         except (ValueError, OSError) as error:

@@ -65,11 +65,9 @@ def outcome_of(job: Job, device: int = 0) -> Done | Failed:
             return Failed(str(error), "left out")
         except ContextError as error:
             return Failed(str(error), "no GL")
-        except OSError as error:
-            if error.errno in _FULL:
+        except (OSError, ValueError, TypeError) as error:
+            if isinstance(error, OSError) and error.errno in _FULL:
                 return Failed(no_room(job.path, error), "no room")
-            return Failed(" ".join(str(error).split()))
-        except (ValueError, TypeError) as error:
             return Failed(" ".join(str(error).split()))
         except MemoryError as error:
             return Failed(str(error) or "not enough memory")

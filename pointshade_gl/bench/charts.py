@@ -60,7 +60,7 @@ def short(method: str) -> str:
 def error_chart(results: dict[str, Any]) -> bytes:
     """A PNG: milliseconds against mean angular error, one panel per condition, the Pareto front drawn."""
     conditions, methods, clock = results["conditions"], results["methods"], results["clock"]
-    figure, panels = new_figure(len(conditions), 2.45, shared=True)
+    figure, panels = new_panels(len(conditions), 2.45, shared=True)
     data = {c: [(results["times"][m][c][clock], results["errors"][m][c]["all"]) for m in methods] for c in conditions}
     for axes, condition in zip(panels, conditions, strict=True):
         points = np.maximum(data[condition], LEAST)
@@ -90,7 +90,7 @@ def error_chart(results: dict[str, Any]) -> bytes:
 def stability_chart(results: dict[str, Any]) -> bytes:
     """A PNG: error against the strength of a stress, one panel per stress; a cross where an estimator breaks."""
     stability, methods = results["stability"], results["methods"]
-    figure, panels = new_figure(len(stability), 2.0)
+    figure, panels = new_panels(len(stability), 2.0)
     broken = {name: [m for m in methods if found["breaks"][m] is not None] for name, found in stability.items()}
     for axes, (name, found) in zip(panels, stability.items(), strict=True):
         title(axes, STRESSES[name].title)
@@ -129,16 +129,21 @@ def pareto_front(times: Sequence[float], errors: Sequence[float]) -> list[int]:
     return front
 
 
-def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure, list[Axes]]:
-    """A figure of `count` logarithmic panels, `height` inches each."""
+def new_figure(height: float) -> Figure:
+    """An empty figure, `height` inches high."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from matplotlib.ticker import FuncFormatter
 
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)  # otherwise the picture is drawn again for each text that is measured
+    return figure
+
+
+def new_panels(count: int, height: float, shared: bool = False) -> tuple[Figure, list[Axes]]:
+    """A figure of `count` logarithmic panels, `height` inches each."""
     columns = min(COLUMNS, count)
     rows = -(-count // columns)
-    figure = Figure(figsize=(WIDTH, height * rows + 0.9), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)  # otherwise the picture is drawn again for each text that is measured
+    figure = new_figure(height * rows + 0.9)
     panels = list(figure.subplots(rows, columns, squeeze=False, sharex=shared, sharey=True).flat)
     for axes in panels[count:]:
         axes.remove()
@@ -147,7 +152,7 @@ def new_figure(count: int, height: float, shared: bool = False) -> tuple[Figure,
         plain(axes)
         axes.minorticks_off()  # they take most of the drawing time, and nobody reads them
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_major_formatter("{x:g}")
     return figure, panels[:count]
 
 

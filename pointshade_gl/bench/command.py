@@ -27,6 +27,8 @@ from .picture_chart import picture_chart
 from .stress import CONDITIONS, STRESSES
 from .tables import bold, brief, new_table, wide_console
 
+Names = tuple[list[Method], list[str], list[str]]  # of methods, conditions and stresses
+
 
 def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: int, device: int) -> str:
     """Writes results.json, chart.png, stability.png and, with `images`, images.png and forms.png to a folder.
@@ -38,11 +40,10 @@ def bench(output: Path, quick: bool, only: Sequence[str], images: bool, seed: in
 
     Returns one line about what was written. Raises ValueError for unknown names, or without matplotlib.
     """
-    methods, conditions, stresses = select(only)
+    methods, conditions, stresses = names = select(only)
     prepare(output)
-    plan = QUICK if quick else FULL
     with Renderer(device=device) as renderer:
-        results = measure(renderer, plan, methods, conditions, stresses, images, seed)
+        results = measure(renderer, QUICK if quick else FULL, names, images, seed)
     results["quick"] = quick
     pictures = {}
     if conditions:
@@ -120,13 +121,14 @@ def progress(total: int | None = None) -> Iterator[Callable[[], None]]:
 
 
 def write(output: Path, pictures: dict[str, bytes], results: dict[str, Any], name: str = "results.json") -> None:
-    """Writes each file completely, or not at all; results last."""
-    for file, content in (pictures | {name: json.dumps(shortened(results), indent=1).encode() + b"\n"}).items():
+    """Writes each file completely, or not at all; results last, with five digits per number: others are noise."""
+    short = json.loads(json.dumps(results), parse_float=lambda digits: float(f"{float(digits):.5g}"))
+    for file, content in (pictures | {name: json.dumps(short, indent=1).encode() + b"\n"}).items():
         with written_whole(output / file) as temporary:
             temporary.write_bytes(content)
 
 
-def select(only: Sequence[str]) -> tuple[list[Method], list[str], list[str]]:
+def select(only: Sequence[str]) -> Names:
     """The named methods, conditions and stresses, in their usual order."""
     known = {"methods": METHODS, "conditions": tuple(CONDITIONS), "stresses": tuple(STRESSES)}
     for name in only:
@@ -140,16 +142,9 @@ def select(only: Sequence[str]) -> tuple[list[Method], list[str], list[str]]:
     return cast("list[Method]", methods) or list(METHODS), conditions, stresses
 
 
-def measure(
-    renderer: Renderer,
-    plan: Plan,
-    methods: Sequence[Method],
-    conditions: Sequence[str],
-    stresses: Sequence[str],
-    images: bool,
-    seed: int,
-) -> dict[str, Any]:
+def measure(renderer: Renderer, plan: Plan, names: Names, images: bool, seed: int) -> dict[str, Any]:
     """All measurements, with a progress bar on stderr."""
+    methods, conditions, stresses = names
     if renderer.context.is_software:
         name = renderer.context.renderer
         print_note(f"{name} is a software renderer: errors are right, times are those of this CPU")
@@ -205,12 +200,3 @@ def show_forms(forms: dict[str, Any], console: Console) -> None:
     for way in dict.fromkeys(row["way"] for row in forms["lit"]):
         table.add_row(way, *(f"{brief(r['ms'])}/{r['psnr']:.1f}" for r in forms["lit"] if r["way"] == way))
     console.print(table)
-
-
-def shortened(value: Any) -> Any:
-    """The same, with five digits per number: further digits are noise."""
-    if isinstance(value, dict):
-        return {key: shortened(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [shortened(item) for item in value]
-    return float(f"{value:.5g}") if isinstance(value, float) else value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .charts import DPI, INK, WIDTH, headline, plain, png
+from .charts import INK, headline, new_figure, plain, png
 from .forms import MADE, PHONG, RESOLVED, SCALES
 
 if TYPE_CHECKING:
@@ -25,13 +25,9 @@ ROWS = (  # key, scale of the view, factor, label of the axis
 
 def form_chart(results: dict[str, Any]) -> bytes:
     """A PNG: a row of panels for each measure and size, a column for each angle; last, where splats are lit."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     forms = results["forms"]
     yaws = list(dict.fromkeys(row["yaw"] for row in forms["rows"]))
-    figure = Figure(figsize=(WIDTH, 11.5), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11.5)
     panels = figure.subplots(len(ROWS) + 1, len(yaws), sharex="row", sharey="row", squeeze=False)
     for (key, scale, factor, label), row in zip(ROWS, panels, strict=False):
         row[0].set_ylabel(label, fontsize=7.5)
@@ -66,13 +62,13 @@ def _fill(way: str) -> Any:
 
 
 def _set_clock(axes: Axes) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator
+    from matplotlib.ticker import LogLocator
 
     plain(axes)
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 3)))
     axes.minorticks_off()
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_major_formatter("{x:g}")
 
 
 def _legend(figure: Any) -> None:

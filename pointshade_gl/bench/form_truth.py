@@ -60,10 +60,8 @@ MIDDLE = (0.0, 0.0, 1.5)  # which the views turn about
 
 def source_frames(camera: Camera) -> tuple[Frame, Frame]:
     """What a perfect camera takes at the origin: the scene, and its objects without the wall."""
-    return (
-        as_frame(trace([*surfaces(False), WALL], camera), camera),
-        as_frame(trace(surfaces(False), camera), camera),
-    )
+    objects = surfaces(False)
+    return as_frame(trace([*objects, WALL], camera), camera), as_frame(trace(objects, camera), camera)
 
 
 def trace_seen(source: Camera, pose: Array, light: Light, material: Material) -> Truth:
@@ -104,9 +102,8 @@ def _trace_band(camera: Camera, source: Camera, pose: Array, light: Light, mater
 
 def _is_seen(points: Array, near: Sequence[Surface], source: Camera) -> np.ndarray:
     """Whether a camera at the origin sees these points (n, 3) of the surfaces."""
-    z = np.maximum(points[:, 2:], 1e-9)
-    at = points[:, :2] / z * (source.fx, source.fy) + (source.cx, source.cy)
-    inside = (points[:, 2] > 0) & (at > -0.5).all(-1) & (at < (source.width - 0.5, source.height - 0.5)).all(-1)
+    at = source.project(points)
+    inside = (at > -0.5).all(-1) & (at < (source.width - 0.5, source.height - 0.5)).all(-1)
     first = np.min([surface.meet(np.zeros(3), points)[0] for surface in near], 0)
     return inside & (first > 1 - SEEN)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import product
 from statistics import median
 from typing import Any, NamedTuple
@@ -16,8 +16,8 @@ from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from .form_truth import LARGEST, MIDDLE, Truth, source_frames, trace_seen
-from .outlines import outline_distance
-from .picture_scores import decibels
+from .measure import clocked
+from .picture_scores import decibels, outline_distance
 from .scenes import standard_camera
 from .tracing import Array, encode
 
@@ -94,9 +94,8 @@ def measure_view(
         for job in jobs():
             view = views[job.scale]
             options: dict[str, Any] = {"camera": view.camera, "pose": view.pose, "normals": "star", "splat": job.splat}
-            start = time.perf_counter()
-            image = renderer.render(scene, LIGHT, samples=job.samples, **options)
-            laps[job].append((time.perf_counter() - start) * 1e3)
+            image, ms = clocked(partial(renderer.render, scene, LIGHT, samples=job.samples, **options))
+            laps[job].append(ms)
             if turn == 0:
                 alone = renderer.render(objects, LIGHT, samples=job.samples, **options)
                 scores[job] = score_form(image, alone, view.truth)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import product
 from statistics import median
 from typing import Any
@@ -12,19 +12,28 @@ import numpy as np
 
 from ..rendering.renderer import Renderer
 from ..scene.appearance import SHADINGS, Material, Shading, Splat
-from ..scene.camera import orbit_pose
+from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
 from ..scene.normal_methods import Method
+from .measure import clocked
 from .picture_scores import co_visible, score_picture
 from .scenes import standard_camera
 from .stress import CONDITIONS, generator
-from .tracing import as_frame, encode, shade, sphere_and_wall, trace
+from .tracing import Array, Hits, as_frame, encode, shade, sphere_and_wall, trace
 
 SPOILED = "clean", "1mm-noise", "kinect"
 SHAPES: tuple[Splat, ...] = "footprint", "round"  # of splats; meshes: forms.py
 LIT: tuple[Shading, ...] = tuple(shading for shading in SHADINGS if shading != "none")
 LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
+
+
+def turned(source: Hits, camera: Camera) -> tuple[Array, Hits, Array, np.ndarray]:
+    """The sphere and the wall from the side: pose, what is hit, that in sRGB (0..255) by LIGHT, what the source saw."""
+    pose = orbit_pose(None, (0, 0, 1.8), YAW)
+    hits = trace(sphere_and_wall(), camera, pose)
+    truth = encode(shade(hits, LIGHT, Material(), pose[:3, 3]))
+    return pose, hits, truth, co_visible(hits, source, camera, np.eye(4))
 
 
 def count_pictures(methods: Sequence[Method], rounds: int) -> int:
@@ -46,10 +55,8 @@ def measure_pictures(
     """
     camera = standard_camera(*size)
     source = trace(sphere_and_wall(), camera)
-    pose = orbit_pose(None, (0, 0, 1.8), YAW)
-    hits = trace(sphere_and_wall(), camera, pose)
-    truth = encode(shade(hits, LIGHT, Material(), pose[:3, 3]))
-    seen, colors = co_visible(hits, source, camera, np.eye(4)), as_frame(source, camera).color
+    pose, hits, truth, seen = turned(source, camera)
+    colors = as_frame(source, camera).color
     numbers = np.repeat(source.surface[..., None] + 1, 3, -1).astype(np.uint8)
     found: dict[str, Any] = {"size": list(size), "yaw": YAW, "rows": {}}
     for name in SPOILED:
@@ -65,9 +72,9 @@ def measure_pictures(
         for turn in range(rounds + 1):  # the first one warms up; its pictures are scored
             for job in jobs:
                 method, shading, splat = job
-                start = time.perf_counter()
-                image = renderer.render(frame, LIGHT, pose=pose, normals=method, shading=shading, splat=splat)
-                laps[job].append((time.perf_counter() - start) * 1e3)
+                options: dict[str, Any] = {"normals": method, "shading": shading, "splat": splat}
+                image, ms = clocked(partial(renderer.render, frame, LIGHT, pose=pose, **options))
+                laps[job].append(ms)
                 if turn == 0:
                     score = score_picture(image, shown[splat], truth, hits, seen)
                     rows.append({"method": method, "shading": shading, "splat": splat} | vars(score))

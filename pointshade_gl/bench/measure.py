@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import platform
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import fmean, median
-from typing import Any
+from typing import Any, TypeVar
 
 import moderngl
 import numpy as np
@@ -18,6 +19,7 @@ from ..version import __version__
 from .scenes import SCENES, KnownScene, make_scene, standard_camera
 from .stress import CONDITIONS, STRESSES, Spoil, Stress, generator
 
+Made = TypeVar("Made")
 BORDER = 8  # pixels along the picture's border that are not scored: windows lack neighbours there
 LAPS = 2  # runs that are timed before the next method's turn, after one that is not timed
 BROKEN = 10.0  # degrees of mean error from which on an estimator is useless
@@ -63,8 +65,8 @@ class Measurement:
             self._scenes[name] = make_scene(name, self.camera)
         return self._scenes[name]
 
-    def errors(self, scene: KnownScene, frame: Frame) -> dict[str, tuple[float, float | None]]:
-        """Per method the mean angular errors in degrees: of all known pixels, and near depth edges (None: no edge).
+    def errors(self, scene: KnownScene, frame: Frame) -> dict[str, Any]:
+        """{method: {"all", "edge"}}: mean angular errors in degrees, of known pixels and near depth edges (None: none).
 
         A missing normal counts as one that faces the viewer. Methods run without options: triangles without a depth
         step.
@@ -80,19 +82,18 @@ class Measurement:
             normals = self.renderer.estimate_normals(frame, method)[known]
             normals = np.where(np.isfinite(normals), normals, facing)
             error = angle(normals, truth)
-            result[method] = float(error.mean()), float(error[edge].mean()) if edge.any() else None
+            result[method] = {"all": float(error.mean()), "edge": float(error[edge].mean()) if edge.any() else None}
             self.advance()
         return result
 
     def conditions(self, conditions: Sequence[str]) -> dict[str, Any]:
         """{method: {condition: {"all", "edge", "scenes"}}}"""
         found: dict[str, Any] = {method: {} for method in self.methods}
+        scenes = [self.scene(name) for name in self.plan.scenes]
         for name in conditions:
-            condition, rows = CONDITIONS[name], {}
-            for scene in map(self.scene, self.plan.scenes):
-                rows[scene.name] = self.errors(scene, self.frame(scene, condition.spoil, condition.strength, name))
+            rows = {scene.name: self.errors(scene, self.spoiled(scene, name)) for scene in scenes}
             for method in self.methods:
-                by_scene = {scene: {"all": row[method][0], "edge": row[method][1]} for scene, row in rows.items()}
+                by_scene = {scene: row[method] for scene, row in rows.items()}
                 edges = [row["edge"] for row in by_scene.values() if row["edge"] is not None]
                 found[method][name] = {
                     "all": fmean(row["all"] for row in by_scene.values()),
@@ -115,7 +116,7 @@ class Measurement:
                         scene = make_scene(scene_name, self.camera, *stress.look(self.camera, strength))
                     row.append(self.errors(scene, self.frame(scene, stress.spoil, strength, name)))
                 rows.append(row)
-            errors = {m: [fmean(each[m][0] for each in row) for row in rows] for m in self.methods}
+            errors = {m: [fmean(each[m]["all"] for each in row) for row in rows] for m in self.methods}
             breaks = {m: breaking_point(strengths, errors[m]) for m in self.methods}
             found[name] = {"strengths": strengths, "errors": errors, "breaks": breaks}
         return found
@@ -129,7 +130,7 @@ class Measurement:
         found: dict[str, Any] = {method: {} for method in self.methods}
         scene = self.scene(self.plan.timed_scene)
         for name in conditions:
-            frame = self.frame(scene, CONDITIONS[name].spoil, CONDITIONS[name].strength, name)
+            frame = self.spoiled(scene, name)
             laps: dict[str, tuple[list[float], list[float]]] = {method: ([], []) for method in self.methods}
             for _ in range(self.plan.rounds):
                 for method in self.methods:
@@ -140,6 +141,9 @@ class Measurement:
             for method, (gpu, wall) in laps.items():
                 found[method][name] = {"gpu_ms": median(gpu) if gpu else None, "wall_ms": median(wall)}
         return found
+
+    def spoiled(self, scene: KnownScene, condition: str) -> Frame:
+        return self.frame(scene, CONDITIONS[condition].spoil, CONDITIONS[condition].strength, condition)
 
     def frame(self, scene: KnownScene, spoil: Spoil, strength: float, why: str) -> Frame:
         depth = spoil(scene.depth.astype(float), strength, generator(self.seed, why, scene.name))
@@ -184,6 +188,12 @@ def time_normals(renderer: Renderer, frame: Frame, method: Method, laps: int) ->
     steps.timed = False
     gpu = [lap.gpu_ms for lap in found[1:] if lap.gpu_ms is not None]
     return (gpu if len(gpu) == laps else []), [lap.wall_ms for lap in found[1:]]
+
+
+def clocked(job: Callable[[], Made], clock: Callable[[], float] = time.perf_counter) -> tuple[Made, float]:
+    """What a job returns, and its milliseconds by a clock."""
+    start = clock()
+    return job(), (clock() - start) * 1e3
 
 
 def angle(normals: np.ndarray, truth: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .charts import INK, color, label_points, legend, mark, new_figure, png, settled, short, title
+from .charts import INK, color, label_points, legend, mark, new_panels, png, settled, short, title
 from .lit_pictures import LIT, SPOILED
 from .stress import CONDITIONS
 
@@ -17,7 +17,7 @@ def picture_chart(results: dict[str, Any]) -> bytes:
 
     pictures, methods = results["pictures"], results["methods"]
     cells = [(condition, shading) for condition in SPOILED for shading in LIT]
-    figure, panels = new_figure(len(cells), 2.3, shared=True)
+    figure, panels = new_panels(len(cells), 2.3, shared=True)
     panels[0].set_yscale("linear")
     panels[0].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))  # all times lie within one decade
     dots = {}

@@ -1,4 +1,4 @@
-"""How close a picture comes to the ray-traced truth: PSNR away from edges, holes, spill."""
+"""How close a picture comes to the ray-traced truth: PSNR away from edges, holes, spill, outlines."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 
 from ..scene.camera import Camera
 from ..scene.rotation import moved
-from .tracing import Hits
+from .tracing import NEIGHBOURS, Hits
 
 SAME_DEPTH = 0.01  # two depths that differ by less than this share belong to one surface
+TOGETHER = 1 << 22  # pairs of pixels that are compared at once
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,10 @@ def decibels(error: np.ndarray) -> float:
 def near_edge(hits: Hits, reach: int = 2) -> np.ndarray:
     """Pixels within `reach` of another surface or of the empty background."""
     edge = np.zeros(hits.surface.shape, bool)
-    for axis in (0, 1):
-        step = np.diff(hits.surface, axis=axis) != 0
-        before, after = [slice(None)] * 2, [slice(None)] * 2
-        before[axis], after[axis] = slice(None, -1), slice(1, None)
-        edge[tuple(before)] |= step
-        edge[tuple(after)] |= step
+    for a, b in NEIGHBOURS:
+        step = hits.surface[a] != hits.surface[b]
+        edge[a] |= step
+        edge[b] |= step
     for _ in range(reach - 1):
         grown = np.pad(edge, 1)
         edge = grown[1:-1, 1:-1] | grown[:-2, 1:-1] | grown[2:, 1:-1] | grown[1:-1, :-2] | grown[1:-1, 2:]
@@ -75,3 +74,19 @@ def score_picture(
     error = image[judged][:, :3].astype(float) - np.round(truth[judged])
     spill = (surface[drawn] != hits.surface[drawn]).mean()
     return PictureScore(decibels(error), float((seen & ~drawn).sum() / seen.sum()), float(spill))
+
+
+def outline(mask: np.ndarray) -> np.ndarray:
+    """(n, 2) pixels of a mask at its border, without those at the picture's."""
+    inside = mask[1:-1, :-2] & mask[1:-1, 2:] & mask[:-2, 1:-1] & mask[2:, 1:-1]
+    return np.argwhere(mask[1:-1, 1:-1] & ~inside) + 1
+
+
+def outline_distance(drawn: np.ndarray, true: np.ndarray) -> float:
+    """Pixels from the outline of one mask to the nearest of the other, mean; the picture's diagonal without any."""
+    ours, theirs = outline(drawn).astype(np.float32), outline(true).astype(np.float32)
+    if not len(ours) or not len(theirs):
+        return float(np.hypot(*drawn.shape))
+    parts = np.array_split(ours, -(-len(ours) * len(theirs) // TOGETHER))
+    nearest = [np.sqrt(((part[:, None] - theirs) ** 2).sum(-1).min(1)) for part in parts]
+    return float(np.concatenate(nearest).mean())

@@ -15,7 +15,7 @@ from ..scene.camera import Camera, check_pose
 from . import vase
 from .shapes import box, pose_at, relief, rod, sheet, torus
 from .solids import grey
-from .tracing import Array, Surface, moved, plane, sphere, trace
+from .tracing import NEIGHBOURS, Array, Surface, moved, plane, sphere, trace
 
 MIDDLE = 1.5  # metres to the middle of the scenes
 GAP = 0.01  # a surface ends where a pixel's tangent plane misses the neighbour by more than this share of depth
@@ -106,16 +106,12 @@ def overlap(_: Camera) -> list[Surface]:
     return [wall(), cube, sphere((-0.2, 0.05, 1.15), 0.25, grey), sphere((0.03, -0.2, 1.3), 0.12, grey)]
 
 
-def ring(_: Camera) -> list[Surface]:
-    return [wall(), moved(torus(0.36, 0.13), pose_at((0, 0, 1.4), 25, 50))]
-
-
 SCENES: dict[str, Callable[[Camera], list[Surface]]] = {
     "plane": lambda _: [plane((0, 0, -1), (0, 0, MIDDLE), grey)],
     "tilted-60": lambda _: tilted(60, 30, -1.5, 5),
     "grazing-85": lambda _: tilted(85, 70, -1.2, 4),
     "sphere": lambda _: [wall(), sphere((0.05, 0.02, MIDDLE), 0.45, grey)],
-    "torus": ring,
+    "torus": lambda _: [wall(), moved(torus(0.36, 0.13), pose_at((0, 0, 1.4), 25, 50))],
     "vase": turned_vase,
     "stairs": stairs,
     "rods": rods,
@@ -141,15 +137,14 @@ def near_depth_edge(depth: Array, normals: Array, camera: Camera, reach: int = R
     rays = camera.rays()
     jump = np.zeros(depth.shape, bool)
     off = (normals * rays).sum(-1) * depth  # distance of the tangent plane from the eye
-    for a, b in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+    for a, b in NEIGHBOURS:
         with np.errstate(divide="ignore", invalid="ignore"):
             there = [off[i] / (normals[i] * rays[j]).sum(-1) / depth[j] - 1 for i, j in ((a, b), (b, a))]
             apart = (np.abs(there[0]) > GAP) & (np.abs(there[1]) > GAP) & (depth[a] > 0) & (depth[b] > 0)
         jump[a] |= apart
         jump[b] |= apart
-    grown = np.pad(jump, reach - 1)  # both sides of the jump are marked already
+    grown = np.pad(jump, reach)  # both sides of the jump are marked already
     for _ in range(reach - 1):
         grown[1:-1] |= grown[:-2] | grown[2:]
         grown[:, 1:-1] |= grown[:, :-2] | grown[:, 2:]
-    inner = np.s_[reach - 1 : -(reach - 1)] if reach > 1 else np.s_[:]
-    return grown[inner, inner] & (depth > 0)
+    return grown[reach:-reach, reach:-reach] & (depth > 0)

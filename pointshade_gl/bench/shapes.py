@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..scene.camera import orbit_pose
 from .solids import Sample, grey, solid
-from .tracing import Array, Surface
+from .tracing import Array, Surface, patch
 
 HALVINGS = 48  # of the interval in which a ray meets a height field: 1e-15 of a metre
 
@@ -40,16 +40,7 @@ def box(half: ArrayLike, far: bool = False) -> Surface:
 
 def sheet(half_width: float, low: float, high: float) -> Surface:
     """A strip of the plane z = 0, `low` to `high` along y."""
-
-    def meet(origin: Array, rays: Array) -> tuple[Array, Array]:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            t = -origin[2] / rays[..., 2]
-        t = np.where(np.isfinite(t) & (t > 0), t, 0)
-        x, y = origin[0] + t * rays[..., 0], origin[1] + t * rays[..., 1]
-        on = (t > 0) & (np.abs(x) < half_width) & (y > low) & (y < high)
-        return np.where(on, t, np.inf), np.broadcast_to((0.0, 0.0, 1.0), rays.shape)
-
-    return Surface(meet, grey)
+    return patch((0, (low + high) / 2, 0), (half_width, 0, 0), (0, (high - low) / 2, 0), grey)
 
 
 def rod(radius: float, half_length: float) -> Surface:

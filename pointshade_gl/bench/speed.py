@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
@@ -18,21 +17,22 @@ from ..gpu.core.steps import Lap
 from ..gpu.points.tiling import LARGEST_WHOLE, TILE_POINTS
 from ..messages.errors import ContextError
 from ..rendering.renderer import Renderer
-from ..scene.appearance import Material
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.level_of_detail import MERGE
 from ..scene.light import Light
 from .against import measure_jobs
+from .lit_pictures import LIGHT, YAW, turned
+from .measure import clocked
 from .merged import count_splats
-from .picture_scores import co_visible, decibels, score_picture
-from .tracing import as_frame, encode, shade, sphere_and_wall, trace
+from .picture_scores import decibels, score_picture
+from .scenes import standard_camera
+from .tracing import as_frame, sphere_and_wall, trace
 
 # 80 thousand to 100 million points
 SIZES = ((320, 250), (640, 480), (1920, 1080), (3840, 2160), (7680, 4320), (12288, 8192))
 QUICK_SIZES = 3
 WIDEST = 1920  # of the pictures drawn
-YAW = 15.0
 PATIENCE = 60.0  # seconds for one size and rasteriser; a slower one is left out, with a note
 TOLERANCES = (0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
 COPY = 64 * 2**20  # bytes of the copy that measures a bandwidth
@@ -80,14 +80,7 @@ def cpu_bandwidth() -> float:
 
 def bandwidth(copy: Callable[[], object]) -> float:
     """The best of several copies."""
-    return max(2 * COPY / (clocked(copy) / 1e3) for _ in range(8))
-
-
-def clocked(job: Callable[[], object]) -> float:
-    """Milliseconds by the wall clock."""
-    start = time.perf_counter()
-    job()
-    return (time.perf_counter() - start) * 1e3
+    return max(2 * COPY / (clocked(copy)[1] / 1e3) for _ in range(8))
 
 
 def timed(lap: Lap) -> float:
@@ -115,16 +108,15 @@ def stage_bytes(points: int, pixels: int) -> dict[str, int]:
 
 def measure_stages(renderer: Renderer, rounds: int, bandwidth: dict[str, float]) -> list[dict[str, Any]]:
     """One new frame of 640x480 points, turned: [{name, ms, clock, limit_ms}], medians."""
-    camera = Camera(525, 525, 319.5, 239.5, 640, 480)
+    camera = standard_camera(640, 480)
     first = as_frame(trace(sphere_and_wall(), camera), camera)
     pose, steps = orbit_pose(None, first.pivot, yaw=YAW), renderer.steps
     laps: dict[str, list[float]] = {}
     clocks: dict[str, str] = {}
 
     def by_wall(name: str, job: Callable[[], Any]) -> Any:
-        start = time.perf_counter()
-        result = job()
-        laps.setdefault(name, []).append((time.perf_counter() - start) * 1e3)
+        result, ms = clocked(job)
+        laps.setdefault(name, []).append(ms)
         clocks[name] = "wall"
         return result
 
@@ -214,15 +206,13 @@ def point_laps(renderer: Renderer, frame: Frame, camera: Camera, repeats: int) -
 
     def draw(key: str | None, shown: Frame, view: int, light: float) -> None:
         options: dict[str, Any] = {"camera": camera, "pose": poses[view], "normals": "star"}
-        ms = clocked(lambda: renderer.render(shown, Light(position=(light, -1, 0)), **options))
+        _, ms = clocked(lambda: renderer.render(shown, Light(position=(light, -1, 0)), **options))
         if key:
             laps[key].append(ms)
 
     draw(None, frame, 0, 0)  # compiles the shaders
     for k in range(repeats):
-        start = time.perf_counter()
-        new = Frame(frame.color, frame.depth, frame.camera)
-        copied = (time.perf_counter() - start) * 1e3
+        new, copied = clocked(lambda: Frame(frame.color, frame.depth, frame.camera))
         draw("live_ms", new, 0, 0)
         laps["live_ms"][-1] += copied
         draw("view_ms", new, 1 + k % 2, 0)
@@ -262,8 +252,9 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
 
     PSNR compares with ray-traced truth for the analytic scene, with the picture without merging for the others.
     """
-    camera = Camera(525, 525, 319.5, 239.5, 640, 480)
+    camera = standard_camera(640, 480)
     source = trace(sphere_and_wall(), camera)
+    turned_pose, hits, truth, seen = turned(source, camera)
     frames = {"sphere and wall": as_frame(source, camera), "vase": load_frame("vase")}
     noise = np.random.default_rng(0).normal(0, 0.002, source.depth.shape)
     frames["sphere and wall, 2 mm noise"] = Frame(None, np.where(source.depth > 0, source.depth + noise, 0), camera)
@@ -286,7 +277,8 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
         for tolerance, times, renderer in zip(TOLERANCES, laps, renderers, strict=True):
             image = renderer.render(frame, pose=pose)
             if scene == "sphere and wall":
-                psnr = truth_psnr(renderer, frame, source, camera)
+                lit = renderer.render(frame, LIGHT, pose=turned_pose)
+                psnr = score_picture(lit, hits.surface, truth, hits, seen).psnr
             else:
                 error = (image.astype(float) - exact)[exact[..., 3] > 0]
                 psnr = decibels(error) if error.any() else None
@@ -296,12 +288,3 @@ def measure_merging(device: int, rounds: int) -> list[dict[str, Any]]:
     for renderer in renderers:
         renderer.release()
     return rows
-
-
-def truth_psnr(renderer: Renderer, frame: Frame, source: Any, camera: Camera) -> float:
-    """PSNR of the sphere and the wall, away from edges, lit by a point light."""
-    light, pose = Light(position=(-1.0, -1.0, -0.5)), orbit_pose(None, (0, 0, 1.8), YAW)
-    seen = trace(sphere_and_wall(), camera, pose)
-    truth = encode(shade(seen, light, Material(), pose[:3, 3]))
-    image = renderer.render(frame, light, pose=pose)
-    return score_picture(image, seen.surface, truth, seen, co_visible(seen, source, camera, np.eye(4))).psnr

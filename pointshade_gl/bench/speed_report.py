@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from .charts import DPI, INK, PALE, WIDTH, png
+from .charts import INK, PALE, new_figure, png
 from .tables import brief, new_table
 
 COLORS = {"points": "#c98a2e", "compute": "#d03a2b", "stage": "#3f7fb5"}
@@ -57,9 +57,7 @@ def show_comparison(rows: list[dict[str, Any]], against: str, console: Console) 
 
 def speed_chart(results: dict[str, Any]) -> bytes:
     """A PNG of three panels: stages with their limits, time over points, merging."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, 3.4), dpi=DPI, layout="constrained")
+    figure = new_figure(3.4)
     stages, points, merging = figure.subplots(1, 3)
     _draw_stages(stages, results["stages"])
     _draw_points(points, results["points"])

@@ -14,7 +14,7 @@ from ..scene.frame import Frame
 from ..scene.light import Light
 from ..scene.srgb import linear_to_srgb, srgb_to_linear
 
-FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
+NEIGHBOURS = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])  # of a picture: side by side, one below the other
 Array = NDArray[np.float64]
 Albedo = Callable[[Array], Array]
 
@@ -108,26 +108,12 @@ def trace(surfaces: Sequence[Surface], camera: Camera, pose: ArrayLike | None = 
     return Hits(depth, matrix[:3, 3] + depth[..., None] * rays, normals, albedo, number)
 
 
-def occluder(hits: Hits, light: Light, surfaces: Sequence[Surface]) -> tuple[NDArray[np.bool_], Array]:
-    """Which hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
-    if light.position is not None:
-        origin = np.array(light.position)
-    else:
-        origin = -FAR * np.array(light.direction) / np.linalg.norm(np.array(light.direction))
-    rays = hits.points - origin
-    nearest = np.full(hits.depth.shape, np.inf)
-    for surface in surfaces:
-        nearest = np.minimum(nearest, surface.meet(origin, rays)[0])
-    shaded = (hits.surface >= 0) & (nearest * np.linalg.norm(rays, axis=-1) < np.linalg.norm(rays, axis=-1) - CONTACT)
-    return shaded, origin + np.where(shaded, nearest, 1)[..., None] * rays
-
-
 def shade(
     hits: Hits, light: Light, material: Material, eye: ArrayLike, shadow: NDArray[np.bool_] | None = None
 ) -> Array:
     """Linear RGB of what was hit, by the formula of shaders/common/phong.glsl, in float64.
 
-    shadow  (h, w) where the light does not arrive, from `occluder`
+    shadow  (h, w) where the light does not arrive
     """
     v = np.asarray(eye, float) - hits.points
     v /= np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300)

@@ -22,7 +22,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.node import Node
 from ..scene.point_object import PointObject
-from .measure import angle
+from .measure import angle, clocked
 from .picture_scores import SAME_DEPTH, decibels, near_edge
 from .scenes import standard_camera
 from .shapes import box, pose_at
@@ -182,7 +182,7 @@ def between_pixels(picture: Array, at: Array) -> np.ndarray:
 def measure_cost(
     device: int, stage: Stage, plan: ViewsPlan, frames: Sequence[Frame], advance: Advance
 ) -> list[dict[str, Any]]:
-    """For each number of views, medians of milliseconds from call to NumPy, see `clock_of`.
+    """For each number of views, medians of milliseconds from call to NumPy, see `milliseconds`.
 
     source, target   a new view, by where normals are found
     normals, votes   once for a set: uploads and normals of the frames; their comparison
@@ -203,26 +203,19 @@ def lap(renderer: Renderer, stage: Stage, frames: Sequence[Frame], turn: int) ->
     """The times of `measure_cost`, once each; from turn to turn another place is the first."""
     new = [Frame(frame.color, frame.depth, frame.camera, frame.pose) for frame in frames]
     scenes = {place: stage.scene(new, place) for place in NORMALS_AT}
-    first = clocked(renderer, scenes["source"], stage.path[0])
+    first = milliseconds(renderer, scenes["source"], stage.path[0])
     for name in ("consensus", "agreement", "trust"):
         renderer.steps.forget(name)
-    again = clocked(renderer, scenes["source"], stage.path[0])
+    again = milliseconds(renderer, scenes["source"], stage.path[0])
     turns = NORMALS_AT if turn % 2 else NORMALS_AT[::-1]
-    views = {place: clocked(renderer, scenes[place], stage.path[k]) for k, place in enumerate(turns, 1)}
+    views = {place: milliseconds(renderer, scenes[place], stage.path[k]) for k, place in enumerate(turns, 1)}
     return views | {"normals": max(first - again, 0.0), "votes": max(again - views["source"], 0.0)}
 
 
-def clock_of(renderer: Renderer) -> Callable[[], float]:
-    """CPU time for software renderers, whose wall clock depends on what else runs; else the wall clock. Seconds."""
-    return time.process_time if renderer.context.is_software else time.perf_counter
-
-
-def clocked(renderer: Renderer, scene: Scene, pose: Array) -> float:
-    """Milliseconds of a picture."""
-    clock = clock_of(renderer)
-    start = clock()
-    renderer.render(scene, LIGHT, pose=pose)
-    return (clock() - start) * 1e3
+def milliseconds(renderer: Renderer, scene: Scene, pose: Array) -> float:
+    """Of a picture by the wall clock; of a software renderer CPU time, as its wall clock depends on what else runs."""
+    clock = time.process_time if renderer.context.is_software else time.perf_counter
+    return clocked(lambda: renderer.render(scene, LIGHT, pose=pose), clock)[1]
 
 
 def gpu_bytes(renderer: Renderer) -> int:

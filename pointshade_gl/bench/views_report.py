@@ -9,7 +9,7 @@ import numpy as np
 from rich.console import Console
 
 from ..scene.appearance import NORMALS_AT
-from .charts import DPI, INK, WIDTH, headline, plain, png, title
+from .charts import INK, headline, new_figure, plain, png, title
 from .tables import brief, new_table
 
 if TYPE_CHECKING:
@@ -65,9 +65,7 @@ def straight_line(name: str, fit: dict[str, float]) -> str:
 
 def views_chart(results: dict[str, Any]) -> bytes:
     """A PNG: three rows of panels, one column per error of the poses, and a row of costs with their straight lines."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, 9.4), dpi=DPI, layout="constrained")
+    figure = new_figure(9.4)
     conditions, counts = results["quality"], results["counts"]
     rows = figure.subplots(len(QUALITIES) + 1, len(conditions), squeeze=False)
     for axes, condition in zip(rows[0], conditions, strict=True):

@@ -3,72 +3,75 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..messages.formatting import option
-from .completion import one_of
+from .completion import complete_input
+from .look_options import LookOptions
+from .option_groups import said
+from .options import Axes, Bits, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions
+from .page_options import PageOptions
+from .picture_options import PictureOptions
 
 KINDS = ("png", "jpg", "webp", "tif", "normals.png", "normals.exr", "normals.npy", "html", "mp4", "gif")
 BATCH = "Batch"
+
+Inputs = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="INPUT",
+        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, built-in names.",
+        autocompletion=complete_input,
+    ),
+]
+Folder = Annotated[
+    Path,
+    typer.Option(
+        "-o", "--output", metavar="DIR", help="The folder to write to, and its manifest.jsonl.", rich_help_panel=BATCH
+    ),
+]
 
 
 @dataclass(frozen=True)
 class BatchOptions:
     """What comes out of a batch, and who does it."""
 
-    to: Annotated[
-        str,
-        typer.Option(
-            metavar="KIND",
-            help=f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
-            autocompletion=one_of(KINDS),
-            rich_help_panel=BATCH,
-        ),
-    ] = "png"
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", min=1, help="Processes that draw. Default: one for each core.", rich_help_panel=BATCH
-        ),
-    ] = None
-    ray: Annotated[
-        str | None,
-        typer.Option(
-            metavar="local|ADDRESS",
-            help="Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
-            "Its machines must all see INPUT.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    num_gpus: Annotated[
-        float | None,
-        typer.Option(
-            metavar="N",
-            min=0,
-            help="With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    shard: Annotated[
-        str | None,
-        typer.Option(
-            metavar="I/N",
-            help="Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
-            rich_help_panel=BATCH,
-        ),
-    ] = None
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume",
-            help="Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
-            "same options and version.",
-            rich_help_panel=BATCH,
-        ),
-    ] = False
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Do everything again.", rich_help_panel=BATCH)] = False
+    to: str = said(
+        f"What comes out, the ending of each name: {', '.join(KINDS)}. Films are one for each sequence.",
+        metavar="KIND",
+        known=KINDS,
+        default="png",
+        panel=BATCH,
+    )
+    workers: int | None = said("Processes that draw. Default: one for each core.", metavar="N", min=1, panel=BATCH)
+    ray: str | None = said(
+        "Draw on a Ray cluster, as at auto or host:6379, instead of on this machine; local starts a Ray here. "
+        "Its machines must all see INPUT.",
+        metavar="local|ADDRESS",
+        panel=BATCH,
+    )
+    num_gpus: float | None = said(
+        "With --ray: GPUs for each worker, which draws on that GPU; 0.25 lets four share one.",
+        metavar="N",
+        min=0,
+        panel=BATCH,
+    )
+    shard: str | None = said(
+        "Do part I of N, counted from 1, as in --shard $SLURM_ARRAY_TASK_ID/8 with sbatch --array=1-8.",
+        metavar="I/N",
+        panel=BATCH,
+    )
+    resume: bool = said(
+        "Go on: do again what the manifest does not prove to be whole and made of the same input, with the "
+        "same options and version.",
+        "--resume",
+        default=False,
+        panel=BATCH,
+    )
+    overwrite: bool = said("Do everything again.", "--overwrite", default=False, panel=BATCH)
 
     def part(self) -> tuple[int, int] | None:
         """Which part of how many, from 1. Raises ValueError for anything else."""
@@ -81,3 +84,22 @@ class BatchOptions:
                 "with an array from 0 add 1, as in $((SLURM_ARRAY_TASK_ID+1))/8"
             )
         return int(number), int(count)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was typed."""
+
+    inputs: Inputs
+    output: Folder
+    how: BatchOptions
+    reading: ReadingOptions
+    look: LookOptions
+    place: ViewOptions
+    picture: PictureOptions
+    film: FilmOptions
+    page: PageOptions
+    axes: Axes = None
+    bits: Bits = 8
+    device: Device = 0
+    quiet: Quiet = False

@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -21,25 +20,22 @@ from ..batch.workers import Failed, run_all
 from ..gpu.context.software_driver import is_software
 from ..messages.formatting import counted, option
 from ..messages.notes import once, print_note
+from .batch_options import Asked
 from .output import SOFTWARE, progress
-
-if TYPE_CHECKING:
-    from .batch_options import BatchOptions
 
 FAILED = 3  # exit code
 
 
-def run(
-    planned: Sequence[Planned], failures: list[Failure], output: Path, how: BatchOptions, device: int, started: float
-) -> None:
+def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], started: float) -> None:
     """Does what is not done, and says what has become of it: exit code 3 if anything failed."""
+    output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
     todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
     if todo and not os.access(output, os.W_OK):
         raise PermissionError(f"cannot write to {output}: it is read-only, or belongs to somebody else")
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
-        for one, outcome in _outcomes(todo, output, how, device) if todo else ():
+        for one, outcome in _outcomes(asked, todo) if todo else ():
             if not isinstance(outcome, Failed):
                 manifest.add(outcome, one.made_from)
                 counts["written"] += 1
@@ -69,17 +65,15 @@ def _undone(planned: Sequence[Planned], manifest: Manifest, output: Path, resume
     return todo
 
 
-def _outcomes(
-    todo: Sequence[Planned], output: Path, how: BatchOptions, device: int
-) -> Iterator[tuple[Planned, Done | Failed]]:
+def _outcomes(asked: Asked, todo: Sequence[Planned]) -> Iterator[tuple[Planned, Done | Failed]]:
     """What becomes of each. Notes that workers send are printed once; a bar moves on a terminal."""
     tell, by_path = once(print_note), {one.job.path: one for one in todo}
-    jobs = [one.job for one in todo]
+    jobs, how = [one.job for one in todo], asked.how
     if how.ray is None:
-        running = run_all(jobs, how.workers, device)
+        running = run_all(jobs, how.workers, asked.device)
     else:
         silence_ray()
-        running = run_all_on_ray(jobs, output, how.ray, how.workers, how.num_gpus or 0, device)
+        running = run_all_on_ray(jobs, asked.output, how.ray, how.workers, how.num_gpus or 0, asked.device)
     with progress(len(todo), with_rate=True) as advance, closing(running):
         for job, outcome in running:
             if not isinstance(outcome, Failed):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.appearance import Look
 from ..scene.light import Light
 from ..scene.rotation import quaternion_of
-
-if TYPE_CHECKING:
-    from ..scene.appearance import Look
+from .look_options import LookOptions
 
 DIGITS = 12  # of a number: far more than pictures show, so that the line makes the same one
 
@@ -40,8 +39,6 @@ def text_of(value: Any) -> str:
 
 def look_words(look: Look) -> list[str]:
     """How objects look. A filter over time is left out: a single picture has nothing before it."""
-    from .look_options import LookOptions
-
     return words_of(LookOptions.of(look.alone))
 
 

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..files.access.builtin import FRAMES
 from ..messages.formatting import option
+from ..scene.appearance import Look
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.node import Node
+from ..scene.point_object import PointObject
 from .options import FrameOptions
 from .parse import frames_from, views_from
-
-if TYPE_CHECKING:
-    from ..scene.appearance import Look
-    from ..scene.frame import Frame
-    from ..scene.graph import Scene
 
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
-    from ..files.access.builtin import FRAMES
     from ..files.frames.frame_files import load_frame
     from ..files.sources import is_scene, load_any, open_source
 
@@ -50,10 +50,6 @@ def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tup
 
 def _as_one(frames: Sequence[Frame], look: Look) -> Scene:
     """Frames as one object; who looks is the first one's camera."""
-    from ..scene.graph import Scene
-    from ..scene.node import Node
-    from ..scene.point_object import PointObject
-
     return Scene((Node(PointObject(frames, look=look)),), frames[0].picture_camera, frames[0].pose)
 
 
@@ -108,8 +104,6 @@ def check_look(look: Look) -> str | None:
 
     Raises ValueError for other options about the look of objects: those of a scene have their own.
     """
-    from ..scene.appearance import Look
-
     given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
     changed = [name for name in given if name not in ("material", "shading") and given[name] != plain[name]]
     if changed:

@@ -12,9 +12,13 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from ..files.access.numbered_names import first_of, is_numbered
+from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line, option
 from ..messages.notes import few_notes
+from ..scene.graph import Scene
 from ..scene.view import View
+from ..version import __version__
 from .commands.batch import batch
 from .commands.render import render
 from .commands.view import view
@@ -36,8 +40,6 @@ app = typer.Typer(
 
 
 def _print_version(wanted: bool) -> None:
-    from ..version import __version__
-
     if wanted:
         print(f"pointshade_gl {__version__}")
         raise typer.Exit
@@ -71,7 +73,6 @@ def normals(
 
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ..files.access.numbered_names import first_of, is_numbered
     from ..files.writing.depth_and_normal_maps import check_normals_path
     from .written_maps import write_normals
 
@@ -94,9 +95,7 @@ def depth(
 
     Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
     """
-    from ..files.access.numbered_names import first_of, is_numbered
     from ..files.writing.depth_and_normal_maps import check_depth_path
-    from ..scene.graph import Scene
     from .written_maps import write_depth
 
     check_depth_path(first_of(output))
@@ -131,8 +130,6 @@ def info(
         return
     if output:
         raise ValueError(f"a contact sheet shows a frame: pass INPUT, as in `pointshade info vase -o {output}`")
-    from ..version import __version__
-
     with open_renderer(device) as renderer:
         limits = {"pointshade_gl": __version__, **renderer.context.limits()}
         if as_json:
@@ -148,21 +145,20 @@ app.command()(batch)
 @spread
 def bench(options: BenchOptions, device: Device = 0, quiet: Quiet = False) -> None:
     """Measure the speed, accuracy and robustness of every estimator: charts and results.json."""
-    from ..bench.command import bench as run_bench
-    from ..bench.command import bench_against, bench_speed, bench_views
+    from ..bench import command
 
+    quick, output = options.quick, options.output
     if options.against is not None and not options.speed:
         raise ValueError(f"{option('against')} compares speeds: add {option('speed', True)}")
     if options.against is not None:
-        print(bench_against(options.against, options.quick, device))
-        return
-    if options.speed:
-        print(bench_speed(options.output, options.quick, device))
-        return
-    if options.views:
-        print(bench_views(options.output, options.quick, options.seed, device))
-        return
-    print(run_bench(options.output, options.quick, options.only or [], options.images, options.seed, device))
+        said = command.bench_against(options.against, quick, device)
+    elif options.speed:
+        said = command.bench_speed(output, quick, device)
+    elif options.views:
+        said = command.bench_views(output, quick, options.seed, device)
+    else:
+        said = command.bench(output, quick, options.only or [], options.images, options.seed, device)
+    print(said)
 
 
 def main() -> None:
@@ -181,8 +177,6 @@ def main() -> None:
     except MemoryError as error:
         fail(str(error) or "not enough memory", 1)
     except RuntimeError as error:
-        from ..messages.errors import ContextError
-
         if not isinstance(error, ContextError):
             raise
         fail(str(error), 1)

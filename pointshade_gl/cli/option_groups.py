@@ -1,17 +1,31 @@
-"""Options of the command line that are made of the fields of the library: see scene/option_fields.py."""
+"""Options of the command line as fields: spelt here, or made of the fields of the library (scene/option_fields.py)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import Field, field, fields, make_dataclass
-from typing import Annotated, Any
+from dataclasses import field, fields, make_dataclass
+from typing import Any
 
 import typer
 
 from ..scene.option_fields import option_of
 from .completion import one_of
 
-Typed = tuple[str, Any, Any]  # name, annotated type and field, as `make_dataclass` takes them
+Typed = tuple[str, Any, Any]  # name, type and field, as `make_dataclass` takes them
+
+
+def said(
+    help: str, *names: str, panel: str = "", known: Iterable[str] = (), default: Any = None, was: str = "", **more: Any
+) -> Any:
+    """Return the field of an option, in a panel of the help. names: if its field's name does not tell all of them.
+
+    known  values that the shell completes
+    was    its older name, which is understood, too
+    more   as for `typer.Option`
+    """
+    completed = one_of(known) if known else None
+    how = typer.Option(*names, help=help, autocompletion=completed, rich_help_panel=panel or None, **more)
+    return field(default=default, metadata={"typer": how, "was": was})
 
 
 def group_of(found: Iterable[Typed]) -> Any:
@@ -26,27 +40,15 @@ def typed(group: type, panels: tuple[str, ...], with_defaults: bool = True) -> l
     """
     listed = [one for one in fields(group) if option_of(one).help and option_of(one).panel in panels]
     listed.sort(key=lambda one: (panels.index(option_of(one).panel), option_of(one).place))
-    return [
-        (one.name, _annotated(one), field(default=_default(one, with_defaults), metadata={"was": option_of(one).was}))
-        for one in listed
-    ]
-
-
-def _default(one: Field[Any], with_defaults: bool) -> Any:
-    return one.default if with_defaults or one.default is False else None
-
-
-def _annotated(one: Field[Any]) -> Any:
-    said, is_switch = option_of(one), one.default is False
-    kind = said.kind if one.default is None or is_switch else type(one.default)
-    how = typer.Option(
-        *([f"--{one.name.replace('_', '-')}"] if is_switch else []),
-        metavar=said.metavar,
-        help=said.help,
-        autocompletion=one_of(said.known) if said.known else None,
-        rich_help_panel=said.panel,
-    )
-    return Annotated[bool if is_switch else kind | None, how]
+    found: list[Typed] = []
+    for one in listed:
+        has, is_switch = option_of(one), one.default is False
+        kind = has.kind if one.default is None else type(one.default)
+        names = [f"--{one.name.replace('_', '-')}"] if is_switch else []
+        default = one.default if with_defaults or is_switch else None
+        how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
+        found.append((one.name, kind if is_switch else kind | None, said(has.help, *names, default=default, **how)))
+    return found
 
 
 class FieldOptions:

@@ -6,8 +6,8 @@ A command takes whole groups as parameters; `spread` shows their fields to Typer
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -22,8 +22,8 @@ from ..scene.light import Light
 from ..scene.option_fields import FILM, FRAME, VIEW
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.view import SIZES, View
-from .completion import complete_input, one_of
-from .option_groups import group_of, typed
+from .completion import complete_input
+from .option_groups import group_of, said, typed
 from .parse import pose_from, size_from
 from .usage_errors import check_exist, check_input
 
@@ -81,59 +81,41 @@ class InputOptions:
             callback=check_input,
         ),
     ] = None
-    color: Annotated[str | None, typer.Option(metavar="FILE", help="Colour picture.", rich_help_panel=FRAME)] = None
-    depth: Annotated[str | None, typer.Option(metavar="FILE", help="Depth picture.", rich_help_panel=FRAME)] = None
+    color: str | None = said("Colour picture.", metavar="FILE", panel=FRAME)
+    depth: str | None = said("Depth picture.", metavar="FILE", panel=FRAME)
 
 
 @dataclass(frozen=True)
 class ReadingOptions:
     """How depth, camera and names in files are to be understood."""
 
-    intrinsics: Annotated[
-        str | None, typer.Option(metavar="FILE|fx,fy,cx,cy", help="Camera of the depth picture.", rich_help_panel=FRAME)
-    ] = None
-    fov: Annotated[
-        float | None,
-        typer.Option(metavar="DEG", help="Vertical field of view, instead of intrinsics.", rich_help_panel=FRAME),
-    ] = None
-    depth_scale: Annotated[
-        float | None,
-        typer.Option(metavar="N", help="Depth units per metre (1000: millimetres).", rich_help_panel=FRAME),
-    ] = None
-    depth_kind: Annotated[
-        str | None,
-        typer.Option(
-            metavar="KIND",
-            help=f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
-            autocompletion=one_of(KINDS),
-            rich_help_panel=FRAME,
-        ),
-    ] = None
-    baseline: Annotated[
-        float | None,
-        typer.Option(metavar="M", help="Metres between the two cameras, for disparity.", rich_help_panel=FRAME),
-    ] = None
-    allow_outside: Annotated[
-        bool,
-        typer.Option("--allow-outside", help="Let files name others outside their folder.", rich_help_panel=FRAME),
-    ] = False
-    max_pixels: Annotated[
-        int, typer.Option(metavar="N", help="Pixels a picture may have; scales all limits.", rich_help_panel=FRAME)
-    ] = MAX_PIXELS
+    intrinsics: str | None = said("Camera of the depth picture.", metavar="FILE|fx,fy,cx,cy", panel=FRAME)
+    fov: float | None = said("Vertical field of view, instead of intrinsics.", metavar="DEG", panel=FRAME)
+    depth_scale: float | None = said("Depth units per metre (1000: millimetres).", metavar="N", panel=FRAME)
+    depth_kind: str | None = said(
+        f"What depth values are: {', '.join(KINDS)}. Those of a network are often inverse.",
+        metavar="KIND",
+        known=KINDS,
+        panel=FRAME,
+    )
+    baseline: float | None = said("Metres between the two cameras, for disparity.", metavar="M", panel=FRAME)
+    allow_outside: bool = said(
+        "Let files name others outside their folder.", "--allow-outside", default=False, panel=FRAME
+    )
+    max_pixels: int = said(
+        "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=FRAME
+    )
 
 
 @dataclass(frozen=True)
 class FrameOptions(ReadingOptions, InputOptions):
     """What is read, and what its depth means."""
 
-    frame: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N[,N...]",
-            help="One frame of a sequence, counted from 0; of several INPUTs one number for each.",
-            rich_help_panel=FRAME,
-        ),
-    ] = None
+    frame: str | None = said(
+        "One frame of a sequence, counted from 0; of several INPUTs one number for each.",
+        metavar="N[,N...]",
+        panel=FRAME,
+    )
 
     @property
     def load_options(self) -> dict[str, Any]:
@@ -162,94 +144,59 @@ class ViewOptions(group_of(typed(View, (VIEW,)))):
 class FilmOptions:
     """What a film or a series of pictures shows."""
 
-    turntable: Annotated[
-        str | None,
-        typer.Option(
-            metavar="light|camera",
-            help="Move the light or the camera once around the object.",
-            autocompletion=one_of(("light", "camera")),
-            rich_help_panel=FILM,
-        ),
-    ] = None
-    frames: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            min=1,
-            help="Pictures of a turntable (default 75), or only the first N of a sequence.",
-            rich_help_panel=FILM,
-        ),
-    ] = None
-    fps: Annotated[float, typer.Option(metavar="N", help="Pictures per second.", rich_help_panel=FILM)] = 25.0
+    turntable: str | None = said(
+        "Move the light or the camera once around the object.",
+        metavar="light|camera",
+        known=("light", "camera"),
+        panel=FILM,
+    )
+    frames: int | None = said(
+        "Pictures of a turntable (default 75), or only the first N of a sequence.", metavar="N", min=1, panel=FILM
+    )
+    fps: float = said("Pictures per second.", metavar="N", default=25.0, panel=FILM)
 
 
 @dataclass(frozen=True)
 class WindowOptions:
     """The window of `pointshade view`."""
 
-    window_size: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Size of the window.", rich_help_panel=VIEW)
-    ] = field(default=None, metadata={"was": "size"})
-    panel: Annotated[bool, typer.Option("--panel", help="Open the panel (needs the extra 'gui').")] = False
-    fps: Annotated[
-        str,
-        typer.Option(
-            metavar="N[,N...]",
-            help="Frames of a sequence per second; of several INPUTs also one number for each.",
-            rich_help_panel=FILM,
-        ),
-    ] = "30"
-    record: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Record the window as a film: .mp4 or .gif.", rich_help_panel=FILM),
-    ] = None
+    window_size: str | None = said("Size of the window.", metavar="WxH", was="size", panel=VIEW)
+    panel: bool = said("Open the panel (needs the extra 'gui').", "--panel", default=False)
+    fps: str = said(
+        "Frames of a sequence per second; of several INPUTs also one number for each.",
+        metavar="N[,N...]",
+        default="30",
+        panel=FILM,
+    )
+    record: Path | None = said("Record the window as a film: .mp4 or .gif.", metavar="FILE", panel=FILM)
 
 
 @dataclass(frozen=True)
 class BenchOptions:
     """What `pointshade bench` measures."""
 
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FOLDER", help="Where to write.")] = Path("bench")
-    quick: Annotated[bool, typer.Option("--quick", help="Smaller pictures, fewer scenes: under a minute.")] = False
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Only this method, condition or stress; repeatable.")
-    ] = None
-    images: Annotated[bool, typer.Option("--images", help="Also measure lit pictures: estimators, forms, samples.")] = (
-        False
+    output: Path = said("Where to write.", "-o", "--output", metavar="FOLDER", default=Path("bench"))
+    quick: bool = said("Smaller pictures, fewer scenes: under a minute.", "--quick", default=False)
+    only: list[str] | None = said("Only this method, condition or stress; repeatable.", metavar="NAME")
+    images: bool = said("Also measure lit pictures: estimators, forms, samples.", "--images", default=False)
+    speed: bool = said("Measure speed instead: stages, points, merging.", "--speed", default=False)
+    against: str | None = said(
+        "With --speed: only compare with a commit, or with an older speed.json.", metavar="REV|FILE"
     )
-    speed: Annotated[bool, typer.Option("--speed", help="Measure speed instead: stages, points, merging.")] = False
-    against: Annotated[
-        str | None,
-        typer.Option(metavar="REV|FILE", help="With --speed: only compare with a commit, or with an older speed.json."),
-    ] = None
-    views: Annotated[
-        bool, typer.Option("--views", help="Measure several views of one thing instead: normals, flicker, cost.")
-    ] = False
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the noise and the holes.")] = 0
+    views: bool = said("Measure several views of one thing instead: normals, flicker, cost.", "--views", default=False)
+    seed: int = said("Seed of the noise and the holes.", metavar="N", min=0, default=0)
 
 
 def spread(command: Callable[..., None]) -> Callable[..., None]:
     """The command as Typer wants it: for each parameter that is a group, one parameter per field of the group.
 
-    A field may say what it was called: that option is understood, but not in the help.
+    A field may be a group itself, or say what it was called: that option is understood, but not in the help.
     """
-    groups: dict[str, Any] = {}
-    options: list[inspect.Parameter] = []
+    asked = inspect.signature(command, eval_str=True).parameters
     older: dict[str, str] = {}
-    for parameter in inspect.signature(command, eval_str=True).parameters.values():
-        if is_dataclass(parameter.annotation):
-            group = groups[parameter.name] = parameter.annotation
-            types = get_type_hints(group, include_extras=True)
-            for one in fields(group):
-                option = inspect.Parameter(one.name, parameter.KEYWORD_ONLY, annotation=types[one.name])
-                options.append(option.replace(default=one.default))
-                older |= {was: one.name} if (was := one.metadata.get("was")) else {}
-        else:
-            options.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
+    options = [option for one in asked.values() for option in _options_in(one.name, one.annotation, one.default, older)]
     hidden = Annotated[str | None, typer.Option(hidden=True, help="An older name.")]
-    options += [
-        inspect.Parameter(was, inspect.Parameter.KEYWORD_ONLY, annotation=hidden, default=None) for was in older
-    ]
+    options += [_option(was, hidden, None) for was in older]
 
     @wraps(command)
     def with_options(**given: Any) -> None:
@@ -257,11 +204,33 @@ def spread(command: Callable[..., None]) -> Callable[..., None]:
             if (text := given.pop(was)) is not None:
                 note_new_name(f"--{was}", f"--{now.replace('_', '-')}")
                 given[now] = text if given[now] is None else given[now]
-        made = {
-            name: group(**{one.name: given.pop(one.name) for one in fields(group)}) for name, group in groups.items()
-        }
-        command(**given, **made)
+        command(**{name: _taken(name, one.annotation, given) for name, one in asked.items()})
 
     with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     with_options.__annotations__ = {option.name: option.annotation for option in options}
     return with_options
+
+
+def _options_in(name: str, kind: Any, default: Any, older: dict[str, str]) -> Iterator[inspect.Parameter]:
+    """The options of a group, or the one that is none. Those that were called otherwise are put into `older`."""
+    if not is_dataclass(kind):
+        yield _option(name, kind, default)
+        return
+    types = get_type_hints(kind, include_extras=True)
+    for one in fields(kind):
+        how, own = one.metadata.get("typer"), types[one.name]
+        empty = inspect.Parameter.empty if one.default is MISSING else one.default
+        yield from _options_in(one.name, Annotated[own, how] if how else own, empty, older)
+        older |= {was: one.name} if (was := one.metadata.get("was")) else {}
+
+
+def _option(name: str, kind: Any, default: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=default)
+
+
+def _taken(name: str, kind: Any, given: dict[str, Any]) -> Any:
+    """The value of an option, or the group of those of its fields, taken out of what was given."""
+    if not (isinstance(kind, type) and is_dataclass(kind)):
+        return given.pop(name)
+    types = get_type_hints(kind)
+    return kind(**{one.name: _taken(one.name, types[one.name], given) for one in fields(kind)})

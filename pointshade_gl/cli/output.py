@@ -6,12 +6,10 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from ..messages.notes import print_note
-
-if TYPE_CHECKING:
-    from ..rendering.renderer import Renderer
+from ..rendering.renderer import Renderer
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"
 
@@ -52,8 +50,6 @@ def fail(error: str, code: int) -> NoReturn:
 @contextmanager
 def open_renderer(device: int) -> Iterator[Renderer]:
     """A renderer; a note says when it runs on the CPU."""
-    from ..rendering.renderer import Renderer
-
     with Renderer(device=device) as renderer:
         announce(renderer)
         yield renderer

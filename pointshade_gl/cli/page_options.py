@@ -6,21 +6,19 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
-
-import typer
+from typing import TYPE_CHECKING, Any, cast
 
 from ..messages.formatting import option
+from ..rendering.renderer import Renderer
+from ..rendering.request import RenderRequest
 from ..scene.option_fields import PICTURE
-from .completion import one_of
+from ..scene.view import View
+from .option_groups import said
 from .options import FilmOptions, FrameOptions
 from .output import open_renderer, report, spinner
 
 if TYPE_CHECKING:
     from ..page.parts import QualityName
-    from ..rendering.renderer import Renderer
-    from ..scene.view import View
-
 
 NAMES = "exact", "small"  # of page/parts.py, which imports NumPy
 
@@ -34,18 +32,10 @@ def is_page(output: Path) -> bool:
 class PageOptions:
     """How a page is written."""
 
-    quality: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Of an .html: exact, or small (a third smaller, colours as JPEG).",
-            autocompletion=one_of(NAMES),
-            rich_help_panel=PICTURE,
-        ),
-    ] = None
-    title: Annotated[
-        str | None, typer.Option(metavar="TEXT", help="Of an .html. Default: INPUT.", rich_help_panel=PICTURE)
-    ] = None
+    quality: str | None = said(
+        "Of an .html: exact, or small (a third smaller, colours as JPEG).", metavar="NAME", known=NAMES, panel=PICTURE
+    )
+    title: str | None = said("Of an .html. Default: INPUT.", metavar="TEXT", panel=PICTURE)
 
     @property
     def exactness(self) -> QualityName:
@@ -68,21 +58,13 @@ class PageOptions:
             raise ValueError(f"{output} is no page: leave out {', '.join(map(option, given))}, or write an .html")
 
     def write(
-        self,
-        source: Any,
-        view: View,
-        output: Path,
-        frame: FrameOptions,
-        device: int,
-        tell: Callable[[Renderer], None],
+        self, source: Any, view: View, output: Path, frame: FrameOptions, device: int, tell: Callable[[Renderer], None]
     ) -> None:
         """Writes the page. A size smaller than that of the source is that of the points in the page, too."""
         from ..page.page_file import largest_of, write_page
-        from ..rendering.request import RenderRequest
 
         request = RenderRequest.seen(source, view)
-        named = Path(str(frame.input or frame.depth or "vase")).stem
-        title = named if self.title is None else self.title
+        title = Path(str(frame.input or frame.depth or "vase")).stem if self.title is None else self.title
         start = time.perf_counter()
         with open_renderer(device) as renderer, spinner("writing"):
             largest = largest_of(request)

@@ -22,6 +22,7 @@ from ..scene.graph import Scene
 from ..scene.noise import describe
 from ..scene.view import View
 from .inputs import check_stream
+from .options import FilmOptions
 from .output import open_renderer, progress, report, spinner, warn_skipped
 
 Source = Frame | Scene | Sequence[Frame]
@@ -41,7 +42,7 @@ def write_normals(
     def what(normals: Any) -> str:
         return f"{np.isfinite(normals).all(-1).sum()} normals by {view.look.normals}"
 
-    _write_files(source, view, output, draw, partial(save_normals, axes=axes, bits=bits), what, device)
+    _write_files(source, view, output, draw, partial(save_normals, axes=axes, bits=bits), what, device, FilmOptions())
 
 
 def write_depth(source: Source, view: View, output: Path, device: int) -> None:
@@ -58,17 +59,11 @@ def write_depth(source: Source, view: View, output: Path, device: int) -> None:
         return f"{depth.shape[1]}x{depth.shape[0]} pixels, {known.size} with depth"
 
     note = once(print_note)
-    _write_files(source, view, output, draw, partial(save_depth, notes=note), what, device)
+    _write_files(source, view, output, draw, partial(save_depth, notes=note), what, device, FilmOptions())
 
 
 def write_points(
-    source: Source,
-    view: View,
-    output: Path,
-    turntable: str | None,
-    frames: int | None,
-    device: int,
-    tell: Callable[[Renderer], None],
+    source: Source, view: View, output: Path, film: FilmOptions, device: int, tell: Callable[[Renderer], None]
 ) -> None:
     """Writes the points of frames in the light of a view, as `save_points` does. tell: called after each."""
 
@@ -77,10 +72,7 @@ def write_points(
         tell(renderer)
         return cloud
 
-    def what(cloud: Any) -> str:
-        return f"{len(cloud)} points"
-
-    _write_files(source, view, output, draw, save_points, what, device, turntable, frames)
+    _write_files(source, view, output, draw, save_points, lambda cloud: f"{len(cloud)} points", device, film)
 
 
 def _write_files(
@@ -91,8 +83,7 @@ def _write_files(
     save: Callable[[Path, Any], None],
     what: Callable[[Any], str],
     device: int,
-    turntable: str | None = None,
-    frames: int | None = None,
+    film: FilmOptions,
 ) -> None:
     """Writes what `draw` makes of a source to a file, or of each of its frames to a file with the frame's number.
 
@@ -100,7 +91,7 @@ def _write_files(
 
     Raises ValueError for a name without a number where there are many frames, and with one where there is one.
     """
-    many = is_numbered(output)
+    many, turntable = is_numbered(output), film.turntable
     check_stream(view.look, many and turntable is None)
     if turntable is None and many and isinstance(source, Frame | Scene):
         raise ValueError(f"{output} is a name for many files, but INPUT is a single frame: leave out the number")
@@ -109,7 +100,7 @@ def _write_files(
     with open_renderer(device) as renderer:
         start = time.perf_counter()
         if many:
-            jobs, count = jobs_of(source, view, turntable, frames, warn_skipped)
+            jobs, count = jobs_of(source, view, turntable, film.frames, warn_skipped)
             with progress(count) as advance:
                 count, first = write_numbered(jobs, partial(draw, renderer), save, output, advance)
             spent = time.perf_counter() - start

@@ -5,12 +5,13 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.solids import grey
-from pointshade_gl.bench.tracing import as_frame, occluder, patch, plane, sphere, trace
+from pointshade_gl.bench.tracing import as_frame, patch, plane, sphere, trace
 
 from ..reference import hidden_planes as bridge
 from ..reference.inverse_depth import pixel_grid
 from ..reference.normals_star import estimate_star
 from ..support import frames
+from ..truth.measures import occluder
 from .test_rim_functions import K, close
 
 F = np.float32

@@ -8,9 +8,10 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.bench.picture_scores import co_visible, near_edge
-from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere_and_wall, trace
 
 from ..support.drivers import need_compute
+from ..truth.measures import occluder
 
 CAMERA = ps.Camera(525, 525, 319.5, 239.5, 640, 480)
 GREY = (0.5, 0.45, 0.4)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import as_frame, decode, encode, occluder, patch, shade, sphere, trace
+from pointshade_gl.bench.tracing import as_frame, decode, encode, patch, shade, sphere, trace
 
 from ..support.drivers import need_compute
+from ..truth.measures import occluder
 
 CENTRE, RADIUS = (0, 0.1, 1.6), 0.3
 CAMERA, POSE = ps.Camera.from_fov(50, 160, 120), ps.orbit_pose(None, (0, 0.2, 1.6), 0, 25)

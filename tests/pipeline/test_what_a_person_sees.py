@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import as_frame, encode, occluder, patch, plane, shade, trace
+from pointshade_gl.bench.tracing import as_frame, encode, patch, plane, shade, trace
 
 from ..support.places import FAILURES
 from ..truth import kept
@@ -18,7 +18,7 @@ from ..truth.compare import inside_silhouette
 from ..truth.contact_sheet import page_cell, sheet
 from ..truth.files import MATTE, Truth, as_light
 from ..truth.lamps import Lamp, lambert
-from ..truth.measures import decibels, edges, overlap, seen_by_frame
+from ..truth.measures import decibels, edges, occluder, overlap, seen_by_frame
 from ..truth.shell import shaded_by_shell
 
 CAMERA = ps.Camera(220, 220, 99.5, 74.5, 200, 150)

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import pointshade_gl as ps
-from pointshade_gl.bench.tracing import Hits, as_frame, encode, occluder, patch, plane, shade, sphere_and_wall, trace
+from pointshade_gl.bench.tracing import Hits, as_frame, encode, patch, plane, shade, sphere_and_wall, trace
 
 from .files import MATTE
 from .kept import FINE, WRONG, at_size, scene, wrong
+from .measures import occluder
 
 # % of a picture that may be wrong: unlit and lit, from the frame's own direction and from another one
 SEAMS, TURNED_SEAMS, OWN, TURNED = 0.01, 0.02, 0.1, 0.2

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from pointshade_gl.bench.tracing import decode, encode
+import pointshade_gl as ps
+from pointshade_gl.bench.tracing import Hits, Surface, decode, encode
 
 from .files import Truth, View
 
 SAME = 0.003  # of z: as near is a point to a tangent plane on which it lies
 STEP = 0.015  # of z: two surfaces that are farther apart are different
 CREASE = np.cos(np.radians(20))
+FAR, CONTACT = 1e4, 1e-3  # distance of a directional light; nearer surfaces than CONTACT do not shade a point
 
 
 def looked_up(truth: Truth, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -74,3 +78,17 @@ def linear(image: np.ndarray) -> np.ndarray:
 def overlap(one: np.ndarray, other: np.ndarray) -> float:
     """Intersection over union; 1 of two empty masks."""
     return float((one & other).sum() / max((one | other).sum(), 1)) if (one | other).any() else 1.0
+
+
+def occluder(hits: Hits, light: ps.Light, surfaces: Sequence[Surface]) -> tuple[np.ndarray, np.ndarray]:
+    """Which hits lie in the shadow of a surface, (h, w), and the points that shade them, (h, w, 3)."""
+    if light.position is not None:
+        origin = np.array(light.position)
+    else:
+        origin = -FAR * np.array(light.direction) / np.linalg.norm(np.array(light.direction))
+    rays = hits.points - origin
+    nearest = np.full(hits.depth.shape, np.inf)
+    for surface in surfaces:
+        nearest = np.minimum(nearest, surface.meet(origin, rays)[0])
+    shaded = (hits.surface >= 0) & (nearest * np.linalg.norm(rays, axis=-1) < np.linalg.norm(rays, axis=-1) - CONTACT)
+    return shaded, origin + np.where(shaded, nearest, 1)[..., None] * rays

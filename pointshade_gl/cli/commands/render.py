@@ -6,10 +6,18 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ...files.access.numbered_names import first_of, is_numbered
+from ...files.pictures.picture_files import check_writable, save_image
+from ...files.writing.film import check_series, is_series
 from ...messages.formatting import option
 from ...messages.notes import print_note
+from ...rendering.renderer import Renderer
+from ...rendering.request import RenderRequest
+from ...scene.graph import Scene
+from ...scene.shading_override import shaded
+from ...scene.view import View
 from ..inputs import check_look, check_stream, load, load_together, load_views
 from ..look_options import LookOptions
 from ..options import (
@@ -30,78 +38,33 @@ from ..page_options import PageOptions, is_page
 from ..picture_options import PictureOptions, view_of
 from ..usage_errors import check_folders
 
-if TYPE_CHECKING:
-    from ...rendering.renderer import Renderer
-    from ...scene.view import View
-
 POINTS = ".ply"
 
 
-@spread
-def render(
-    output: Output,
-    frame: FrameOptions,
-    look: LookOptions,
-    place: ViewOptions,
-    picture: PictureOptions,
-    film: FilmOptions,
-    page: PageOptions,
-    more: MoreInputs = None,
-    views: Views = None,
-    explain: Explain = False,
-    small: Small = False,
-    device: Device = 0,
-    quiet: Quiet = False,
-) -> None:
-    """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
-
-    Write an .html to look at in a browser: there the light and the object can be moved.
-    Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
-    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
-    """
-    asked = _Asked(output, frame, look, place, picture, film, page, more or [], views, explain, small, device)
-    asked.check_inputs()
-    view = asked.view()
-    if output.suffix.lower() == POINTS:
-        _write_points(asked, view)
-    elif is_page(output):
-        _write_page(asked, view)
-    elif film.turntable is not None or asked.is_series:
-        _write_series(asked, view)
-    else:
-        _write_picture(asked, view)
-
-
 @dataclass(frozen=True)
-class _Asked:
-    """What was typed."""
+class Asked:
+    """What was typed. more: INPUTs after the first."""
 
-    output: Path
+    output: Output
     frame: FrameOptions
     look: LookOptions
     place: ViewOptions
     picture: PictureOptions
     film: FilmOptions
     page: PageOptions
-    inputs: list[str]  # after the first
-    views: str | None
-    explain: bool
-    small: bool
-    device: int
-
-    @property
-    def is_series(self) -> bool:
-        """Whether -o names a film or numbered files."""
-        from ...files.writing.film import is_series
-
-        return is_series(self.output)
+    more: MoreInputs = None
+    views: Views = None
+    explain: Explain = False
+    small: Small = False
+    device: Device = 0
+    quiet: Quiet = False
 
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one."""
-        check_folders(self.inputs)
-        is_sequence = self.film.turntable is None and self.is_series
+        check_folders(self.more or [])
+        is_sequence = self.film.turntable is None and is_series(self.output)
         is_one = self.views is not None or is_sequence or self.output.suffix.lower() == POINTS
-        if self.inputs and is_one:
+        if self.more and is_one:
             raise ValueError(
                 f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
             )
@@ -110,19 +73,16 @@ class _Asked:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
         from ...files.sources import is_scene
 
-        is_set, turns = bool(self.inputs) or self.views is not None, self.film.turntable is not None
+        is_set, turns = bool(self.more) or self.views is not None, self.film.turntable is not None
         return view_of(
             self.look, self.place, self.picture, self.output,
             is_scene=not is_set and is_scene(self.frame.input),
-            is_film=not is_page(self.output) and (turns or self.is_series),
+            is_film=not is_page(self.output) and (turns or is_series(self.output)),
             is_changed=is_set or self.film.turntable == "camera",
         )  # fmt: skip
 
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what --explain calls after each picture."""
-        from ...scene.graph import Scene
-        from ...scene.shading_override import shaded
-
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
         if isinstance(source, Scene) and not names:
             source = shaded(source, check_look(view.look))
@@ -130,17 +90,34 @@ class _Asked:
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
         """What INPUT names; and the names of the frames that are one object."""
-        if self.inputs:
-            return load_together(self.frame, view.look, self.inputs)
+        if self.more:
+            return load_together(self.frame, view.look, self.more)
         if self.views is not None:
             return load_views(self.frame, view.look, self.views)
         return load(self.frame, sequence=sequence, scene=True), []
 
 
-def _write_picture(asked: _Asked, view: View) -> None:
-    from ...files.pictures.picture_files import save_image
-    from ...rendering.request import RenderRequest
+@spread
+def render(asked: Asked) -> None:
+    """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
 
+    Write an .html to look at in a browser: there the light and the object can be moved.
+    Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
+    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
+    """
+    asked.check_inputs()
+    view = asked.view()
+    if asked.output.suffix.lower() == POINTS:
+        _write_points(asked, view)
+    elif is_page(asked.output):
+        _write_page(asked, view)
+    elif asked.film.turntable is not None or is_series(asked.output):
+        _write_series(asked, view)
+    else:
+        _write_picture(asked, view)
+
+
+def _write_picture(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
     _check_picture(asked.output, asked.film)
     asked.page.check_none(asked.output)
@@ -159,8 +136,6 @@ def _write_picture(asked: _Asked, view: View) -> None:
 
 def _check_picture(output: Path, film: FilmOptions) -> None:
     """Raises ValueError or OSError unless a single picture can be written there."""
-    from ...files.pictures.picture_files import check_writable
-
     try:
         check_writable(output)
     except ValueError as error:
@@ -171,9 +146,8 @@ def _check_picture(output: Path, film: FilmOptions) -> None:
         )
 
 
-def _write_series(asked: _Asked, view: View) -> None:
+def _write_series(asked: Asked, view: View) -> None:
     """Many pictures: a film, or numbered files, of a sequence or a turntable."""
-    from ...files.writing.film import check_series
     from ...rendering.image_sequence import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
@@ -194,18 +168,16 @@ def _write_series(asked: _Asked, view: View) -> None:
         report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 
 
-def _write_page(asked: _Asked, view: View) -> None:
+def _write_page(asked: Asked, view: View) -> None:
     check_stream(view.look, False)
     asked.page.check(asked.output, asked.film)
     source, tell = asked.read(view)
     asked.page.write(source, view, asked.output, asked.frame, asked.device, tell)
 
 
-def _write_points(asked: _Asked, view: View) -> None:
+def _write_points(asked: Asked, view: View) -> None:
     """The points of a frame, or of each frame of a sequence, in world coordinates."""
-    from ...files.access.numbered_names import first_of, is_numbered
     from ...files.writing.point_clouds import check_points_path
-    from ...scene.graph import Scene
     from ..written_maps import write_points
 
     output, film = asked.output, asked.film
@@ -220,4 +192,4 @@ def _write_points(asked: _Asked, view: View) -> None:
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
     tell = explainer(asked.explain)
-    write_points(source, view, output, film.turntable, film.frames, asked.device, tell)
+    write_points(source, view, output, film, asked.device, tell)

@@ -8,7 +8,12 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from ...files.access.builtin import FRAMES
 from ...messages.formatting import option
+from ...scene.appearance import Look
+from ...scene.frame import Frame
+from ...scene.graph import Scene
+from ..command_words import words_of
 from ..inputs import check_look, check_stream, load, load_others
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
@@ -17,7 +22,6 @@ from ..parse import rates_from, size_from, views_from
 from ..usage_errors import check_folders
 
 if TYPE_CHECKING:
-    from ...scene.appearance import Look
     from ..window_line import Typed
 
 
@@ -34,12 +38,13 @@ def view(
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     """
-    from ...scene.graph import Scene
     from ...scene.orbit_state import State
     from ...viewer import Viewer
+    from ...viewer.panel import MISSING
     from ..window_line import render_line
 
-    _check_panel(window)
+    if window.panel and find_spec("imgui_bundle") is None:
+        raise ValueError(MISSING)
     state, size, inputs = State(look=look.look()), size_from(window.window_size, "window_size"), more or []
     lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
@@ -66,19 +71,8 @@ def view(
     viewer.run()
 
 
-def _check_panel(window: WindowOptions) -> None:
-    """Raises ValueError for a panel whose extra is not installed."""
-    from ...viewer.panel import MISSING
-
-    if window.panel and find_spec("imgui_bundle") is None:
-        raise ValueError(MISSING)
-
-
 def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | None) -> tuple[Any, list[Any]]:
     """What INPUT names, and MORE."""
-    from ...scene.frame import Frame
-    from ...scene.graph import Scene
-
     if inputs and views:
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
     source = load(frame, sequence=True, scene=not (views or inputs))
@@ -91,8 +85,6 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
 
 def _typed(frame: FrameOptions, inputs: Sequence[str]) -> Typed:
     """What was typed about the input, for the command line that the window writes."""
-    from ...files.access.builtin import FRAMES
-    from ..command_words import words_of
     from ..window_line import Typed
 
     words = words_of(frame if frame.input or frame.depth or frame.color else replace(frame, input=FRAMES[0]))

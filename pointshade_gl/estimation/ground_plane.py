@@ -80,6 +80,5 @@ def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
 
 
 def seen_ground(ground: NDArray[np.float64], pose: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return a ground plane in the axes of a camera at a pose (4, 4): its normal, and the height of the eye above
-    it."""
+    """Return a ground plane in the axes of a camera at a pose (4, 4): its normal, and the height of the eye over it."""
     return (*(pose[:3, :3].T @ ground[:3]).tolist(), float(ground[:3] @ pose[:3, 3] + ground[3]))

@@ -97,13 +97,7 @@ def _none(why: str) -> FoundHighlights:
 
 
 def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
-    """Return the reason why a candidate cannot be a highlight (too weak, too wide or too sharp, coloured); "" if it may
-    be one.
-
-    pairs     of samples, one of which the candidate brightens
-    strength  linear light that it adds at its brightest
-    exponent  its Phong exponent
-    """
+    """Return why a candidate that brightens pairs of samples cannot be a highlight; "" if it may be one."""
     if strength < WEAKEST:
         return "no highlights found that could be seen"
     if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
@@ -131,11 +125,7 @@ def _unevenness(s: Samples, found: Guess, pairs: Pairs, strength: float) -> floa
 
 
 def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least: float) -> bool:
-    """Return whether the highlights explain `least` times as much as any other light explains of the picture without
-    them.
-
-    Otherwise they may be texture, in which other spots explain nearly as much.
-    """
+    """Return whether the highlights explain `least` times as much as any other light; else they may be texture."""
     lighted = lit(s, found, ambient)
     value = weigh(*pairs_of(s, lighted, found.exponent, FEW_PAIRS)).value
     highlight = strength * np.exp(found.exponent * lighted.glint)
@@ -150,8 +140,7 @@ def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least
 
 
 def _shades(s: Samples, found: Guess, strength: float) -> bool:
-    """Return whether the diffuse shading of the picture supports the light of the highlights as well as any other
-    light."""
+    """Return whether the diffuse shading supports the light of the highlights as well as any other light."""
     glint = lit(s, found, AMBIENT[0]).glint
     rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
     brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
@@ -167,8 +156,7 @@ def _shades(s: Samples, found: Guess, strength: float) -> bool:
 
 
 def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient: float) -> Array:
-    """Return (h, w) the strength of the highlight: 0 on pieces without it, and around samples that are too dark to have
-    it."""
+    """Return (h, w) the strength of the highlight: 0 on pieces without it, and around samples too dark to have it."""
     piece = s.piece.ravel()
     of_pair = piece[s.at[pairs.one]]
     strengths = np.zeros(piece.size, np.float32)

@@ -104,8 +104,7 @@ def _seen(fit: Fit, pairs: Pairs) -> float:
 
 
 def _evidence(fit: Fit, pairs: Pairs) -> float:
-    """Return the share of the misfit that the directional light explains, times the number of tiles in which it does; 0
-    if it explains too little."""
+    """Return the share of the misfit that the light explains, if enough, else 0, times the number of its tiles."""
     before, after = (
         np.bincount(pairs.tile, pairs.weight * _robust(_miss(light, pairs)[0])) for light in (0 * fit.light, fit.light)
     )
@@ -126,11 +125,8 @@ def _sureness(fit: Fit, normals: Array) -> float:
 
 
 def _missed(fit: Fit, pairs: Pairs) -> float:
-    """Return what normals explain of the brightness beyond the light, in units of `_seen`: smooth texture, or other
-    lights.
-
-    Least squares of the spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001).
-    """
+    """Return what normals explain of the brightness beyond the light, in units of `_seen`, as smooth texture
+    or other lights do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
     miss = _miss(fit.light, pairs)[0]
     slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
     pull = pairs.weight / (1 + (miss / COARSE) ** 2)

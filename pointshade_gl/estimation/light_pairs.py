@@ -25,8 +25,7 @@ DARK = 0.004  # linear light that is mostly noise
 
 
 class Pairs(NamedTuple):
-    """n pairs of pixels: unit normals of both (n, 3), (n, 3); log ratio of their brightness, weight and tile, (n,)
-    each."""
+    """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness, weight and tile, (n,) each."""
 
     one: Array
     two: Array

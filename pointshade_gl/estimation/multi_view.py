@@ -93,8 +93,7 @@ def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
 
 
 def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
-    """Return, for each frame, the numbers of the frames with which it is compared: those taken from nearby, nearest
-    first."""
+    """Return, for each frame, the numbers of those it is compared with: taken from nearby, nearest first."""
     found = []
     for k, frame in enumerate(frames):
         order = np.argsort(distances(frames, frame.pose), kind="stable")

@@ -32,8 +32,7 @@ ALONG = 3  # columns on each side that tell where between two pixels an edge run
 
 
 def lowest_point(frame: Frame, along: Array) -> float:
-    """Return the lowest position of the frame's objects along an axis (3,) of its camera, hidden undersides
-    included."""
+    """Return the lowest position of a frame's objects, undersides too, along an axis (3,) of its camera."""
     depth, camera = frame.depth, frame.camera
     if not (depth > 0).any():
         return 0.0
@@ -48,8 +47,7 @@ def lowest_point(frame: Frame, along: Array) -> float:
 def _turned(
     depth: NDArray[np.float32], x: Array, y: Array, up: Array
 ) -> tuple[NDArray[np.float32], Array, Array, Array]:
-    """Turn the depth image so that objects stand upright in it. Returns depth, rays of its columns and of its rows,
-    up."""
+    """Turn the depth image upright. Returns depth, rays of its columns and of its rows, up."""
     if abs(up[0]) > abs(up[1]):
         depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
     if up[1] * (y[-1] - y[0]) > 0:

@@ -33,10 +33,7 @@ def check_place(path: Path) -> Path:
 
 @contextmanager
 def written_whole(path: FilePath) -> Iterator[Path]:
-    """A path beside the target to write to. At the end it becomes the target; after an error it is removed.
-
-    A link stays a link: the file that it names is replaced.
-    """
+    """A path to write to, which at the end replaces the target, or a link's target; after an error it is removed."""
     target = followed(Path(path))
     temporary = hidden_beside(target)
     try:

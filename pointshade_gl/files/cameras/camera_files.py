@@ -30,11 +30,9 @@ _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camer
 
 
 def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
-    """Intrinsics from a path, a text 'fx,fy,cx,cy', four numbers, a matrix or a Camera.
+    """Intrinsics from a path, 'fx,fy,cx,cy', numbers, a matrix or a Camera. Raises ValueError, OSError for others.
 
     of_color  of several cameras in a file take that of the colour picture: the depth was brought to it
-
-    Raises ValueError for any other content, OSError if the file cannot be read.
     """
     if isinstance(source, Intrinsics):
         return source

@@ -18,10 +18,9 @@ _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of any picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
 
-    None if the picture does not say it, or was cropped to another shape. It is right to a few per cent: the number is
-    whole millimetres. Raises OSError if the path is not a file.
+    Whole millimetres make it right to a few per cent. None if the picture does not say it, or was cropped.
     """
     head = read_head(path)
     with open_regular(path) as file:

@@ -17,9 +17,7 @@ from .color_values import as_color
 from .contents import SURE, Contents
 from .items import Item
 from .normal_axes import turn_normals
-from .pinhole import fit_pinhole, is_pinhole
-
-_KINDS = {"inverse": "inverse", "ray": "ray"}
+from .pinhole import MOST_OFF, fit_pinhole
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,8 @@ class Assembly:
         if self.surface in ("points", "own_points"):
             points, fitted = self._own_points(depth, pose)
             depth = points[..., 2]
-        color, kind, scale = self._color(k), _KINDS.get(self.surface), self._scale()
+        color, scale = self._color(k), self._scale()
+        kind = self.surface if self.surface in ("inverse", "ray") else None
         numbers = self._camera(k, depth.shape) or fitted
         intrinsics = None
         if numbers is not None:
@@ -68,7 +67,7 @@ class Assembly:
             fitted_moved, off_moved = fit_pinhole(moved)
             if off_moved < off:
                 points, fitted, off = moved, fitted_moved, off_moved
-        if not is_pinhole(off):
+        if off >= MOST_OFF:
             raise ValueError(
                 f"{self.name}: no pinhole camera sees its points where they are in the picture: expected x right, "
                 "y down and z forward, in the camera's axes or with the camera's pose beside them"

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
 from ...messages.notes import Note
-from ..access.content import FilePath, read_bytes
+from ..access.content import FilePath, import_extra, naming, read_bytes
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..cameras.exif import EXIF, camera_of_lens
 from ..cameras.intrinsics import Intrinsics
@@ -29,6 +27,7 @@ _NUMBER = rb"{}(?:>|=\")([-+0-9.eE]+)"
 _ORIENTATION = 0x0112
 _QUARTERS = {3: 2, 6: 1, 8: 3}  # of a turn clockwise, for each EXIF orientation without mirroring
 _CORNER = 0.5  # pixels from the corner of a picture to the centre of its first pixel
+_BROKEN = "is a broken or truncated HEIC picture"
 _INVERSE_Z = 0  # HEIF's representation_type
 
 
@@ -38,11 +37,9 @@ def is_heic(head: bytes) -> bool:
 
 
 def open_heic(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
-    """The frame of a photograph with depth.
-
-    Raises ValueError without the extra `heic`, for a broken file, and for a photograph without depth.
-    """
-    pillow_heif, data = _import_heif(path), read_bytes(path, max_pixels)
+    """The frame of a photograph. Raises ValueError without the extra `heic`, for a broken file, and without depth."""
+    pillow_heif = import_extra("pillow_heif", "heic", f"{path} is an HEIC picture")
+    data = read_bytes(path, max_pixels)
     photo = _open(pillow_heif, data, path)
     pictures = photo.info.get("depth_images") or []
     if not pictures:
@@ -61,10 +58,8 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
     quarters = _QUARTERS.get(exif.get(_ORIENTATION, 1), 0)
-    try:
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
         color, raw = np.array(photo)[..., :3], np.array(photo.info["depth_images"][0])
-    except (ValueError, RuntimeError, EOFError, OSError) as error:
-        raise ValueError(f"{path} is a broken or truncated HEIC picture: {cut(error)}") from None
     if raw.ndim == 3:
         raw = raw[..., 0]
     if quarters % 2 and (raw.shape[0] > raw.shape[1]) != (color.shape[0] > color.shape[1]):
@@ -133,17 +128,7 @@ def _number(packet: bytes, key: bytes) -> float | None:
         return None
 
 
-def _open(pillow_heif: ModuleType, data: bytes, path: FilePath) -> Any:
-    try:
+def _open(pillow_heif: Any, data: bytes, path: FilePath) -> Any:
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
         file = pillow_heif.open_heif(data)
         return file[file.primary_index]
-    except (ValueError, RuntimeError, EOFError, SyntaxError, IndexError) as error:
-        raise ValueError(f"{path} is a broken or truncated HEIC picture: {cut(error)}") from None
-
-
-def _import_heif(path: FilePath) -> ModuleType:
-    try:
-        import pillow_heif  # only here: an optional extra
-    except ImportError:
-        raise ValueError(f"{path} is an HEIC picture: pip install 'pointshade-gl[heic]' to read it") from None
-    return pillow_heif

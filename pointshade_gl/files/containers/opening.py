@@ -76,15 +76,14 @@ def _is_plain(arrays: dict[str, Stored]) -> bool:
     return len(arrays) == 1 and is_picture and says_nothing
 
 
-def _open_matlab_5(path: FilePath, note: Note, max_pixels: float) -> Sequence[Contents] | None:
-    return open_arrays(str(path), matlab_5_arrays(path, max_pixels), note, max_pixels)
-
-
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), _open_npy),
     (lambda head: head.startswith(ZIP), _open_zip),
     (lambda head: head.startswith(HDF5), open_hdf5),
     (lambda head: head.startswith(MATLAB_73), lambda path, note, most: open_hdf5(path, note, most, is_matlab=True)),
-    (lambda head: head.startswith(MATLAB_5), _open_matlab_5),
+    (
+        lambda head: head.startswith(MATLAB_5),
+        lambda path, note, most: open_arrays(str(path), matlab_5_arrays(path, most), note, most),
+    ),
     (is_heic, open_heic),
 )

@@ -106,7 +106,7 @@ class _Recording:
         if found:
             name = f"{self.files.path}/{found[0]}"
             color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels))
-        row = number if self.numbers[-1] < self._rows() else k  # frames may have been thinned out
+        row = number if self.numbers[-1] < len(self._poses) else k  # frames may have been thinned out
         return Contents(depth, color, self._camera(row, color), self._pose(row), valid)
 
     def _exr(self, member: str) -> NDArray[Any]:
@@ -129,9 +129,10 @@ class _Recording:
             self.note(f"{self.files.path}: {np.mean(~valid):.0%} of the depth is of low confidence and left out")
         return depth, valid
 
-    def _rows(self) -> int:
+    @property
+    def _poses(self) -> list[Any]:
         poses = self.metadata.get("poses")
-        return len(poses) if isinstance(poses, list) else 0
+        return poses if isinstance(poses, list) else []
 
     def _camera(self, row: int, color: NDArray[Any] | None) -> Intrinsics:
         """Of the colour picture, which may be larger than the metadata say."""
@@ -151,10 +152,9 @@ class _Recording:
         return Intrinsics(self.title, camera.intrinsics, (camera.width, camera.height), 1.0, "z")
 
     def _pose(self, row: int) -> NDArray[np.float64] | None:
-        poses = self.metadata.get("poses")
-        if not isinstance(poses, list) or row >= len(poses):
+        if row >= len(self._poses):
             return None
-        numbers = self._numbers(poses[row], 7, "poses")
+        numbers = self._numbers(self._poses[row], 7, "poses")
         return from_quaternions(np.array([numbers[4:]]), np.array([numbers[:4]]))[0] @ OPENGL
 
     def _numbers(self, value: Any, count: int, key: str) -> list[float]:

@@ -174,8 +174,7 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
-    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse depth, and if
-    unknown."""
+    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
     bending = measure_bending(values, known, None)
     return 0 if bending is None or not _is_bent(bending) else 1 if bending.along > 0 else -1
 
@@ -187,8 +186,7 @@ def _is_bent(bending: Bending) -> bool:
 
 
 def _is_inverse(raw: NDArray[Any]) -> bool:
-    """Return whether planes are flat in the values, so clearly that these cannot be depth, even with an unknown
-    offset."""
+    """Return whether planes are so flat in the values that these cannot be depth, even with an unknown offset."""
     known = np.isfinite(raw)
     has_negative = bool(raw.min(where=known, initial=0) < 0)
     for zero in (None,) if has_negative else (0.0, None):

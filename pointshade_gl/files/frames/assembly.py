@@ -119,8 +119,7 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
 
 
 def _said(source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], is_from_file: bool) -> Said:
-    """Return what is given about the depth by caller and camera. Raises ValueError for impossible values in the
-    camera's file."""
+    """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     if source and kind is not None and options.depth_kind is None:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
@@ -148,8 +147,7 @@ def _to_metres(
     name: str,
     may_be_rays: bool,
 ) -> tuple[NDArray[np.float32], Coding]:
-    """Return depth along the axis, and its coding. Lengths of rays are recognised by planes that are flat only as
-    such."""
+    """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
     baseline, doffs = _baseline(source, options), (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)

@@ -47,10 +47,7 @@ DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a
 
 
 def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
-    """Return the value as parts with attributes, None where a key is missing. Unknown keys are left out.
-
-    Raises ValueError, naming the place in the file, for a value of the wrong type.
-    """
+    """Return known keys as parts with attributes, None if missing. Raises ValueError, with the place, by wrong type."""
     if kind is object:
         return value
     if isinstance(kind, list):

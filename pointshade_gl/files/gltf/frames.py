@@ -56,10 +56,7 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
 
 
 def write_frame(frame: Frame, folder: Path, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
-    """The extras that name a frame: where it was read from, or the files that are staged under this name.
-
-    Raises ValueError for a frame without a point, which no reader would take.
-    """
+    """The extras that name a frame: its source, or files staged under this name. Raises ValueError without a point."""
     return _refer(frame, folder) or _write_files(frame, name, stage)
 
 

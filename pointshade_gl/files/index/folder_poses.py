@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
-from ..access.file_name_patterns import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
-from ..access.folder_listing import Item, matches, may_be_own, numbers_in, own_files
+from ..access.file_name_patterns import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, POSES
+from ..access.folder_listing import Item, numbers_in, own_files
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..poses.pose_files import read_frame_pose, read_poses
@@ -36,10 +37,7 @@ class FoundPoses(NamedTuple):
 
 
 def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
-    """The poses of a folder's frames.
-
-    Raises ValueError for a file that is called like one of poses and holds none.
-    """
+    """The poses of a folder's frames. Raises ValueError for a file that is called like one of poses and holds none."""
     folder = place.path
     items = [item for item in place.listing.files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
     single = _one_each(items, frames, max_pixels)
@@ -51,7 +49,7 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
         return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
     found = _by_rank(items)
     if found:
-        taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
+        taken = _taken(frames)
         found = [item for item in found if item.path not in taken]
     for item in found:
         listed = read_poses(item.path, max_pixels)
@@ -63,26 +61,21 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     return FoundPoses([None] * len(frames))
 
 
+def _taken(frames: Sequence[FrameFiles]) -> set[Path | None]:
+    return {path for one in frames for path in (one.depth, one.color, one.valid)}
+
+
 def _named(folder: Path, path: Path) -> str:
     return path.relative_to(folder).as_posix()
 
 
 def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
     """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
-    items = may_be_own(items, FRAME_POSES, FRAME_SUFFIXES)
-    if len(items) < 2:
-        return []
-    keys = [one.key for one in frames]
-    own = [item for item in own_files(items, keys, FRAME_POSES, FRAME_SUFFIXES) if item.suffix != ".log"]
-    if len(own) < 2:
-        return []
-    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
-    found = matches(keys, [item for item in own if item.path not in taken])
-    first = next((path for path in found if path), None)
-    if first is None or len(set(found)) < 2:
-        return []
+    taken = cache(lambda: _taken(frames))
+    found = own_files(items, frames, FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken())
     try:
-        read_frame_pose(first, max_pixels)
+        for path in [path for path in found if path][:1]:
+            read_frame_pose(path, max_pixels)
     except ValueError:
         return []  # of another kind, such as a camera
     return found
@@ -116,10 +109,8 @@ def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
 
 
 def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
-    for same in (_stem, _numbers, _last):
-        named: dict[object, NDArray[np.float64]] = {}
-        for name, pose in zip(found.names or [], found.poses, strict=True):
-            named[same(name)] = pose
+    for same in (_stem, lambda name: numbers_in(_stem(name)), lambda name: numbers_in(_stem(name))[-1:]):
+        named = {same(name): pose for name, pose in zip(found.names or [], found.poses, strict=True)}
         result = [named.get(same(one.depth.name), named.get(same((one.color or one.depth).name))) for one in frames]
         unnamed = sum(pose is None for pose in result)
         if unnamed < len(frames):
@@ -131,11 +122,3 @@ def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
 
 def _stem(name: str) -> str:
     return Path(name.replace("\\", "/")).stem.lower()
-
-
-def _numbers(name: str) -> tuple[int, ...]:
-    return numbers_in(_stem(name))
-
-
-def _last(name: str) -> tuple[int, ...]:
-    return numbers_in(_stem(name))[-1:]

@@ -49,10 +49,7 @@ class NotAPictureError(ValueError):
 
 
 def check_writable(path: FilePath) -> Path:
-    """The path, if `save_image` can write there; call it before a long computation.
-
-    Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if `save_image` cannot write there."""
     path = check_path(path)
     if path.suffix.lower() not in (*_FORMATS, ".npy"):
         raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")

@@ -73,10 +73,7 @@ def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
 
 
 def _from_parameters(data: Any) -> PoseList | None:
-    """Open3D's PinholeCameraTrajectory and PinholeCameraParameters, world-to-camera; its PoseGraph, camera-to-world.
-
-    Matrices are written by columns.
-    """
+    """Open3D's camera parameters, world-to-camera, and its PoseGraph, camera-to-world; matrices are by columns."""
     if "extrinsic" in data:
         data = {"parameters": [data]}
     if "parameters" in data:

@@ -26,11 +26,7 @@ FILM_SUFFIXES = (".mp4", ".gif")
 
 
 def check_film(path: FilePath) -> Path:
-    """The path, if a `Film` can be written there; call it before a long computation.
-
-    Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
-    folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if no `Film` can be written there."""
     path = check_path(path)
     if path.suffix.lower() not in FILM_SUFFIXES:
         raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")

@@ -86,10 +86,8 @@ def describe_highlights(found: FoundHighlights) -> str:
     if not found.tells:
         return f"remove-highlights: {found.why}: the picture's colours stay as they are"
     share = 100 * float((found.strengths[..., 0] > 0).mean())
-    strength = float(found.strengths[..., 0].max())
-    return (
-        f"remove-highlights: strength {strength:.2f}, shininess {found.exponent:.0f}, on {share:.0f} % of the picture"
-    )
+    how = f"strength {float(found.strengths[..., 0].max()):.2f}, shininess {found.exponent:.0f}"
+    return f"remove-highlights: {how}, on {share:.0f} % of the picture"
 
 
 def _none(why: str) -> FoundHighlights:
@@ -144,10 +142,7 @@ def _shades(s: Samples, found: Guess, strength: float) -> bool:
     glint = lit(s, found, AMBIENT[0]).glint
     rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
     brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
-    half = len(NEIGHBOURS)
-    one, other, calm = np.repeat(np.arange(len(s.at)), half), s.partners[:, :half].ravel(), s.calm[:, :half].ravel()
-    kept = np.flatnonzero(other >= 0)[::3]
-    one, other, calm = one[kept], other[kept], calm[kept]
+    one, other, calm = s.pairs(np.arange(len(s.at)), len(NEIGHBOURS), 3)
     shading = np.log(SHADOW + np.maximum(s.n @ np.concatenate([found.direction[None], directions_all_round(100)]).T, 0))
     slopes = (shading[one] - shading[other]) * calm[:, None]
     follows = np.tanh((brightness[one] - brightness[other]) / TEXTURE) @ slopes
@@ -173,6 +168,5 @@ def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient:
 def _own_strength(pairs: Pairs, strength: float) -> float:
     """Return the strength on one smooth piece, from its own pairs: `strength` or less, 0 if they show about none."""
     own = weigh(pairs)
-    return (
-        min(strength, 2 * own.strength) if own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength else 0.0
-    )
+    is_shown = own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength
+    return min(strength, 2 * own.strength) if is_shown else 0.0

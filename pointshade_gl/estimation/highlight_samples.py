@@ -113,6 +113,12 @@ class Samples:
                     calm[own, k] = calm[own, k + len(NEIGHBOURS)] = QUIET / (np.median(found) + QUIET)
         return calm
 
+    def pairs(self, ones: Indices, others: int, every: int = 1) -> tuple[Indices, Indices, Array]:
+        """Return the two samples and the calm of pairs of `ones` with the first of their partners, some or all."""
+        one, other = np.repeat(ones, others), self.partners[ones, :others].ravel()
+        kept = np.flatnonzero(other >= 0)[::every]
+        return one[kept], other[kept], self.calm[ones, :others].ravel()[kept]
+
     def toward(self, guess: Guess) -> Array:
         """Return a candidate's light as (4,) l and q, see FoundHighlights."""
         q = np.float32(guess.nearness / max(float(self.middle[2]), 1e-6))
@@ -167,9 +173,7 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     """Return about `most` pairs near the highlights, and the factor by which there are more of them."""
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
-    a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
-    kept = b >= 0
-    a, b, calm = a[kept], b[kept], calm[kept]
+    a, b, calm = s.pairs(few, s.partners.shape[1])
     one, other = light.shading[a], light.shading[b]
     change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
     weight = abs(change) * np.minimum(one, other)

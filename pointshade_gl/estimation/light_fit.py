@@ -105,9 +105,8 @@ def _seen(fit: Fit, pairs: Pairs) -> float:
 
 def _evidence(fit: Fit, pairs: Pairs) -> float:
     """Return the share of the misfit that the light explains, if enough, else 0, times the number of its tiles."""
-    before, after = (
-        np.bincount(pairs.tile, pairs.weight * _robust(_miss(light, pairs)[0])) for light in (0 * fit.light, fit.light)
-    )
+    misses = [_miss(light, pairs)[0] for light in (0 * fit.light, fit.light)]
+    before, after = (np.bincount(pairs.tile, pairs.weight * _robust(miss)) for miss in misses)
     gains = before - after
     share = gains.sum() / max(before.sum(), 1e-9)
     tiles = gains.sum() ** 2 / max(np.square(gains).sum(), 1e-9)

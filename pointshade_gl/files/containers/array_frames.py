@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...messages.formatting import shown
 from ...messages.notes import Note
 from ..access.limits import check_pixels
-from ..cameras.intrinsics import Intrinsics
+from ..cameras.intrinsics import Intrinsics, Numbers, Size
 from .color_values import as_color
 from .contents import SURE, Contents
 from .items import Item
@@ -83,7 +83,7 @@ class Assembly:
                 return pose if role == "camera_to_world" else _inverse(pose, self.name)
         return None
 
-    def _camera(self, k: int, shape: tuple[int, ...]) -> tuple[float, float, float, float] | None:
+    def _camera(self, k: int, shape: tuple[int, ...]) -> Numbers | None:
         height, width = shape
         if "intrinsics" in self.items:
             matrix = self._part("intrinsics", k).astype(np.float64)
@@ -166,9 +166,7 @@ def _inverse(pose: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         raise ValueError(f"{name}: its pose cannot be inverted: {shown(pose[:3].tolist())}") from None
 
 
-def _size(
-    depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: tuple[float, float, float, float]
-) -> tuple[int, int] | None:
+def _size(depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: Numbers) -> Size | None:
     """(width, height) of the picture that a camera is of; None if that is not certain."""
     is_one = color is None or color[:2] == depth
     return (depth[1], depth[0]) if is_one and 0 < numbers[2] < depth[1] and 0 < numbers[3] < depth[0] else None

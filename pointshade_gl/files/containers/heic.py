@@ -114,9 +114,7 @@ def _from_heif(photo: Any, name: str) -> Intrinsics | None:
     matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
     if not matrix:
         return None
-    fx, fy, cx, cy = (
-        matrix[key] for key in ("focal_length_x", "focal_length_y", "principal_point_x", "principal_point_y")
-    )
+    fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
     return Intrinsics(name, (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
 
 

@@ -14,15 +14,8 @@ _TEXTURE = {"index": int, "texCoord": int}
 _INDICES = {"bufferView": int, "byteOffset": int, "componentType": int}
 _PRIMITIVE = {"attributes": {"": int}, "indices": int, "mode": int, "material": int, "targets": list}
 _SPARSE = {"count": int, "indices": _INDICES, "values": _INDICES}
-_NODE = {
-    "mesh": int,
-    "camera": int,
-    "children": [int],
-    "matrix": [float],
-    "rotation": [float],
-    "scale": [float],
-    "translation": [float],
-}
+_TRANSFORM = {"matrix": [float], "rotation": [float], "scale": [float], "translation": [float]}
+_NODE = _TRANSFORM | {"mesh": int, "camera": int, "children": [int]}
 DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a list by its item, other values by type
     "asset": {"version": str, "minVersion": str, "generator": str},
     "extensions": dict,

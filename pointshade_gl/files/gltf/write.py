@@ -132,10 +132,9 @@ class _Writer:
         return {LIGHTS: {"light": len(self.lights) - 1}}
 
     def mesh(self, meshes: tuple[Mesh, ...]) -> int:
-        key = meshes
-        if key not in self.known:
-            self.known[key] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
-        return self.known[key]
+        if meshes not in self.known:
+            self.known[meshes] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
+        return self.known[meshes]
 
     def primitive(self, mesh: Mesh) -> dict[str, Any]:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32

@@ -17,7 +17,6 @@ from ..access.content import FilePath
 from ..access.file_name_patterns import (
     COLOR_SUFFIXES,
     CONFIDENCE,
-    CONTAINERS,
     DEPTH,
     DEPTH_SUFFIXES,
     NOT_PICTURES,
@@ -254,8 +253,3 @@ def _is_mask_of(item: Item, depth: Item) -> bool:
     if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
         return True
     return item.stem == "mask" and item.path.parent == depth.path.parent
-
-
-def is_container(path: Path) -> bool:
-    """Whether a file may hold depth together with colour and camera."""
-    return path.suffix.lower() in CONTAINERS

@@ -1,5 +1,4 @@
-"""Places the ground plane: at the height that the caller gives, on a detected floor, or under the lowest point in
-view."""
+"""Places the ground plane: at a given height, on a detected floor, or under the lowest point in view."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Estimates the light in which a photograph was taken, one direction and ambient light, from its colours and
-normals."""
+"""Estimates the light in a photograph, one direction and ambient light, from its colours and normals."""
 
 from __future__ import annotations
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from uuid import uuid4
 
 from .content import FilePath
@@ -78,7 +77,7 @@ class FileSet:
         self._hidden.mkdir()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         import shutil  # which imports compression: not needed for single files
 
         shutil.rmtree(self._hidden, ignore_errors=True)

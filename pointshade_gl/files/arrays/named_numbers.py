@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 from ..access.content import FilePath, parse_object, split_numbers
@@ -33,12 +34,7 @@ def read_named(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> Nam
 
 def named_of(data: Any) -> Named:
     """All numbers in nested dictionaries. The lists of a matrix become one list; lists of anything else are counted."""
-    found: Named = {}
-    for name, numbers in _walk(data, ""):
-        found[name] = numbers
-        if len(found) >= _MOST:
-            break
-    return found
+    return dict(islice(_walk(data, ""), _MOST))
 
 
 def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:

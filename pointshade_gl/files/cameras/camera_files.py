@@ -122,7 +122,6 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
         rows = values.reshape(3 if values.size < 16 else 4, -1).tolist()
         raise ValueError(f"{name} must be a matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {rows}")
     if values.size in (9, 12, 16) and values[2] == 0 != found.numbers[2]:
-        note(
-            f"{name}: rows and columns of the matrix are exchanged, it is read as [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
-        )
+        read = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
+        note(f"{name}: rows and columns of the matrix are exchanged, it is read as {read}")
     return found

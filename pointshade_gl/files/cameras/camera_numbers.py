@@ -1,5 +1,4 @@
-"""Interprets cameras that are written as bare numbers: four, a matrix, or with a size. The numbers show which form it
-is."""
+"""Interprets cameras of bare numbers: four, a matrix, or with a size. The numbers show which form it is."""
 
 from __future__ import annotations
 

@@ -18,13 +18,13 @@ from ..access.content import FilePath, import_extra, naming, read_bytes
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..cameras.exif import EXIF, camera_of_lens
 from ..cameras.intrinsics import Intrinsics
+from ..pictures.picture_files import TURNED
 from .contents import Contents, Frames
 
 BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 _PACKET = re.compile(rb"<x:xmpmeta.{1,20000}?</x:xmpmeta>", re.DOTALL)
 _MATRIX = re.compile(rb"IntrinsicMatrix>(.{1,2000}?)</depthData:IntrinsicMatrix>", re.DOTALL)
 _NUMBER = rb"{}(?:>|=\")([-+0-9.eE]+)"
-_ORIENTATION = 0x0112
 _QUARTERS = {3: 2, 6: 1, 8: 3}  # of a turn clockwise, for each EXIF orientation without mirroring
 _CORNER = 0.5  # pixels from the corner of a picture to the centre of its first pixel
 _BROKEN = "is a broken or truncated HEIC picture"
@@ -57,7 +57,7 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
-    quarters = _QUARTERS.get(exif.get(_ORIENTATION, 1), 0)
+    quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
     with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
         color, raw = np.array(photo)[..., :3], np.array(photo.info["depth_images"][0])
     if raw.ndim == 3:
@@ -68,7 +68,7 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     depth, kind, scale = _distances(raw, packet, photo.info["depth_images"][0].info["metadata"], str(path), note)
     camera = _from_apple(packet, quarters, color.shape, str(path)) or _from_heif(photo, str(path))
     if camera is None:
-        exif[_ORIENTATION] = 1  # the picture is upright already
+        exif[TURNED] = 1  # the picture is upright already
         camera = camera_of_lens(str(path), exif, (color.shape[1], color.shape[0]))
         if camera is not None:
             note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")

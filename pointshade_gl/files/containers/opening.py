@@ -33,10 +33,8 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
     """The frames of a container, each read when it is asked for, from any thread; None for any other file or folder.
 
     Containers are .npz and .npy with more than a depth picture, HDF5, MATLAB's .mat, Record3D's recordings (.r3d, its
-    zipped exports, or their folder) and photographs with depth (HEIC).
-
-    Raises OSError if the path does not exist, ValueError for a container without depth, for a broken or too large one,
-    and without the extra that it needs.
+    zipped exports, or their folder) and photographs with depth (HEIC). Raises OSError if the path does not exist,
+    ValueError for a container without depth, for a broken or too large one, and without the extra that it needs.
     """
     if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
         return open_record3d(Unpacked(Path(path), max_pixels), note, max_pixels)

@@ -1,5 +1,4 @@
-"""Decodes 16-bit depth whose bits are not a plain number: swapped or rotated bytes, packed confidence, Kinect
-disparity.
+"""Decodes 16-bit depth that is no plain number: swapped or rotated bytes, packed confidence, Kinect disparity.
 
 Each is known by what only it does to a picture. Neighbours in a depth picture are nearly equal, so the right reading is
 the smooth one: a wrong one is rougher by tens or hundreds.

@@ -61,8 +61,7 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
     """(h, w) values of a file without a header, such as depth.bin or depth.raw, of a size that the camera's file says.
 
     The file's size decides the type: 1 and 2 bytes are unsigned integers, 4 and 8 floating point; 4 bytes that make no
-    sensible float are integers. Little-endian; the other order of 2 bytes is seen by `depth_coding.decode`.
-    Raises OSError if the path is not a file, ValueError if its size fits none of them.
+    sensible float are integers. Little-endian; `depth_coding.decode` sees swapped ones. Raises ValueError for others.
     """
     check_pixels(width, height, str(path), max_pixels)
     data = read_bytes(path, max_pixels)

@@ -142,9 +142,8 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
     """Disparity: in pixels if there is a baseline, else true in shape only."""
     if said.has_baseline:
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
-        return Decoded(
-            raw, Coding("disparity", disparity_scale(raw, said, note), "its name or its planes, and the baseline")
-        )
+        scale = disparity_scale(raw, said, note)
+        return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
     note(
         f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
         f"size is unknown, its middle is put at {_MIDDLE:g} m"

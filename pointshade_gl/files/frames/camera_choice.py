@@ -1,5 +1,4 @@
-"""Chooses the camera of a frame: the caller's, that of a file beside it, that of the photograph's lens, or a usual
-one."""
+"""Chooses a frame's camera: the caller's, that of a file beside it, of the photograph's lens, or a usual one."""
 
 from __future__ import annotations
 

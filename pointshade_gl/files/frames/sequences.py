@@ -14,14 +14,14 @@ import numpy as np
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.frame import Frame
-from ..access.file_name_patterns import COLOR_SUFFIXES, CONTAINERS, DEPTH_SUFFIXES, VIDEO_SUFFIXES
+from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
 from ..access.folder_listing import Listing
 from ..access.safe_paths import Folder
 from ..containers.contents import Contents
 from ..depth.depth_kinds import Coding
 from ..index.folder_cameras import Cameras, find_cameras
 from ..index.folder_poses import FoundPoses, find_poses
-from ..index.folders import FrameFiles, check_folder, find_color, find_frames
+from ..index.folders import FrameFiles, check_folder, find_color, find_frames, is_container
 from ..poses.pose_convention import FAILS, Reading, find_reading
 from .assembly import assemble
 from .frame_parts import Assembled, Parts, ReadOptions
@@ -145,7 +145,7 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
     place = Folder(source.parent, allow_outside)
     # a container may hold the colours itself, so it need not have any beside it
-    color = find_color(place, source, (lambda _: None) if source.suffix.lower() in CONTAINERS else note)
+    color = find_color(place, source, (lambda _: None) if is_container(source) else note)
     return _from_files(place, [FrameFiles(source, color)], options, note)
 
 
@@ -183,7 +183,7 @@ def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Conte
 
 def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> FrameSequence:
     limit, first = options.max_pixels, files[0].depth
-    held = _open_container(first, note, limit) if first.suffix.lower() in CONTAINERS else None
+    held = _open_container(first, note, limit) if is_container(first) else None
     if held is not None and len(files) == 1 < len(held):
         return _from_container(place, first, held, options, note)
     cameras = find_filed(place, files, options, note)

@@ -1,5 +1,4 @@
-"""Converts cameras and lights from and to glTF, where both look along -z with y up; our cameras look along z with y
-down."""
+"""Converts cameras and lights from and to glTF: both look along -z with y up, ours along z with y down."""
 
 from __future__ import annotations
 

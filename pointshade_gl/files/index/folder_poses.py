@@ -15,7 +15,7 @@ from ..access.file_name_patterns import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, 
 from ..access.folder_listing import Item, numbers_in, own_files
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
-from ..poses.pose_files import read_frame_pose, read_poses
+from ..poses.pose_files import read_poses
 from ..poses.pose_key_names import PoseList
 from .folders import FrameFiles
 from .pairing import nearest
@@ -40,17 +40,16 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     """The poses of a folder's frames. Raises ValueError for a file that is called like one of poses and holds none."""
     folder = place.path
     items = [item for item in place.listing.files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
-    single = _one_each(items, frames, max_pixels)
+    taken = cache(lambda: {path for one in frames for path in (one.depth, one.color, one.valid)})
+    single = own_files(items, frames, FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken())
+    single = single if _holds_a_pose(next((path for path in single if path), None), max_pixels) else []
     if single:
         first = _named(folder, next(path for path in single if path))
         note(f"poses are read from files such as {first}")
         listed = [read_poses(path, max_pixels) if path else None for path in single]
         metric = all(one.metric for one in listed if one)
         return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
-    found = _by_rank(items)
-    if found:
-        taken = _taken(frames)
-        found = [item for item in found if item.path not in taken]
+    found = [item for item in _by_rank(items) if item.path not in taken()]
     for item in found:
         listed = read_poses(item.path, max_pixels)
         poses = _matched(item.path, listed, frames, note)
@@ -61,24 +60,16 @@ def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixe
     return FoundPoses([None] * len(frames))
 
 
-def _taken(frames: Sequence[FrameFiles]) -> set[Path | None]:
-    return {path for one in frames for path in (one.depth, one.color, one.valid)}
-
-
 def _named(folder: Path, path: Path) -> str:
     return path.relative_to(folder).as_posix()
 
 
-def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
-    """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
-    taken = cache(lambda: _taken(frames))
-    found = own_files(items, frames, FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken())
+def _holds_a_pose(path: Path | None, max_pixels: float) -> bool:
+    """Whether it is a file with one pose, and not of another kind, such as a camera."""
     try:
-        for path in [path for path in found if path][:1]:
-            read_frame_pose(path, max_pixels)
+        return path is not None and len(read_poses(path, max_pixels).poses) == 1
     except ValueError:
-        return []  # of another kind, such as a camera
-    return found
+        return False
 
 
 def _by_rank(items: Sequence[Item]) -> list[Item]:

@@ -17,6 +17,7 @@ from ..access.content import FilePath
 from ..access.file_name_patterns import (
     COLOR_SUFFIXES,
     CONFIDENCE,
+    CONTAINERS,
     DEPTH,
     DEPTH_SUFFIXES,
     NOT_PICTURES,
@@ -143,9 +144,8 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
         if wanted == "":
             found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
-            return _best_group(
-                folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
-            )
+            found = [item for item in found if item.suffix not in RAW_SUFFIXES] or found
+            return _best_group(folder, found, "depth", note)
     return []
 
 
@@ -253,3 +253,8 @@ def _is_mask_of(item: Item, depth: Item) -> bool:
     if item.words & DEPTH or (item.words | item.folder_words) & CONFIDENCE:
         return True
     return item.stem == "mask" and item.path.parent == depth.path.parent
+
+
+def is_container(path: Path) -> bool:
+    """Whether a file may hold depth together with colour and camera."""
+    return path.suffix.lower() in CONTAINERS

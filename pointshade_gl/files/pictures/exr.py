@@ -1,5 +1,4 @@
-"""Reads and writes OpenEXR images with the library of that name; only their header is parsed here, to check their
-size."""
+"""Reads and writes OpenEXR images with the library of that name; their header is parsed here, for their size."""
 
 from __future__ import annotations
 

@@ -112,9 +112,8 @@ def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Readin
     readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
     step = 1.25
     for smaller, larger in ((37, 18), (6, 6), (6, 6), (6, 6)):  # 1/3850 (millimetres) to 55 times, then finer and finer
-        tried = [
-            replace(one, pose_scale=one.pose_scale * step**k) for one in readings for k in range(-smaller, larger + 1)
-        ]
+        factors = [step**k for k in range(-smaller, larger + 1)]
+        tried = [replace(one, pose_scale=one.pose_scale * factor) for one in readings for factor in factors]
         error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
         readings, step = [best], step ** (1 / 5)
     return error, best

@@ -47,14 +47,6 @@ def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     return check_pose(from_quaternions(place, turn)[0], name)
 
 
-def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.float64]:
-    """(4, 4) from a file that holds the pose of one frame. Raises ValueError for any other content."""
-    found = read_poses(path, max_pixels).poses
-    if len(found) != 1:
-        raise ValueError(f"{path} must hold the pose of one frame, got {len(found)}")
-    return found[0]
-
-
 def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     """All poses of a file. Raises ValueError, naming the file, if it holds none."""
     head = read_head(path)
@@ -65,9 +57,8 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
         return _checked(from_words(arrays), path, "arrays of other kinds")
     if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
-        found = _from_rows(
-            array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
-        )
+        columns = array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1
+        found = _from_rows(array.astype(np.float64).reshape(-1, columns))
         return _checked(found, path, f"an array of shape {array.shape}")
     if head.startswith(SINTEL):
         return PoseList(inverted(read_cam(path, max_pixels)[1][None]))

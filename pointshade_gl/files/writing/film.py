@@ -220,9 +220,8 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
     from PIL import Image
 
     side = max(8, math.isqrt(looked_at // len(pictures)))
-    samples = [
-        item.resize((min(side, item.width), min(side, item.height)), Image.Resampling.NEAREST) for item in pictures
-    ]
+    sizes = [(min(side, item.width), min(side, item.height)) for item in pictures]
+    samples = [item.resize(size, Image.Resampling.NEAREST) for item, size in zip(pictures, sizes, strict=True)]
     strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
     for k, sample in enumerate(samples):
         strip.paste(sample, (0, k * sample.height))

@@ -1,2 +1,1 @@
-"""Estimates on the CPU, from small arrays: depth noise, the light in a photograph, highlights, floors, and wrong
-poses."""
+"""Estimates on the CPU, from small arrays: depth noise, a photograph's light, highlights, floors, wrong poses."""

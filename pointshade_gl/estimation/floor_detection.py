@@ -22,8 +22,7 @@ TOP = 0.9  # of its points lie below the ground that continues it: its own noise
 
 
 def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[np.float64] | None:
-    """Return the floor that a frame shows, (4,): its unit normal, and the height of the camera above it; None without
-    one.
+    """Return a frame's floor, (4,): its unit normal, and the height of the camera above it; None without one.
 
     up    (3,) unit; all in the frame's axes
     lean  degrees between the floor's normal and up, at most
@@ -36,7 +35,8 @@ def shown_floor(frame: Frame, up: NDArray[np.float64], lean: float) -> NDArray[n
             return None
         heights = _heights(points, plane)
         own = heights[np.abs(heights) < _reach(points)]
-        if (heights < -_noise(own) - THICK * points[:, 2]).mean() <= BELOW:
+        noise = 4 * 1.4826 * float(np.median(np.abs(own)))  # how far most points of the plane lie off it
+        if (heights < -noise - THICK * points[:, 2]).mean() <= BELOW:
             return plane - (0, 0, 0, np.quantile(own, TOP))
         rest = points[heights < -_reach(points)]
     return None
@@ -76,11 +76,6 @@ def _fitted(points: Points, up: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _heights(points: Points, plane: NDArray[np.float64]) -> NDArray[np.float64]:
     return points @ plane[:3] + plane[3]
-
-
-def _noise(heights: NDArray[np.float64]) -> float:
-    """Return how far most points of a plane lie off it."""
-    return 4 * 1.4826 * float(np.median(np.abs(heights)))
 
 
 def _reach(points: Points) -> NDArray[np.float64]:

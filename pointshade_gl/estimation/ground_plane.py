@@ -1,5 +1,4 @@
-"""Places the ground plane: at the height that the caller gives, on a detected floor, or under the lowest point in
-view."""
+"""Places the ground plane: at a given height, on a detected floor, or under the lowest point in view."""
 
 from __future__ import annotations
 
@@ -43,20 +42,22 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
     normal = unit(up)
     if height is not None:
         return np.append(normal, -height)
-    found = [_under(member, normal) for placed in scene.things for member in _members(placed)]
+    members = [placed.members if isinstance(placed.content, PointObject) else (placed,) for placed in scene.things]
+    found = [_under(member, normal) for several in members for member in several]
     return min(found, key=lambda one: one[0], default=(0.0, np.append(normal, 0.0)))[1]
 
 
-def _members(placed: Placed) -> tuple[Placed, ...]:
-    return placed.members if isinstance(placed.content, PointObject) else (placed,)
-
-
 def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Return the lowest position of a frame or a mesh along up, world units, and the ground plane under it, (4,)."""
-    if isinstance(placed.content, PointObject) and (floor := _floor(placed, up)) is not None:
+    """Return the lowest position of a frame or a mesh along up, world units (0 without points), and the ground plane
+    under it, (4,)."""
+    along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
+    if not isinstance(placed.content, PointObject):
+        lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
+    elif (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)
         return up @ middle - (floor[:3] @ middle + floor[3]) / (floor[:3] @ up), floor
-    lowest = _lowest(placed, up)
+    else:
+        lowest = float(lowest_point(placed.content.frame, along) + shift)
     return lowest, np.append(up, -lowest)
 
 
@@ -71,15 +72,6 @@ def _floor(placed: Placed, up: NDArray[np.float64]) -> NDArray[np.float64] | Non
     return np.append(normal, scale * floor[3] - normal @ origin)
 
 
-def _lowest(placed: Placed, up: NDArray[np.float64]) -> float:
-    """Return the lowest position of a frame or a mesh along up, world units; 0 without points."""
-    along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if not isinstance(placed.content, PointObject):
-        return float((placed.content.positions @ along).min(initial=0.0) + shift)
-    return float(lowest_point(placed.content.frame, along) + shift)
-
-
 def seen_ground(ground: NDArray[np.float64], pose: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return a ground plane in the axes of a camera at a pose (4, 4): its normal, and the height of the eye above
-    it."""
+    """Return a ground plane in the axes of a camera at a pose (4, 4): its normal, and the height of the eye over it."""
     return (*(pose[:3, :3].T @ ground[:3]).tolist(), float(ground[:3] @ pose[:3, 3] + ground[3]))

@@ -86,10 +86,8 @@ def describe_highlights(found: FoundHighlights) -> str:
     if not found.tells:
         return f"remove-highlights: {found.why}: the picture's colours stay as they are"
     share = 100 * float((found.strengths[..., 0] > 0).mean())
-    strength = float(found.strengths[..., 0].max())
-    return (
-        f"remove-highlights: strength {strength:.2f}, shininess {found.exponent:.0f}, on {share:.0f} % of the picture"
-    )
+    how = f"strength {float(found.strengths[..., 0].max()):.2f}, shininess {found.exponent:.0f}"
+    return f"remove-highlights: {how}, on {share:.0f} % of the picture"
 
 
 def _none(why: str) -> FoundHighlights:
@@ -97,13 +95,7 @@ def _none(why: str) -> FoundHighlights:
 
 
 def _doubt(pairs: Pairs, strength: float, exponent: float) -> str:
-    """Return the reason why a candidate cannot be a highlight (too weak, too wide or too sharp, coloured); "" if it may
-    be one.
-
-    pairs     of samples, one of which the candidate brightens
-    strength  linear light that it adds at its brightest
-    exponent  its Phong exponent
-    """
+    """Return why a candidate that brightens pairs of samples cannot be a highlight; "" if it may be one."""
     if strength < WEAKEST:
         return "no highlights found that could be seen"
     if not WIDEST * 1.05 < exponent < SHARPEST * 0.9:
@@ -131,11 +123,7 @@ def _unevenness(s: Samples, found: Guess, pairs: Pairs, strength: float) -> floa
 
 
 def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least: float) -> bool:
-    """Return whether the highlights explain `least` times as much as any other light explains of the picture without
-    them.
-
-    Otherwise they may be texture, in which other spots explain nearly as much.
-    """
+    """Return whether the highlights explain `least` times as much as any other light; else they may be texture."""
     lighted = lit(s, found, ambient)
     value = weigh(*pairs_of(s, lighted, found.exponent, FEW_PAIRS)).value
     highlight = strength * np.exp(found.exponent * lighted.glint)
@@ -150,15 +138,11 @@ def _stands_out(s: Samples, found: Guess, strength: float, ambient: float, least
 
 
 def _shades(s: Samples, found: Guess, strength: float) -> bool:
-    """Return whether the diffuse shading of the picture supports the light of the highlights as well as any other
-    light."""
+    """Return whether the diffuse shading supports the light of the highlights as well as any other light."""
     glint = lit(s, found, AMBIENT[0]).glint
     rest = np.maximum(s.color - (strength * np.exp(found.exponent * glint))[:, None], 0.1 * s.color)
     brightness = np.log(np.maximum(rest @ THIRDS, 1e-3))
-    half = len(NEIGHBOURS)
-    one, other, calm = np.repeat(np.arange(len(s.at)), half), s.partners[:, :half].ravel(), s.calm[:, :half].ravel()
-    kept = np.flatnonzero(other >= 0)[::3]
-    one, other, calm = one[kept], other[kept], calm[kept]
+    one, other, calm = s.pairs(np.arange(len(s.at)), len(NEIGHBOURS), 3)
     shading = np.log(SHADOW + np.maximum(s.n @ np.concatenate([found.direction[None], directions_all_round(100)]).T, 0))
     slopes = (shading[one] - shading[other]) * calm[:, None]
     follows = np.tanh((brightness[one] - brightness[other]) / TEXTURE) @ slopes
@@ -167,8 +151,7 @@ def _shades(s: Samples, found: Guess, strength: float) -> bool:
 
 
 def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient: float) -> Array:
-    """Return (h, w) the strength of the highlight: 0 on pieces without it, and around samples that are too dark to have
-    it."""
+    """Return (h, w) the strength of the highlight: 0 on pieces without it, and around samples too dark to have it."""
     piece = s.piece.ravel()
     of_pair = piece[s.at[pairs.one]]
     strengths = np.zeros(piece.size, np.float32)
@@ -185,6 +168,5 @@ def _strengths(s: Samples, found: Guess, pairs: Pairs, strength: float, ambient:
 def _own_strength(pairs: Pairs, strength: float) -> float:
     """Return the strength on one smooth piece, from its own pairs: `strength` or less, 0 if they show about none."""
     own = weigh(pairs)
-    return (
-        min(strength, 2 * own.strength) if own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength else 0.0
-    )
+    is_shown = own.sureness > 3 and 0.25 * strength < own.strength < 2.5 * strength
+    return min(strength, 2 * own.strength) if is_shown else 0.0

@@ -18,8 +18,7 @@ BEND = 0.9  # cosine between neighbours of one surface
 
 
 class Guess(NamedTuple):
-    """A candidate light: unit direction from the scene's middle, the scene's depth over its distance, and Phong
-    exponent."""
+    """A candidate light: unit direction from the scene's middle, scene's depth over its distance, Phong exponent."""
 
     direction: Array
     nearness: float
@@ -27,8 +26,7 @@ class Guess(NamedTuple):
 
 
 class Lit(NamedTuple):
-    """Samples under a light, (m,) each: diffuse shading plus ambient light, and the log of r . l (mirrored ray,
-    light)."""
+    """Samples under a light, (m,) each: diffuse plus ambient light, and log of r . l (mirrored ray, light)."""
 
     shading: Array
     glint: Array
@@ -101,8 +99,7 @@ class Samples:
         return np.stack(found, -1)
 
     def _calm(self) -> Array:
-        """Return (m, 16) weights of the pairs with each partner: near 1 on pieces with little texture, towards 0 with
-        much."""
+        """Return (m, 16) weights of the pairs with each partner: near 1 on pieces with little texture, 0 with much."""
         known = self.partners >= 0
         grey = self.color @ THIRDS
         change = abs(grey[:, None] - grey[self.partners])
@@ -115,6 +112,12 @@ class Samples:
                 if len(found):
                     calm[own, k] = calm[own, k + len(NEIGHBOURS)] = QUIET / (np.median(found) + QUIET)
         return calm
+
+    def pairs(self, ones: Indices, others: int, every: int = 1) -> tuple[Indices, Indices, Array]:
+        """Return the two samples and the calm of pairs of `ones` with the first of their partners, some or all."""
+        one, other = np.repeat(ones, others), self.partners[ones, :others].ravel()
+        kept = np.flatnonzero(other >= 0)[::every]
+        return one[kept], other[kept], self.calm[ones, :others].ravel()[kept]
 
     def toward(self, guess: Guess) -> Array:
         """Return a candidate's light as (4,) l and q, see FoundHighlights."""
@@ -170,9 +173,7 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
     """Return about `most` pairs near the highlights, and the factor by which there are more of them."""
     near = np.flatnonzero(light.glint > np.log(0.03) / exponent)
     few = near[: most // s.partners.shape[1]]
-    a, b, calm = np.repeat(few, s.partners.shape[1]), s.partners[few].ravel(), s.calm[few].ravel()
-    kept = b >= 0
-    a, b, calm = a[kept], b[kept], calm[kept]
+    a, b, calm = s.pairs(few, s.partners.shape[1])
     one, other = light.shading[a], light.shading[b]
     change = np.exp(exponent * light.glint[a]) / one - np.exp(exponent * light.glint[b]) / other
     weight = abs(change) * np.minimum(one, other)
@@ -184,8 +185,7 @@ def pairs_of(s: Samples, light: Lit, exponent: float, most: int) -> tuple[Pairs,
 
 
 def weigh(pairs: Pairs, factor: float = 1.0) -> Evidence:
-    """Return the strength that leaves the smallest differences in the pairs. factor: how many pairs each one stands
-    for."""
+    """Return the strength that leaves the smallest differences in the pairs, each of which stands for `factor`."""
     if len(pairs.weight) < 30:
         return Evidence(0.0, 0.0, 0.0)
     strength = weighted_median(pairs.ratio.ravel(), np.repeat(pairs.weight, 3))

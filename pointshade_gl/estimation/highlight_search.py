@@ -64,11 +64,7 @@ class Spot:
         light = lit(s, guess, ambient)
         near = np.flatnonzero(light.glint > np.log(0.02) / (0.6 * guess.exponent))
         half = len(NEIGHBOURS)  # the other half are the same pairs
-        one, other = np.repeat(near, half), s.partners[near, :half].ravel()
-        calm = s.calm[near, :half].ravel()
-        every = max(len(one) // most, 1)
-        kept = np.flatnonzero(other >= 0)[::every]
-        one, other, calm = one[kept], other[kept], calm[kept]
+        one, other, calm = s.pairs(near, half, max(len(near) * half // most, 1))
         scale = np.minimum(light.shading[one], light.shading[other]) * calm
         self._one, self._other = one, other
         self._gains = scale / light.shading[one], scale / light.shading[other]
@@ -104,12 +100,8 @@ def _refined(s: Samples, start: Guess, ambient: float, most: int, trusted: Array
 def _fitted(spot: Spot, start: Guess, trusted: Array | None) -> Guess:
     """Refine a candidate by Levenberg-Marquardt steps on the L1 norm of the remaining differences, as reweighted least
     squares (Schlossmacher 1973)."""
-    p, pull, steps = (
-        np.array([0, 0, start.nearness, np.log(start.exponent), 0]),
-        np.zeros(5),
-        np.diag([0.01] * 2 + [0.05] * 3),
-    )
-    home = np.zeros(5)
+    p, steps = np.array([0, 0, start.nearness, np.log(start.exponent), 0]), np.diag([0.01] * 2 + [0.05] * 3)
+    home, pull = np.zeros(5), np.zeros(5)
     change = spot.change(p)
     if trusted is not None:
         home[:2], pull[:2] = spot.turns(trusted), TRUSTED[0] / TRUSTED[1] ** 2 * abs(spot.before).sum()

@@ -1,5 +1,4 @@
-"""Estimates the light in which a photograph was taken, one direction and ambient light, from its colours and
-normals."""
+"""Estimates the light in a photograph, one direction and ambient light, from its colours and normals."""
 
 from __future__ import annotations
 
@@ -104,11 +103,9 @@ def _seen(fit: Fit, pairs: Pairs) -> float:
 
 
 def _evidence(fit: Fit, pairs: Pairs) -> float:
-    """Return the share of the misfit that the directional light explains, times the number of tiles in which it does; 0
-    if it explains too little."""
-    before, after = (
-        np.bincount(pairs.tile, pairs.weight * _robust(_miss(light, pairs)[0])) for light in (0 * fit.light, fit.light)
-    )
+    """Return the share of the misfit that the light explains, if enough, else 0, times the number of its tiles."""
+    misses = [_miss(light, pairs)[0] for light in (0 * fit.light, fit.light)]
+    before, after = (np.bincount(pairs.tile, pairs.weight * _robust(miss)) for miss in misses)
     gains = before - after
     share = gains.sum() / max(before.sum(), 1e-9)
     tiles = gains.sum() ** 2 / max(np.square(gains).sum(), 1e-9)
@@ -126,11 +123,8 @@ def _sureness(fit: Fit, normals: Array) -> float:
 
 
 def _missed(fit: Fit, pairs: Pairs) -> float:
-    """Return what normals explain of the brightness beyond the light, in units of `_seen`: smooth texture, or other
-    lights.
-
-    Least squares of the spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001).
-    """
+    """Return what normals explain of the brightness beyond the light, in units of `_seen`, as smooth texture
+    or other lights do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
     miss = _miss(fit.light, pairs)[0]
     slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
     pull = pairs.weight / (1 + (miss / COARSE) ** 2)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
+Index = NDArray[np.int64]
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 PAIRS = 6000
 TRIES = 12  # candidates for each pair
@@ -15,24 +16,20 @@ REACH = 0.025, 0.15  # of the picture's longer side: standard deviations of the 
 ALIKE = 0.97  # cosine between normals that light hardly tells apart
 HUE = 0.03  # difference of chromaticity between two materials
 STEPS = 6  # places between two pixels that are looked at
-BEND, MOST_BEND = (
-    12.0,
-    32.0,
-)  # degrees by which a surface turns in a pixel, and from place to place; creases turn faster
+BEND, MOST_BEND = 12.0, 32.0  # degrees by which a surface turns in a pixel, and from place to place: creases turn more
 JUMP = 0.08  # share of the depth by which these places differ, of one surface
 TILES = 8  # across the longer side: pairs of one tile may share a mistake
 DARK = 0.004  # linear light that is mostly noise
 
 
 class Pairs(NamedTuple):
-    """n pairs of pixels: unit normals of both (n, 3), (n, 3); log ratio of their brightness, weight and tile, (n,)
-    each."""
+    """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness, weight and tile, (n,) each."""
 
     one: Array
     two: Array
     brighter: Array
     weight: Array
-    tile: NDArray[np.int64]
+    tile: Index
 
 
 def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
@@ -70,18 +67,15 @@ def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
     return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen], tile)
 
 
-def _is_one_surface(
-    surfaces: Array, first: NDArray[np.int64], second: NDArray[np.int64], width: int
-) -> NDArray[np.bool_]:
+def _is_one_surface(surfaces: Array, first: Index, second: Index, width: int) -> NDArray[np.bool_]:
     """Return whether neither normal nor depth jumps on the straight line between two pixels."""
     v, u = first // width, first % width
     down, right = second // width - v, second % width - u
     before, same = surfaces[first], np.ones(len(first), bool)
     bend = np.cos(np.radians(np.minimum(BEND * np.maximum(np.hypot(down, right) / STEPS, 1), MOST_BEND)))
     for k in range(1, STEPS + 1):
-        here = surfaces[
-            np.rint(v + down * (k / STEPS)).astype(int) * width + np.rint(u + right * (k / STEPS)).astype(int)
-        ]
+        row, column = (np.rint(at + way * (k / STEPS)).astype(int) for at, way in ((v, down), (u, right)))
+        here = surfaces[row * width + column]
         same &= (before[:, :3] * here[:, :3]).sum(-1) > bend
         same &= np.abs(here[:, 3] - before[:, 3]) < JUMP * before[:, 3]
         before = here

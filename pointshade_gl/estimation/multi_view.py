@@ -65,11 +65,9 @@ def compared(samples: NDArray[np.float32], colored: bool = True) -> Comparison:
 
 
 def _share_apart(excess: NDArray[np.float32]) -> float:
-    """Return the share of points that float in front of what the other frame sees there; NaN if too few can be
-    compared.
+    """Return the share of points that float before what the other frame sees there; NaN if too few are comparable.
 
-    excess  (n,) by which share the other frame's depth exceeds the point's. Points behind the other's surface do not
-            count: they are hidden from it.
+    excess  (n,) by which share the other frame's depth exceeds the point's; those behind its surface are hidden from it
     """
     shared = excess < NO_OVERLAP
     judged = shared & (excess > -APART)
@@ -93,8 +91,7 @@ def distances(frames: Sequence[Frame], pose: Matrix) -> NDArray[np.float64]:
 
 
 def nearest_others(frames: Sequence[Frame]) -> list[list[int]]:
-    """Return, for each frame, the numbers of the frames with which it is compared: those taken from nearby, nearest
-    first."""
+    """Return, for each frame, the numbers of those it is compared with: taken from nearby, nearest first."""
     found = []
     for k, frame in enumerate(frames):
         order = np.argsort(distances(frames, frame.pose), kind="stable")
@@ -133,8 +130,7 @@ def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> N
 
 
 def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:
-    """Return (n,) weights of the frames in a view from the pose `eye`, in the frames' world: 1 for the PRIMARY nearest
-    ones.
+    """Return (n,) weights of the frames in a view from the pose `eye`, in their world: 1 for the PRIMARY nearest ones.
 
     The others fade with their distance, so that nothing pops as the viewer moves. Frames with wrong poses and frames
     without points weigh 0.

@@ -1,5 +1,4 @@
-"""Distinguishes fine structure (leaves, fur, ornaments) from depth noise, block by block, so that it is not smoothed
-away."""
+"""Distinguishes fine structure (leaves, fur, ornaments) from depth noise, by blocks: it must not be smoothed away."""
 
 from __future__ import annotations
 

@@ -32,8 +32,7 @@ ALONG = 3  # columns on each side that tell where between two pixels an edge run
 
 
 def lowest_point(frame: Frame, along: Array) -> float:
-    """Return the lowest position of the frame's objects along an axis (3,) of its camera, hidden undersides
-    included."""
+    """Return the lowest position of a frame's objects, undersides too, along an axis (3,) of its camera."""
     depth, camera = frame.depth, frame.camera
     if not (depth > 0).any():
         return 0.0
@@ -45,11 +44,8 @@ def lowest_point(frame: Frame, along: Array) -> float:
     return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
 
 
-def _turned(
-    depth: NDArray[np.float32], x: Array, y: Array, up: Array
-) -> tuple[NDArray[np.float32], Array, Array, Array]:
-    """Turn the depth image so that objects stand upright in it. Returns depth, rays of its columns and of its rows,
-    up."""
+def _turned(depth: Array, x: Array, y: Array, up: Array) -> tuple[Array, Array, Array, Array]:
+    """Turn the depth image upright. Returns depth, rays of its columns and of its rows, up."""
     if abs(up[0]) > abs(up[1]):
         depth, x, y, up = depth.T, y, x, up[[1, 0, 2]]
     if up[1] * (y[-1] - y[0]) > 0:
@@ -57,7 +53,7 @@ def _turned(
     return depth, x, y, up
 
 
-def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_focal: float) -> Array:
+def _bottoms(depth: Array, x: Array, y: Array, up: Array, twice_focal: float) -> Array:
     """Return (n,) heights of the lower ends of objects in an upright image, including what goes on out of sight."""
     depth = np.pad(depth, ((DEEP, ALONG), (ALONG, ALONG)))
     x, y = np.pad(x, ALONG), np.pad(y, (DEEP, ALONG))
@@ -82,7 +78,7 @@ def _bottoms(depth: NDArray[np.float32], x: Array, y: Array, up: Array, twice_fo
     return np.where(cut, here, np.fmin(straight, bent))
 
 
-def _heights(depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:
+def _heights(depth: Array, x: Array, y: Array, up: Array, row: Index, column: Index) -> Array:
     return depth[row, column] * (x[column] * up[0] + y[row] * up[1] + up[2])
 
 
@@ -91,7 +87,7 @@ def _alike(a: NDArray[Any], b: NDArray[Any]) -> NDArray[np.bool_]:
     return (a > 0) & (b > 0) & (np.abs(a - b) < STEP * np.minimum(a, b))
 
 
-def _ends(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
+def _ends(depth: Array) -> NDArray[np.bool_]:
     """Return (h, w) where a surface ends downwards: the next pixel is missing, or farther away."""
     here, below = depth[:-1], depth[1:]
     ends = np.zeros(depth.shape, bool)
@@ -109,9 +105,7 @@ def _edge(ends: NDArray[np.bool_], row: Index, column: Index) -> Array:
     return np.clip(0.5 + level, 0, 0.5)
 
 
-def _round_bottom(
-    depth: NDArray[np.float32], x: Array, y: Array, up: Array, row: Index, column: Index, pixel: Array
-) -> Array:
+def _round_bottom(depth: Array, x: Array, y: Array, up: Array, row: Index, column: Index, pixel: Array) -> Array:
     """Return (n,) heights of the lowest points of circles fitted to the pixels above the ends; NaN where they do not
     lie on a circle or the columns beside them disagree."""
     rows = row[:, None] - np.arange(DEEP)

@@ -69,9 +69,7 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
 def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
     """Load what a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
 
-    load_options  as for `load_frame`; None counts as not given
-
-    Raises ValueError, TypeError or OSError, in one sentence, as `load_frame` and `load_scene`.
+    load_options  as for `load_frame`; None counts as not given. Raises as `load_frame` and `load_scene` do.
     """
     options = {name: value for name, value in load_options.items() if value is not None}
     if not is_scene(source):
@@ -109,7 +107,6 @@ def choose_views(
     """Which frames of a sequence to draw as one object: `count` of them, evenly chosen, or all (None), 200 at most.
 
     count  or the numbers of the frames themselves; the others are not asked for
-
     among  a frame that is chosen in any case, if it has a pose
 
     Frames of files without a pose are left out; a note says so. Raises ValueError for fewer than two, and for a number

@@ -1,2 +1,1 @@
-"""Access to files and folders: what may be opened, size limits, safe paths, and writing files completely or not at
-all."""
+"""Access to files and folders: what may be opened, size limits, safe paths, and writing completely or not at all."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from uuid import uuid4
 
 from .content import FilePath
@@ -33,10 +32,7 @@ def check_place(path: Path) -> Path:
 
 @contextmanager
 def written_whole(path: FilePath) -> Iterator[Path]:
-    """A path beside the target to write to. At the end it becomes the target; after an error it is removed.
-
-    A link stays a link: the file that it names is replaced.
-    """
+    """A path to write to, which at the end replaces the target, or a link's target; after an error it is removed."""
     target = followed(Path(path))
     temporary = hidden_beside(target)
     try:
@@ -81,7 +77,7 @@ class FileSet:
         self._hidden.mkdir()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         import shutil  # which imports compression: not needed for single files
 
         shutil.rmtree(self._hidden, ignore_errors=True)

@@ -6,12 +6,15 @@ import json
 import os
 import re
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
 from io import BufferedReader
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ...messages.formatting import shown
+from ...messages.formatting import cut, shown
 from ...messages.suggestions import near_path
 from ...messages.validation import check_path
 from .limits import FILE_BYTES, JSON_VALUES, MAX_PIXELS, TEXT_BYTES, check_limit
@@ -35,10 +38,7 @@ def open_regular(path: FilePath) -> BufferedReader:
 
 
 def read_head(path: FilePath, size: int = 64) -> bytes:
-    """The first bytes of a file, by which its format is known.
-
-    Raises OSError if the path is not a file, ValueError for an empty file and for a git-LFS pointer.
-    """
+    """The first bytes of a file. Raises OSError if it is not one, ValueError if empty or a git-LFS pointer."""
     check_path(path)
     with open_regular(path) as file:
         head = file.read(size)
@@ -58,6 +58,25 @@ def read_bytes(path: FilePath, max_pixels: float = MAX_PIXELS, share: float = FI
     if len(data) > size:  # files of the system say 0 and go on for ever
         raise ValueError(f"{path} has more bytes than its size says: is it still being written?")
     return data
+
+
+@contextmanager
+def naming(name: FilePath, what: str, kinds: tuple[type[Exception], ...] = (Exception,)) -> Iterator[None]:
+    """Turns errors of these kinds into ValueErrors, "NAME WHAT: ...", unless they name the file; not MemoryError."""
+    try:
+        yield
+    except kinds as error:
+        if isinstance(error, MemoryError) or str(error).startswith(f"{name} "):
+            raise
+        raise ValueError(f"{name} {what}: {cut(error)}") from None
+
+
+def import_extra(module: str, extra: str, what: str) -> Any:
+    """A module that reads files and comes with an optional extra. Raises ValueError, "WHAT: ...", without it."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise ValueError(f"{what}: pip install 'pointshade-gl[{extra}]' to read it") from None
 
 
 def check_size(file: BufferedReader, path: FilePath, max_pixels: float, share: float = FILE_BYTES) -> int:
@@ -98,9 +117,9 @@ def parse_object(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> d
     return data
 
 
-def split_numbers(text: str) -> list[float] | None:
-    """The numbers of a text that holds nothing but numbers, else None."""
+def split_numbers(text: str, around: str = " \t\r\n,;[]()") -> list[float] | None:
+    """The numbers of a text that holds nothing but numbers, else None. around: characters that do not count."""
     try:
-        return [float(part) for part in re.split(r"[\s,;]+", text.strip(" \t\r\n,;[]()"))]
+        return [float(part) for part in re.split(r"[\s,;]+", text.strip(around))]
     except ValueError:
         return None

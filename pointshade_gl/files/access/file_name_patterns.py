@@ -19,59 +19,34 @@ DEPTH_SUFFIXES = (
 PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
 CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip")  # may hold colour and camera too
 VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
+# Never pictures for the eye.
+ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", *RAW_SUFFIXES)
 
 
-ONLY_DEPTH = (
-    ".exr",
-    ".npy",
-    ".npz",
-    ".pfm",
-    ".dpt",
-    ".h5",
-    ".hdf5",
-    ".mat",
-    ".bin",
-    ".raw",
-)  # never pictures for the eye
+def _words(names: str) -> frozenset[str]:
+    return frozenset(names.split())
+
+
+def _patterns(*patterns: str) -> tuple[re.Pattern[str], ...]:
+    return tuple(map(re.compile, patterns))
 
 
 # Words in the names of files and folders: depth_0001.png, frame-000001.color.jpg, images/7.png.
-def _words(*names: str) -> frozenset[str]:
-    return frozenset(names)
-
-
-DEPTH = _words(
-    "depth", "depths", "depthmap", "depthmaps", "depthcrop", "disp", "disparity", "disparities", "distance"
-)  # fmt: skip
-COLOR = _words(
-    "color", "colors", "colour", "rgb", "rgbs", "image", "images", "img", "imgs", "im", "photo", "photos", "picture",
-    "tonemap", "wide", "crop",
-)  # fmt: skip
-ANY_PICTURE = _words(
-    "image", "images", "img", "imgs", "im", "photo", "photos", "picture"
-)  # depth/IMG_0001.png is depth
-SHOWN_DEPTH = _words(
-    "vis", "visual", "preview", "colored", "coloured", "colorized", "colormap", "colormapped", "cmap", "jet"
-)
+DEPTH = _words("depth depths depthmap depthmaps depthcrop disp disparity disparities distance")
+ANY_PICTURE = _words("image images img imgs im photo photos picture")  # depth/IMG_0001.png is depth
+COLOR = ANY_PICTURE | _words("color colors colour rgb rgbs tonemap wide crop")
+SHOWN_DEPTH = _words("vis visual preview colored coloured colorized colormap colormapped cmap jet")
 NEITHER = _words(
-    "mask", "masks", "maskcrop", "conf", "confidence", "confidences", "normal", "normals", "label", "labels", "seg",
-    "segmentation",
-    "semantic", "semantics", "instance", "instances", "ir", "infra", "infrared", "flow", "albedo", "error", "weight",
-    "sky", "edges", "amplitude", "thumb", "thumbnail", "thumbnails", "right",
-)  # fmt: skip
+    "mask masks maskcrop conf confidence confidences normal normals label labels seg segmentation semantic semantics "
+    "instance instances ir infra infrared flow albedo error weight sky edges amplitude thumb thumbnail thumbnails right"
+)
 SPARSE = _words("sparse")  # a few points of depth: only where there is no other
-RIGHT_VIEWS = {
-    "im1": "im0",
-    "disp1": "disp0",
-    "view5": "view1",
-    "disp5": "disp1",
-    "im6": "im2",
-    "disp6": "disp2",
-}  # Middlebury: the second camera's, and the first's
+# Middlebury: the second camera's, and the first's.
+RIGHT_VIEWS = {"im1": "im0", "disp1": "disp0", "view5": "view1", "disp5": "disp1", "im6": "im2", "disp6": "disp2"}
 REGISTERED = re.compile(r"aligned|registered|depth_?to_?(colou?r|rgb)")  # depth that was brought to the colour's camera
 RAY_NAMES = re.compile(r"euclidean|distance_to_camera|depth_?perspective|ray_?(depth|distance)")  # not along the axis
 NOT_PICTURES = re.compile(r"(.*/)?(cameras|images|points3d|rigs|frames|cameras_sphere)\.(bin|npz)")  # COLMAP's, NeuS'
-CONFIDENCE = _words("conf", "confs", "confidence", "confidences")
+CONFIDENCE = _words("conf confs confidence confidences")
 VALID = CONFIDENCE | _words("mask")
 
 # Lists of pictures, a line each: "time file" (TUM), or "time file time file".
@@ -81,29 +56,24 @@ TRANSFORMS = re.compile(r"transforms(_\w+)?\.json")
 
 # Cameras, one for all frames or one for each. The first name that fits is tried first.
 # Names are relative to the folder, in lower case.
-CAMERAS = tuple(
-    map(
-        re.compile,
-        (
-            r"intrinsics\.json",
-            r"(.*/)?[\w-]*depth[\w-]*(intrinsics?|camera|calib)[\w-]*\.\w+",
-            r"(.*/)?[\w-]*(intrinsics?|camera|calib)[\w-]*depth[\w-]*\.\w+",
-            r"(.*/)?(camera[-_])?intrinsics?\.\w+",
-            r"transforms(_\w+)?\.json",
-            r"scene_camera\.json",
-            r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
-            r"(.*/)?cameras?\.(txt|bin|json|ya?ml)",
-            r"focal\w*\.txt",
-            r"(.*/)?[\w.-]*frame_data\.json",
-            r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
-            r"(.*/)?([\w-]*metadata|meta|_?info)(\.\w+)?",
-            r"(.*/)?[\w-]+[-_]meta\.mat",
-            r"scene\w+_\d\d\.txt",
-            r"\w*pose\w*intrinsic\w*\.json",
-            r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
-            r"(scene/)?[\w-]*traj\w*\.json",
-        ),
-    )
+CAMERAS = _patterns(
+    r"intrinsics\.json",
+    r"(.*/)?[\w-]*depth[\w-]*(intrinsics?|camera|calib)[\w-]*\.\w+",
+    r"(.*/)?[\w-]*(intrinsics?|camera|calib)[\w-]*depth[\w-]*\.\w+",
+    r"(.*/)?(camera[-_])?intrinsics?\.\w+",
+    r"transforms(_\w+)?\.json",
+    r"scene_camera\.json",
+    r"(.*/)?(camera[-_]?(matrix|info|params?|parameters)?|cam[-_]?(params?|info|k)|k|fov|calib(ration)?)\.\w+",
+    r"(.*/)?cameras?\.(txt|bin|json|ya?ml)",
+    r"focal\w*\.txt",
+    r"(.*/)?[\w.-]*frame_data\.json",
+    r"(.*/)?[\w-]*(calib|camera|intrinsic)[\w-]*(/[\w.-]+)?\.\w+",
+    r"(.*/)?([\w-]*metadata|meta|_?info)(\.\w+)?",
+    r"(.*/)?[\w-]+[-_]meta\.mat",
+    r"scene\w+_\d\d\.txt",
+    r"\w*pose\w*intrinsic\w*\.json",
+    r"(.*/)?[\w.-]*\.(ya?ml|pincam)",
+    r"(scene/)?[\w-]*traj\w*\.json",
 )
 CAMERA_SUFFIXES = (
     ".json", ".txt", ".yaml", ".yml", ".csv", ".npy", ".mat", ".pincam", ".cam", ".bin", ".cfg", ".conf", ".ini", "",
@@ -111,41 +81,30 @@ CAMERA_SUFFIXES = (
 NOT_A_CAMERA = re.compile(
     r"extrinsic|pose(?!.*(intrinsic|\.json))|traj(?!\w*\.json)|right|(?<!intrinsic_)imu|(?<!un)distort|accel|(^|/)ir[_.-]|infra"
 )
-FRAME_CAMERAS = _words(
-    "intrinsics", "intrinsic", "cameras", "camera", "cams", "cam", "calib", "meta", "pincam", "pose", "frame", "frames"
-)  # fmt: skip
+FRAME_CAMERAS = _words("intrinsics intrinsic cameras camera cams cam calib meta pincam pose frame frames")
 FRAME_SUFFIXES = (".json", ".yaml", ".yml", ".cam")  # of a file called like its frame and nothing else
 
 # Poses: a file for each frame, or one for all.
-FRAME_POSES = _words(
-    "pose", "poses", "cameras", "camera", "cams", "cam", "extrinsics", "extrinsic", "meta", "frame", "frames"
-)  # fmt: skip
+FRAME_POSES = _words("pose poses cameras camera cams cam extrinsics extrinsic meta frame frames")
 POSE_SUFFIXES = (
     ".txt", ".csv", ".log", ".json", ".yaml", ".yml", ".npy", ".npz", ".mat", ".cam", ".bin", ".conf", ".freiburg",
     ".traj", ".pose", "",
 )  # fmt: skip
-POSES = tuple(
-    map(
-        re.compile,
-        (
-            r"groundtruth\.txt",
-            r"poses_tum\.txt",
-            r"trajectory\.log",
-            r"(scene/)?trajectory\.(log|json)",
-            r"transforms(_\w+)?\.json",
-            r"traj\.txt",
-            r"odometry\.csv",
-            r"scene_camera\.json",
-            r"(.*/)?images\.(txt|bin)",
-            r"info\.ya?ml",
-            r"(.*/)?[\w-]*camera_param\w*/[\w.-]+\.conf",
-            r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
-            r"[\w.-]*\.(freiburg|traj|pose)",
-        ),
-    )
+POSES = _patterns(
+    r"groundtruth\.txt",
+    r"poses_tum\.txt",
+    r"trajectory\.log",
+    r"(scene/)?trajectory\.(log|json)",
+    r"transforms(_\w+)?\.json",
+    r"traj\.txt",
+    r"odometry\.csv",
+    r"scene_camera\.json",
+    r"(.*/)?images\.(txt|bin)",
+    r"info\.ya?ml",
+    r"(.*/)?[\w-]*camera_param\w*/[\w.-]+\.conf",
+    r"(.*/)?[\w.-]*(trajectory|groundtruth|poses?|traj|odometry|extrinsics?|cam2world|c2w|w2c)[\w-]*(/[\w.-]+)?\.\w+",
+    r"[\w.-]*\.(freiburg|traj|pose)",
 )
-
-
 NOT_A_POSE = re.compile(r"annotated|object|(^|[/_])ob(j|ject)?s?[_/]")  # of objects, not of the camera
 
 
@@ -153,45 +112,31 @@ class DataSet(NamedTuple):
     """A data set whose folders hold no camera: how it is known, and what its web page says."""
 
     title: str
-    known_by: re.Pattern[str]  # in the folder's path, or in the names and first lines of its lists
+    known_by: str  # pattern in the folder's path, or in the names and first lines of its lists
     numbers: tuple[float, float, float, float]
-    size: tuple[int, int]
-    depth_scale: float
+    size: tuple[int, int] = (640, 480)
+    depth_scale: float = 1000
 
 
-_TUM_SIZE, _TUM_SCALE = (640, 480), 5000
+_TUM = (640, 480), 5000
 DATA_SETS = (
-    DataSet("TUM freiburg1", re.compile(r"freiburg1|\bfr1"), (517.3, 516.5, 318.6, 255.3), _TUM_SIZE, _TUM_SCALE),
-    DataSet("TUM freiburg2", re.compile(r"freiburg2|\bfr2"), (520.9, 521.0, 325.1, 249.7), _TUM_SIZE, _TUM_SCALE),
-    DataSet("TUM freiburg3", re.compile(r"freiburg3|\bfr3"), (535.4, 539.2, 320.1, 247.6), _TUM_SIZE, _TUM_SCALE),
-    DataSet("Bonn", re.compile(r"rgbd_bonn"), (542.822841, 542.57687, 315.59352, 237.756098), _TUM_SIZE, _TUM_SCALE),
+    DataSet("TUM freiburg1", r"freiburg1|\bfr1", (517.3, 516.5, 318.6, 255.3), *_TUM),
+    DataSet("TUM freiburg2", r"freiburg2|\bfr2", (520.9, 521.0, 325.1, 249.7), *_TUM),
+    DataSet("TUM freiburg3", r"freiburg3|\bfr3", (535.4, 539.2, 320.1, 247.6), *_TUM),
+    DataSet("Bonn", r"rgbd_bonn", (542.822841, 542.57687, 315.59352, 237.756098), *_TUM),
+    DataSet("ICL-NUIM", r"icl[-_]?nuim|traj\d_frei|gt\.freiburg", (481.2, -480, 319.5, 239.5), *_TUM),
+    DataSet("TUM", r"\brgb\.txt\b|\bassoc\w*\.txt\b", (525, 525, 319.5, 239.5), *_TUM),
+    DataSet("NOCS' Real275", r"real_(test|train)", (591.0125, 590.16775, 322.525, 244.11084)),
+    DataSet("DIODE", r"doors?_\d{3}_\d{3}_depth\.npy", (886.81, 927.06, 512, 384), (1024, 768), 1),
+    DataSet("TartanAir", r"\d{6}_left_depth\.npy", (320, 320, 320, 240), (640, 480), 1),
+    DataSet("TartanAir V2", r"\d{6}_lcam_\w+_depth\.png", (320, 320, 320, 320), (640, 640), 1),
+    DataSet("SceneNet RGB-D", r"\bphoto/\d+\.jpg", (277.128, 289.706, 159.5, 119.5), (320, 240)),
+    DataSet("InteriorNet", r"depth\d/data/\d+\.png", (600, 600, 320, 240)),
     DataSet(
-        "ICL-NUIM",
-        re.compile(r"icl[-_]?nuim|traj\d_frei|gt\.freiburg"),
-        (481.2, -480, 319.5, 239.5),
-        _TUM_SIZE,
-        _TUM_SCALE,
+        "raw NYU Depth v2 (its colours are not registered)", r"d-\d+\.\d+-\d+\.pgm", (582.62, 582.69, 313.04, 238.44)
     ),
-    DataSet("TUM", re.compile(r"\brgb\.txt\b|\bassoc\w*\.txt\b"), (525, 525, 319.5, 239.5), _TUM_SIZE, _TUM_SCALE),
-    DataSet(
-        "NOCS' Real275", re.compile(r"real_(test|train)"), (591.0125, 590.16775, 322.525, 244.11084), (640, 480), 1000
-    ),
-    DataSet("DIODE", re.compile(r"doors?_\d{3}_\d{3}_depth\.npy"), (886.81, 927.06, 512, 384), (1024, 768), 1),
-    DataSet("TartanAir", re.compile(r"\d{6}_left_depth\.npy"), (320, 320, 320, 240), (640, 480), 1),
-    DataSet("TartanAir V2", re.compile(r"\d{6}_lcam_\w+_depth\.png"), (320, 320, 320, 320), (640, 640), 1),
-    DataSet("SceneNet RGB-D", re.compile(r"\bphoto/\d+\.jpg"), (277.128, 289.706, 159.5, 119.5), (320, 240), 1000),
-    DataSet("InteriorNet", re.compile(r"depth\d/data/\d+\.png"), (600, 600, 320, 240), (640, 480), 1000),
-    DataSet(
-        "raw NYU Depth v2 (its colours are not registered)",
-        re.compile(r"d-\d+\.\d+-\d+\.pgm"),
-        (582.62, 582.69, 313.04, 238.44),
-        (640, 480),
-        1000,
-    ),
-    DataSet(
-        "Redwood indoor", re.compile(r"(livingroom|office)\d-(depth|color)"), (525, 525, 319.5, 239.5), (640, 480), 1000
-    ),
-    DataSet("7-Scenes", re.compile(r"frame-\d{6}\.depth\.png"), (585, 585, 320, 240), (640, 480), 1000),
+    DataSet("Redwood indoor", r"(livingroom|office)\d-(depth|color)", (525, 525, 319.5, 239.5)),
+    DataSet("7-Scenes", r"frame-\d{6}\.depth\.png", (585, 585, 320, 240)),
 )
 
 
@@ -199,20 +144,20 @@ class SetCoding(NamedTuple):
     """How the pictures of a data set hold depth, where no file says so: known by the names of files and folders."""
 
     title: str
-    known_by: re.Pattern[str]
+    known_by: str  # pattern
     depth_scale: float | None
     depth_kind: str = "z"
 
 
 CODINGS = (
-    SetCoding("KITTI depth", re.compile(r"proj_depth|velodyne_raw|groundtruth_depth"), 256),
-    SetCoding("KITTI disparity", re.compile(r"disp_(occ|noc)"), 256, "disparity"),
-    SetCoding("Virtual KITTI", re.compile(r"vkitti|clone/frames/depth|frames/depth/camera_\d"), 100),
-    SetCoding("2D-3D-S and Taskonomy", re.compile(r"domain_depth(_zbuffer)?\.png"), 512),
-    SetCoding("Taskonomy", re.compile(r"domain_depth_euclidean\.png"), 512, "ray"),
-    SetCoding("distance from the camera", RAY_NAMES, None, "ray"),
-    SetCoding("Matterport3D", re.compile(r"matterport|undistorted_depth_images"), 4000),
-    SetCoding("Hypersim", re.compile(r"depth_meters\.hdf5"), 1, "ray"),
+    SetCoding("KITTI depth", r"proj_depth|velodyne_raw|groundtruth_depth", 256),
+    SetCoding("KITTI disparity", r"disp_(occ|noc)", 256, "disparity"),
+    SetCoding("Virtual KITTI", r"vkitti|clone/frames/depth|frames/depth/camera_\d", 100),
+    SetCoding("2D-3D-S and Taskonomy", r"domain_depth(_zbuffer)?\.png", 512),
+    SetCoding("Taskonomy", r"domain_depth_euclidean\.png", 512, "ray"),
+    SetCoding("distance from the camera", RAY_NAMES.pattern, None, "ray"),
+    SetCoding("Matterport3D", r"matterport|undistorted_depth_images", 4000),
+    SetCoding("Hypersim", r"depth_meters\.hdf5", 1, "ray"),
 )
 
 # Cameras that are common among depth pictures of a size, to be proposed where none is known: fx,fy,cx,cy.

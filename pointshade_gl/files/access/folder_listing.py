@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
-from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, FRAME_SUFFIXES, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
 
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
@@ -108,13 +108,10 @@ def numbers_in(key: str) -> tuple[int, ...]:
 
 
 def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
-    """For each frame, by its key, its own file: that with the same key, else the same numbers, last or first number.
-
-    Empty if fewer than half of the frames have one.
-    """
+    """For each frame, by its key, a file with the same key, numbers, last or first number. Empty if most have none."""
     items = [item for item in items if item.key]
-    for same in (_itself, numbers_in, _last, _first):
-        if same in (_last, _first) and len({same(key) for key in keys}) < len(keys):
+    for same, is_part in _SAME:
+        if is_part and len({same(key) for key in keys}) < len(keys):
             continue  # it does not tell one frame from another
         named = {same(item.key): item.path for item in items}
         named.pop(None, None)
@@ -124,36 +121,36 @@ def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
     return []
 
 
-def may_be_own(items: Iterable[Item], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
-    """Files that could belong to one frame each, whatever the frames are called: no frame is asked for its name."""
-    return [item for item in items if item.suffix in suffixes or _is_called(item, words)]
+# What two names of a frame may have in common, and whether it is only a part of all numbers.
+_SAME: tuple[tuple[Callable[[str], Any], bool], ...] = (
+    (lambda key: key or None, False),
+    (numbers_in, False),
+    (lambda key: next(reversed(numbers_in(key)), None), True),
+    (lambda key: next(iter(numbers_in(key)), None), True),
+)
 
 
-def _is_called(item: Item, words: frozenset[str]) -> bool:
-    return bool((item.words | item.folder_words | {item.suffix[1:]}) & words)
+class Keyed(Protocol):
+    """A frame; `key` is what the names of its files have in common."""
+
+    @property
+    def key(self) -> str: ...
 
 
-def own_files(items: Iterable[Item], keys: Sequence[str], words: frozenset[str], suffixes: Sequence[str]) -> list[Item]:
-    """Files that may belong to one frame each: called or laid so, or named like a frame and nothing else."""
-    frames = set(keys)
-    return [
-        item
-        for item in items
-        if not (item.suffix in ONLY_DEPTH and item.role == "depth")
-        and (_is_called(item, words) or (item.suffix in suffixes and item.stem in frames))
-    ]
-
-
-def _itself(key: str) -> str | None:
-    return key or None
-
-
-def _last(key: str) -> int | None:
-    return next(reversed(numbers_in(key)), None)
-
-
-def _first(key: str) -> int | None:
-    return next(iter(numbers_in(key)), None)
+def own_files(
+    items: Iterable[Item], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[Item], Any]
+) -> list[Path | None]:
+    """For each frame a file called or laid as its own, or named like it alone. Empty if most of several have none."""
+    some = [(item, bool((item.words | item.folder_words | {item.suffix[1:]}) & words)) for item in items]
+    some = [(item, is_called) for item, is_called in some if is_called or item.suffix in FRAME_SUFFIXES]
+    if len(some) < 2:
+        return []  # before a frame is asked for its name
+    keys = [one.key for one in frames]
+    stems = set(keys)
+    own = [item for item, is_called in some if is_called or item.stem in stems]
+    own = [item for item in own if not ((item.suffix in ONLY_DEPTH and item.role == "depth") or is_other(item))]
+    found = matches(keys, own) if len(own) > 1 else []
+    return found if len(set(found)) > 1 else []
 
 
 def words_of(name: str) -> frozenset[str]:

@@ -32,10 +32,7 @@ class Folder:
     listing: Listing = field(default_factory=Listing, compare=False, repr=False)
 
     def named(self, text: Any) -> Path:
-        """The path for a name that a file in this folder holds, links not followed.
-
-        Raises ValueError for an absolute path, an address, and a name that leaves the folder by `..`.
-        """
+        """The path for a name in a file here, links not followed. Raises ValueError if it is absolute or leaves."""
         if not isinstance(text, str) or not 0 < len(text) < _LONGEST or "\0" in text:
             raise ValueError(f"a file must be named by a text, got {shown(text)}")
         is_address = _ADDRESS.match(text)

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut, shown
+from ...messages.formatting import shown
 from ...messages.notes import Note
-from ..access.content import FilePath, open_regular, read_head, read_text
+from ..access.content import FilePath, naming, open_regular, read_head, read_text
 from ..access.limits import MAX_PIXELS, TEXT_BYTES, check_limit
+from .zip_archive import METHODS
 
 NUMPY = b"\x93NUMPY"
 _TO_BLANKS = str.maketrans(dict.fromkeys(",;[]()", " "))
 _BLOCK = 2**20  # bytes read at once
 _HEADER = 10_000  # bytes of the longest header, as in NumPy
-_STORED, _DEFLATED = 0, 8  # what NumPy writes into an archive; other methods unpack a block to gigabytes
-_BROKEN = "is a broken NumPy file, or one with Python objects"
+BROKEN = "is a broken NumPy file, or one with Python objects"
 
 
 def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None = None) -> NDArray[Any]:
@@ -32,30 +32,20 @@ def read_npy(path: FilePath, max_pixels: float = MAX_PIXELS, share: float | None
 
 
 def read_npz(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
-    """The array of an .npz file: the only one, or the one called depth. Others are not unpacked.
-
-    Raises ValueError for a broken file, for Python objects and for too many values.
-    """
+    """The only array of an .npz file, or its depth; others stay packed. Raises ValueError for what `read_npy` does."""
     import zipfile  # only here
 
-    with open_regular(path) as file:
-        try:
-            with zipfile.ZipFile(file) as archive:
-                members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-                listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
-                if len(members) != 1 and "depth" not in members:
-                    raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
-                member = members["depth"] if len(members) > 1 else next(iter(members.values()))
-                if member.compress_type not in (_STORED, _DEFLATED):
-                    raise ValueError(f"{path} {_BROKEN}: it is packed in another way than NumPy does it")
-                with archive.open(member) as stream:
-                    depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
-        except MemoryError:
-            raise
-        except Exception as error:  # zipfile raises of everything for broken bytes
-            if str(error).startswith(f"{path} "):
-                raise
-            raise ValueError(f"{path} {_BROKEN}: {cut(error)}") from None
+    # zipfile raises of everything for broken bytes
+    with open_regular(path) as file, naming(path, BROKEN), zipfile.ZipFile(file) as archive:
+        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+        listed = ", ".join([*members][:8]) + (" and more" if len(members) > 8 else "")
+        if len(members) != 1 and "depth" not in members:
+            raise ValueError(f"{path} must hold one array or one named depth, got {listed or 'none'}")
+        member = members["depth"] if len(members) > 1 else next(iter(members.values()))
+        if member.compress_type not in METHODS:
+            raise ValueError(f"{path} {BROKEN}: it is packed in another way than NumPy does it")
+        with archive.open(member) as stream:
+            depth = _read(cast(BufferedIOBase, stream), str(path), max_pixels, None)
     if len(members) > 1:
         note(f"{path} holds {listed}: depth is taken")
     return depth
@@ -87,16 +77,12 @@ def parse_numbers(text: str) -> NDArray[np.float64]:
 
 
 def _read(stream: BufferedIOBase, name: str, max_pixels: float, share: float | None) -> NDArray[Any]:
-    try:
+    with naming(name, BROKEN):  # NumPy raises of everything, too
         shape, is_fortran, dtype = read_header(stream)
-    except Exception as error:  # and so does NumPy
-        raise ValueError(f"{name} {_BROKEN}: {cut(error)}") from None
     pixels = math.prod(shape[:-1] if len(shape) > 2 and shape[-1] in (3, 4) else shape)
     check_limit(pixels, f"{name} has {shown(pixels)} values of shape {shown(shape)}", max_pixels, share)
-    try:
+    with naming(name, BROKEN, (ValueError,)):
         array = read_exactly(stream, math.prod(shape) * dtype.itemsize)
-    except ValueError as error:
-        raise ValueError(f"{name} {_BROKEN}: {error}") from None
     return array.view(dtype).reshape(shape, order="F" if is_fortran else "C")
 
 

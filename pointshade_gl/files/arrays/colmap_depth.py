@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import FilePath, open_regular, read_head
+from ..access.content import FilePath, naming, open_regular, read_head
 from ..access.limits import MAX_PIXELS, check_pixels
 from .array_files import read_exactly
 
@@ -22,10 +22,7 @@ def is_colmap_depth(head: bytes) -> bool:
 
 
 def read_colmap_depth(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
-    """(h, w) float32, 0 where missing, in the units of the reconstruction: width&height&1& and then values row by row.
-
-    Raises OSError if the path is not a file, ValueError if it does not hold one channel of so many pixels.
-    """
+    """(h, w) float32, 0 where missing, in the reconstruction's units. Raises OSError or ValueError for another file."""
     header = _HEADER.match(read_head(path, _LONGEST))
     if header is None:
         raise ValueError(f"{path} is not a depth of COLMAP: expected width&height&1& before its values")
@@ -33,10 +30,7 @@ def read_colmap_depth(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray
     if channels != 1 or not width or not height:
         raise ValueError(f"{path} is an array of {width}x{height} pixels and {channels} channels, expected one channel")
     check_pixels(width, height, str(path), max_pixels)
-    with open_regular(path) as file:
+    with open_regular(path) as file, naming(path, "is truncated", (ValueError,)):
         file.seek(header.end())
-        try:
-            values = read_exactly(file, 4 * width * height)
-        except ValueError as error:
-            raise ValueError(f"{path} is truncated: {error}") from None
+        values = read_exactly(file, 4 * width * height)
     return values.view("<f4").astype(np.float32).reshape(height, width)

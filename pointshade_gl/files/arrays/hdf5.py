@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
-from ..access.content import FilePath, open_regular
+from ..access.content import FilePath, import_extra, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 from .stored_arrays import Stored
 
@@ -20,7 +18,7 @@ MATLAB_73 = b"MATLAB 7.3"
 
 def hdf5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Stored]:
     """The arrays of numbers of an HDF5 file, by their paths inside. Links to other files are not followed."""
-    h5py, arrays = _import_h5py(path), {}
+    h5py, arrays = import_extra("h5py", "hdf5", f"{path} is an HDF5 file"), {}
 
     def visit(name: str, item: Any) -> None:
         if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "biuf" or item.shape is None:
@@ -30,13 +28,9 @@ def hdf5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, Sto
             arrays[name] = _Dataset(path, name, item, max_pixels)
 
     open_regular(path).close()
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(visit)  # follows no links
-    except (MemoryError, OSError, ValueError, RuntimeError, KeyError) as error:
-        if isinstance(error, MemoryError) or str(error).startswith(f"{path} "):
-            raise
-        raise ValueError(f"{path} is a broken or truncated HDF5 file: {cut(error)}") from None
+    kinds = OSError, ValueError, RuntimeError, KeyError
+    with naming(path, "is a broken or truncated HDF5 file", kinds), h5py.File(path, "r") as file:
+        file.visititems(visit)  # follows no links
     return arrays
 
 
@@ -53,16 +47,7 @@ class _Dataset:
         size = max(math.prod(self.shape[len(index) :]), self._block) * self.dtype.itemsize
         title = f"{self._path}/{self._name}"
         check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self._max_pixels, FILE_BYTES)
-        try:
-            with _import_h5py(self._path).File(self._path, "r") as file:
-                return np.asarray(file[self._name][index])
-        except (OSError, RuntimeError, KeyError) as error:
-            raise ValueError(f"{title} is broken or truncated: {cut(error)}") from None
-
-
-def _import_h5py(path: FilePath) -> ModuleType:
-    try:
-        import h5py  # only here: an optional extra
-    except ImportError:
-        raise ValueError(f"{path} is an HDF5 file: pip install 'pointshade-gl[hdf5]' to read it") from None
-    return h5py
+        h5py = import_extra("h5py", "hdf5", f"{self._path} is an HDF5 file")
+        kinds = OSError, RuntimeError, KeyError
+        with naming(title, "is broken or truncated", kinds), h5py.File(self._path, "r") as file:
+            return np.asarray(file[self._name][index])

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import struct
-from importlib import import_module
+
+from ..access.content import import_extra
 
 _END, _PLAIN, _LZVN, _LZFSE = b"bvx$", b"bvx-", b"bvxn", b"bvx2"
 
 
 def unpack(data: bytes, size: int, name: str) -> bytes:
-    """The unpacked bytes, of which there must be `size`; bytes that are not packed come back as they are.
-
-    Raises ValueError for any other size, for broken bytes, and without the extra `record3d`.
-    """
+    """Unpack to `size` bytes; plain ones stay. Raises ValueError for broken bytes, or without the extra `record3d`."""
     if not data.startswith(b"bvx") and len(data) == size:
         return data
-    try:
-        liblzfse = import_module("liblzfse")
-    except ImportError:
-        raise ValueError(f"{name} is packed by LZFSE: pip install 'pointshade-gl[record3d]' to read it") from None
+    liblzfse = import_extra("liblzfse", "record3d", f"{name} is packed by LZFSE")
     try:
         declared = _declared_size(data)
         unpacked = liblzfse.decompress(data) if declared == size else b""

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
-from ..access.content import FilePath, open_regular, read_head
+from ..access.content import FilePath, naming, open_regular, read_head
 from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 from .hdf5 import MATLAB_73, hdf5_arrays
 from .stored_arrays import Stored
@@ -29,6 +28,7 @@ _ARRAY, _PACKED = 14, 15
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _CLASSES = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}
 _COMPLEX = 0x800
+_DAMAGE = ValueError, KeyError, struct.error, zlib.error
 _SMALL = 65536  # numbers of an array that may be a camera, a pose, or some thousand poses
 
 
@@ -38,11 +38,7 @@ def matlab_5_arrays(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str,
 
 
 def read_matrix_mat(path: FilePath, max_pixels: float = MAX_PIXELS) -> dict[str, NDArray[Any]]:
-    """The small arrays of numbers in a .mat file, by their names, in MATLAB's order of axes.
-
-    Raises OSError if the path is not a file, ValueError for another or a broken file, and for version 7.3 without the
-    extra `hdf5`.
-    """
+    """The small arrays of a .mat file by name, in MATLAB's order of axes. Raises OSError or ValueError for others."""
     head = read_head(path)
     if head.startswith(MATLAB_73):
         arrays = hdf5_arrays(path, max_pixels).items()
@@ -72,14 +68,12 @@ class _Array(NamedTuple):
         title = f"{self.path}/{self.name}"
         size = count * self.dtype.itemsize
         check_limit(size, f"{title} has {size} bytes of shape {self.shape}", self.max_pixels, FILE_BYTES)
-        try:
+        with naming(title, "is broken or truncated", _DAMAGE):
             with open_regular(self.path) as file:
                 data = _content(file, self.place, self.size, self.is_packed, size + _START)
             kind, start, length, _ = _element(data, _header_of(data, self.order).end, self.order)
             values = np.frombuffer(data[start : start + length], np.dtype(self.order + _TYPES[kind]))
             return values[:count].astype(self.dtype).reshape(self.shape, order="F")
-        except (ValueError, KeyError, struct.error, zlib.error) as error:
-            raise ValueError(f"{title} is broken or truncated: {cut(error)}") from None
 
 
 class _Frames:
@@ -105,29 +99,24 @@ class _Header(NamedTuple):
 
 def _list_arrays(path: FilePath, max_pixels: float) -> dict[str, _Array]:
     found: dict[str, _Array] = {}
-    with open_regular(path) as file:
-        try:
-            order = {b"IM": "<", b"MI": ">"}[file.read(_HEADER)[126:]]
-            end = file.seek(0, 2)
-            place, count = _HEADER, 0
-            while place + 8 <= end:
-                file.seek(place)
-                kind, size = struct.unpack(f"{order}2I", file.read(8))
-                if size > end - place - 8:
-                    raise ValueError(f"an element has {end - place - 8} of {size} bytes")
-                if kind in (_ARRAY, _PACKED):
-                    data = _content(file, place + 8, size, kind == _PACKED, _START)
-                    header = _header_of(data, order)
-                    if header.kind in _CLASSES and header.name:
-                        dtype = np.dtype(_CLASSES[header.kind])
-                        where = order, place + 8, size, kind == _PACKED
-                        found[header.name] = _Array(path, header.name, header.shape, dtype, *where, max_pixels)
-                place, count = place + 8 + size, count + 1
-                check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
-        except (ValueError, KeyError, struct.error, zlib.error) as error:
-            if str(error).startswith(f"{path} "):
-                raise
-            raise ValueError(f"{path} is a broken or truncated MATLAB file: {cut(error)}") from None
+    with open_regular(path) as file, naming(path, "is a broken or truncated MATLAB file", _DAMAGE):
+        order = {b"IM": "<", b"MI": ">"}[file.read(_HEADER)[126:]]
+        end = file.seek(0, 2)
+        place, count = _HEADER, 0
+        while place + 8 <= end:
+            file.seek(place)
+            kind, size = struct.unpack(f"{order}2I", file.read(8))
+            if size > end - place - 8:
+                raise ValueError(f"an element has {end - place - 8} of {size} bytes")
+            if kind in (_ARRAY, _PACKED):
+                data = _content(file, place + 8, size, kind == _PACKED, _START)
+                header = _header_of(data, order)
+                if header.kind in _CLASSES and header.name:
+                    dtype = np.dtype(_CLASSES[header.kind])
+                    where = order, place + 8, size, kind == _PACKED
+                    found[header.name] = _Array(path, header.name, header.shape, dtype, *where, max_pixels)
+            place, count = place + 8 + size, count + 1
+            check_limit(count, f"{path} has {count} arrays", max_pixels, PARTS)
     return found
 
 

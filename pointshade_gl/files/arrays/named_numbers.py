@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
-from ..access.content import FilePath, parse_object
+from ..access.content import FilePath, parse_object, split_numbers
 from ..access.limits import MAX_PIXELS
 
 Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
@@ -20,6 +21,7 @@ _KEY = re.compile(r"^(\s*)(\d+):\s*$")  # BOP's and T-LESS' YAML: a block for ea
 _HEADED = re.compile(r"^([A-Za-z_]\w*)\s+(-?[\d.][-+\d.eE\s]*)$")  # Matterport3D: intrinsics_matrix 1 0 0 ...
 _ITEM = re.compile(r"^\s*-\s+([^:]+)$")
 _OPEN_BRACKET = re.compile(r"\[[^\]]*\]")
+_AROUND = " \t\r\n,;[](){}\"'"  # numbers
 _TAG = re.compile(r"!!?[\w-]+")
 
 
@@ -32,12 +34,7 @@ def read_named(text: str, path: FilePath, max_pixels: float = MAX_PIXELS) -> Nam
 
 def named_of(data: Any) -> Named:
     """All numbers in nested dictionaries. The lists of a matrix become one list; lists of anything else are counted."""
-    found: Named = {}
-    for name, numbers in _walk(data, ""):
-        found[name] = numbers
-        if len(found) >= _MOST:
-            break
-    return found
+    return dict(islice(_walk(data, ""), _MOST))
 
 
 def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
@@ -74,16 +71,16 @@ def _named_of_lines(text: str) -> Named:
     heading = ""  # MVSNet: a word, and a matrix in the lines below
     for line in text.splitlines()[:_MOST]:
         line = line.split("#")[0]
-        if heading and line.strip() and (numbers := _numbers(line)):
+        if heading and line.strip() and (numbers := split_numbers(line, _AROUND)):
             found.setdefault(heading, []).extend(numbers)
             continue
         heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
         item = _ITEM.match(line)
-        if item and above and (numbers := _numbers(item[1])):
+        if item and above and (numbers := split_numbers(item[1], _AROUND)):
             found.setdefault(".".join(name for _, name in above), []).extend(numbers)
             continue
         if headed := _HEADED.match(line):
-            found.setdefault(headed[1], _numbers(headed[2]) or [])
+            found.setdefault(headed[1], split_numbers(headed[2]) or [])
             continue
         if key := _KEY.match(line):
             above = [(len(key[1]), key[2])]
@@ -96,14 +93,6 @@ def _named_of_lines(text: str) -> Named:
             above.pop()
         if not value:
             above.append((indent, name))
-        elif numbers := _numbers(value):
+        elif numbers := split_numbers(value, _AROUND):
             found[".".join([*(outer for _, outer in above), name])] = numbers
     return found
-
-
-def _numbers(text: str) -> list[float] | None:
-    """The numbers of a text that has nothing else; units and quotes are not looked at."""
-    try:
-        return [float(part) for part in re.split(r"[\s,;]+", text.strip(" \t,;[](){}\"'")) if part]
-    except ValueError:
-        return None

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
-from ..access.content import FilePath, open_regular
+from ..access.content import FilePath, naming, open_regular
 from ..access.limits import FILE_BYTES, check_limit
-from .array_files import read_exactly, read_header
+from .array_files import BROKEN, read_exactly, read_header
 from .array_roles import find_roles
 from .zip_archive import Archive
 
@@ -34,7 +31,7 @@ class NpyArray:
     """The array of an .npy file. Raises ValueError for a broken one, and for one with Python objects."""
 
     def __init__(self, path: FilePath):
-        with open_regular(path) as file, _naming(str(path)):
+        with open_regular(path) as file, naming(path, BROKEN):
             self.shape, is_fortran, self.dtype = read_header(file)
             start, order = file.tell(), "F" if is_fortran else "C"
             size = math.prod(self.shape)
@@ -48,14 +45,11 @@ class NpyArray:
 
 
 class NpzArray:
-    """One array of an .npz archive. Frames that are read one after the other are unpacked once.
-
-    Raises ValueError for a broken one, and for one with Python objects.
-    """
+    """One array of an .npz archive, in which successive frames are unpacked once. Raises ValueError if it is broken."""
 
     def __init__(self, archive: Archive, member: str):
         self._archive, self._name, self._lock = archive, f"{archive.path}/{member}", threading.Lock()
-        with _naming(self._name):
+        with naming(self._name, BROKEN):
             self._stream = archive.open(member)
             self.shape, self._is_fortran, self.dtype = read_header(self._stream)
             self._start = self._stream.tell()
@@ -66,17 +60,14 @@ class NpzArray:
         size = math.prod(shape) * self.dtype.itemsize
         check_limit(size, f"{self._name} has {size} bytes of shape {shape}", self._archive.max_pixels, FILE_BYTES)
         place = int(np.ravel_multi_index(index, self.shape[:lead])) if lead else 0
-        with self._lock, _naming(self._name):
+        with self._lock, naming(self._name, BROKEN):
             self._stream.seek(self._start + place * size)
             array = read_exactly(self._stream, size).view(self.dtype)
         return array.reshape(shape, order="F")[index] if self._is_fortran else array.reshape(shape)
 
 
 def npz_arrays(archive: Archive) -> dict[str, Stored]:
-    """The arrays of an .npz archive by their names, without texts and Python objects.
-
-    Raises ValueError for a broken file, and for anything but numbers under a name of ROLES.
-    """
+    """The arrays of numbers of an .npz archive by name. Raises ValueError for other content under a name of ROLES."""
     arrays: dict[str, Stored] = {}
     for member in archive.names:
         name = member.removesuffix(".npy")
@@ -86,16 +77,3 @@ def npz_arrays(archive: Archive) -> dict[str, Stored]:
             if find_roles([name]):
                 raise
     return arrays
-
-
-@contextmanager
-def _naming(name: str) -> Iterator[None]:
-    """What zipfile, zlib and NumPy raise for broken bytes becomes a ValueError with the file's name."""
-    try:
-        yield
-    except MemoryError:
-        raise
-    except Exception as error:
-        if str(error).startswith(name):
-            raise
-        raise ValueError(f"{name} is a broken NumPy file, or one with Python objects: {cut(error)}") from None

@@ -9,31 +9,24 @@ from pathlib import Path
 from typing import cast
 from zipfile import ZipFile, ZipInfo
 
-from ...messages.formatting import cut, shown
-from ..access.content import FilePath, open_regular
+from ...messages.formatting import shown
+from ..access.content import FilePath, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, PARTS, check_limit
 
 ZIP = b"PK"
-_STORED, _DEFLATED = 0, 8  # other methods unpack a block to gigabytes
+METHODS = (0, 8)  # stored and deflated, which NumPy writes; other methods unpack a block to gigabytes
 _ENCRYPTED = 1
 
 
 class Archive:
-    """The files in a zip archive; it is open as long as this object lives.
-
-    Raises OSError if the path is not a file, ValueError if it is not a complete archive of up to PARTS members.
-    """
+    """The files of a zip archive, open as long as this lives. Raises OSError, or ValueError for a broken one."""
 
     def __init__(self, path: FilePath, max_pixels: float = MAX_PIXELS):
         self.path, self.max_pixels, self._lock = Path(path), max_pixels, threading.Lock()
         open_regular(path).close()
-        try:
+        with naming(path, "is a broken or truncated zip archive"):  # zipfile raises of everything for broken bytes
             self._zip = ZipFile(path)  # opened by its name, it closes itself
             members = self._zip.infolist()
-        except MemoryError:
-            raise
-        except Exception as error:  # zipfile raises of everything for broken bytes
-            raise ValueError(f"{path} is a broken or truncated zip archive: {cut(error)}") from None
         check_limit(len(members), f"{path} has {len(members)} members", max_pixels, PARTS)
         self._members = {member.filename: member for member in members if not member.is_dir()}
         self.names = self._members.keys()
@@ -49,31 +42,21 @@ class Archive:
         member = self._find(name)
         title = f"{self.path}/{shown(name)[1:-1]}"
         check_limit(member.file_size, f"{title} has {member.file_size} bytes", self.max_pixels, FILE_BYTES)
-        try:
-            with self._lock:
-                return self._zip.read(member)
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise ValueError(f"{title} is damaged: {cut(error)}") from None
+        with naming(title, "is damaged"), self._lock:
+            return self._zip.read(member)
 
     def open(self, name: str) -> BufferedIOBase:
         """A member as a stream, which is closed with the archive. Raises ValueError if it is missing or damaged."""
         member = self._find(name)
-        try:
-            with self._lock:
-                self._streams.append(cast(BufferedIOBase, self._zip.open(member)))
-                return self._streams[-1]
-        except MemoryError:
-            raise
-        except Exception as error:
-            raise ValueError(f"{self.path}/{shown(name)[1:-1]} is damaged: {cut(error)}") from None
+        with naming(f"{self.path}/{shown(name)[1:-1]}", "is damaged"), self._lock:
+            self._streams.append(cast(BufferedIOBase, self._zip.open(member)))
+            return self._streams[-1]
 
     def _find(self, name: str) -> ZipInfo:
         member = self._members.get(name)
         if member is None:
             raise ValueError(f"{self.path} has no {shown(name)[1:-1]}")
-        if member.flag_bits & _ENCRYPTED or member.compress_type not in (_STORED, _DEFLATED):
+        if member.flag_bits & _ENCRYPTED or member.compress_type not in METHODS:
             raise ValueError(
                 f"{self.path} is packed with a password or an unusual method: unpack it and pass the files"
             )

@@ -30,11 +30,9 @@ _EXPECTED = "a file, 'fx,fy,cx,cy', four numbers, a 3x3 or 4x4 matrix or a Camer
 
 
 def read_intrinsics(source: Any, note: Note, max_pixels: float = MAX_PIXELS, of_color: bool = False) -> Intrinsics:
-    """Intrinsics from a path, a text 'fx,fy,cx,cy', four numbers, a matrix or a Camera.
+    """Intrinsics from a path, 'fx,fy,cx,cy', numbers, a matrix or a Camera. Raises ValueError, OSError for others.
 
     of_color  of several cameras in a file take that of the colour picture: the depth was brought to it
-
-    Raises ValueError for any other content, OSError if the file cannot be read.
     """
     if isinstance(source, Intrinsics):
         return source
@@ -124,7 +122,6 @@ def _from_numbers(numbers: Sequence[float] | NDArray[np.float64], name: str, not
         rows = values.reshape(3 if values.size < 16 else 4, -1).tolist()
         raise ValueError(f"{name} must be a matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], got {rows}")
     if values.size in (9, 12, 16) and values[2] == 0 != found.numbers[2]:
-        note(
-            f"{name}: rows and columns of the matrix are exchanged, it is read as [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
-        )
+        read = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]"
+        note(f"{name}: rows and columns of the matrix are exchanged, it is read as {read}")
     return found

@@ -32,16 +32,9 @@ MATRIX = (
 WIDTH = ("width", "w", "imagewidth", "imgwidth", "imw", "depthwidth", "dw", "resx", "camerawidth", "cols")
 HEIGHT = ("height", "h", "imageheight", "imgheight", "imh", "depthheight", "dh", "resy", "cameraheight", "rows")
 SIZE = (
-    "dimension",
-    "renderproductresolution",
-    "resolution",
-    "imagesize",
-    "imgsize",
-    "size",
-    "imsize",
-    "srect02",
+    "dimension", "renderproductresolution", "resolution", "imagesize", "imgsize", "size", "imsize", "srect02",
     "srect00",
-)
+)  # fmt: skip
 PER_METRE = ("depthscale", "depthmapfactor", "factordepth", "depthfactor", "pngdepthscale", "scale", "depthshift")
 METRES_EACH = ("depthunitscalefactor", "integerdepthscale", "depthunit", "depthunits", "metersperunit", "metresperunit")
 FOV_X, FOV_Y = ("fovx", "hfov", "fovh", "horizontalfov"), ("fovy", "vfov", "fovv", "verticalfov", "yfov")
@@ -56,9 +49,7 @@ DISTORTION = ("k1", "k2", "k3", "k4", "p1", "p2")
 _BOP = "camk"
 _SHORTEST = 0.15  # of the width: 147 degrees
 _CORNER = ("flx", "cameraanglex", "pixelaspectratio")  # nerfstudio, nerf and nerfies count from the picture's corner
-_REALSENSE = re.compile(
-    r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]"
-)  # in one line of a text
+_REALSENSE = re.compile(r"(\d{2,5})x(\d{2,5})\s+p\[([\d.]+) ([\d.]+)\]\s+f\[([\d.]+) ([\d.]+)\]")  # in one line
 _OTHERS = re.compile(r"(?i)(right|infra|imu|distort|rectif|project|extrin|(?<![a-z])ir(?![a-z]))")  # not the depth's
 _SENS = re.compile(r"m_(?:calibration)?(color|depth)(\w+)", re.IGNORECASE)  # ScanNet's and BundleFusion's info.txt
 _DEPTH, _COLOR = re.compile(r"(?i)depth|tof|left|cam0"), re.compile(r"(?i)colou?r|rgb|cam1|second")

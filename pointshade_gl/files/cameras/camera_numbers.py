@@ -1,5 +1,4 @@
-"""Interprets cameras that are written as bare numbers: four, a matrix, or with a size. The numbers show which form it
-is."""
+"""Interprets cameras of bare numbers: four, a matrix, or with a size. The numbers show which form it is."""
 
 from __future__ import annotations
 
@@ -13,7 +12,6 @@ from .intrinsics import Intrinsics, Numbers
 
 _SQUARE = 0.05  # fx and fy of a lens differ by less
 _APART = 0.2  # and from cx or cy by more, where the order of four numbers is to be found
-_PLAIN = (4, 9, 12, 16)
 
 
 def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None:
@@ -21,7 +19,7 @@ def from_matrix(values: Sequence[float] | NDArray[np.float64]) -> Numbers | None
     array = np.asarray(values, np.float64).ravel()
     if array.size == 4:
         return _of_four(*array.tolist())
-    if array.size not in _PLAIN:
+    if array.size not in (9, 12, 16):
         return None
     k = array.reshape((3, -1) if array.size == 12 else (int(array.size**0.5), -1))[:3, :3]
     if k[2, 0] and k[2, 1] and not (k[0, 2] or k[1, 2]):
@@ -37,30 +35,19 @@ def _of_four(a: float, b: float, c: float, d: float) -> Numbers:
     return (a, c, b, d) if is_crossed else (a, b, c, d)
 
 
-def from_size_and_four(values: Sequence[float], name: str) -> Intrinsics | None:
-    """`width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width height`.
-
-    None for any other numbers.
-    """
-    if len(values) not in (6, 11):
-        return None
-    first = values[:6]
-    for width, height, fx, fy, cx, cy in (first, (*first[4:], *first[:4])):
-        if width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0:
-            return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))
-    return None
-
-
 def from_numbers(values: NDArray[np.float64], name: str) -> Intrinsics | None:
-    """A camera of nothing but numbers: one focal length, four, a matrix, one with a baseline, or with a size.
+    """A camera of nothing but numbers: one focal length, four, a matrix, one with a baseline, or with a size; or None.
 
-    None for any other numbers.
+    With a size: `width height fx fy cx cy` (ARKitScenes; Matterport3D with five of distortion) or `fx fy cx cy width
+    height`.
     """
     if values.size == 1 and values[0] > 1:
         return Intrinsics(name, (float(values[0]), math.nan, math.nan, math.nan))
     if values.size == 10 and (matrix := from_matrix(values[:9])):  # FoundationStereo's K.txt
         return Intrinsics(name, matrix, baseline=float(values[9]))
-    if found := from_size_and_four(values.tolist(), name):
-        return found
+    first = values[:6].tolist() if values.size in (6, 11) else []
+    for width, height, fx, fy, cx, cy in (first, (*first[4:], *first[:4])) if first else ():
+        if width % 1 == height % 1 == 0 and 0 < cx < width and 0 < cy < height and fx > 0 and fy > 0:
+            return Intrinsics(name, (fx, fy, cx, cy), (int(width), int(height)))
     four = from_matrix(values)
     return Intrinsics(name, four) if four else None

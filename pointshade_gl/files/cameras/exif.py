@@ -7,21 +7,19 @@ from typing import Any
 
 from ..access.content import FilePath, check_size, open_regular, read_head
 from ..access.limits import LONGEST_SIDE, MAX_PIXELS
-from ..pictures.picture_files import opened_picture
+from ..pictures.picture_files import TURNED, opened_picture
 from .intrinsics import Intrinsics
 
 EXIF = 0x8769  # the tag under which the others lie
-_ORIENTATION = 0x0112
 _FOCAL_35, _WIDTH, _HEIGHT = 0xA405, 0xA002, 0xA003
 _DIAGONAL_35 = math.hypot(36, 24)  # mm; cameras compare diagonals (CIPA DCG-001): a phone's 4:3 has no width of 36 mm
 _SAME_SHAPE = 0.02
 
 
 def camera_from_exif(path: FilePath, max_pixels: float = MAX_PIXELS) -> Intrinsics | None:
-    """The camera of any picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
+    """The camera of a picture with EXIF FocalLengthIn35mmFilm, upright, its principal point in the middle.
 
-    None if the picture does not say it, or was cropped to another shape. It is right to a few per cent: the number is
-    whole millimetres. Raises OSError if the path is not a file.
+    Whole millimetres make it right to a few per cent. None if the picture does not say it, or was cropped.
     """
     head = read_head(path)
     with open_regular(path) as file:
@@ -41,7 +39,7 @@ def camera_of_lens(name: str, exif: Any, size: tuple[int, int]) -> Intrinsics | 
         return None
     if width > 0 and height > 0 and abs(_elongation(*size) / _elongation(width, height) - 1) > _SAME_SHAPE:
         return None
-    if exif.get(_ORIENTATION, 1) in (5, 6, 7, 8):
+    if exif.get(TURNED, 1) in (5, 6, 7, 8):
         size = size[1], size[0]
     pixels = focal / _DIAGONAL_35 * math.hypot(*size)
     return Intrinsics(name, (pixels, pixels, (size[0] - 1) / 2, (size[1] - 1) / 2), size)

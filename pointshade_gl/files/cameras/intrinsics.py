@@ -54,15 +54,12 @@ def merged(given: Intrinsics, filed: Intrinsics | None) -> Intrinsics:
 
 
 def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: Note) -> Camera:
-    """The camera of the depth picture. Sizes are (width, height), color is None without a colour picture.
-
-    Raises ValueError when the intrinsics belong to neither picture.
-    """
+    """The camera of the depth picture; sizes are (width, height). Raises ValueError if it fits neither picture."""
     chosen = next((one for one in (intrinsics, *intrinsics.alternatives) if one.size == depth), intrinsics)
     size = chosen.size or _guess_size(chosen, depth, color, note)
     if min(size) < 1:
         raise ValueError(f"{chosen.name}: intrinsics are for {_text(size)} pixels: there is no such picture")
-    if size not in (depth, color, NORMALIZED) and not _shows_the_same(size, depth):
+    if size not in (depth, color, NORMALIZED) and not shows_the_same(size, depth):
         seen = f"depth is {_text(depth)} and " + (f"color is {_text(color)}" if color else "there is no color")
         raise ValueError(
             f"{chosen.name}: intrinsics are for {_text(size)} pixels, but {seen}: "
@@ -91,7 +88,7 @@ def place_camera(intrinsics: Intrinsics, depth: Size, color: Size | None, note: 
     return camera.resized(*depth)
 
 
-def _shows_the_same(size: Size, depth: Size) -> bool:
+def shows_the_same(size: Size, depth: Size) -> bool:
     """Return whether a picture of another size may be the depth picture made smaller or larger."""
     return abs(size[0] / size[1] * depth[1] / depth[0] - 1) < _SAME_VIEW
 

@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from ...messages.formatting import shown
 from ...messages.notes import Note
 from ..access.limits import check_pixels
-from ..cameras.intrinsics import Intrinsics
+from ..cameras.intrinsics import Intrinsics, Numbers, Size
 from .color_values import as_color
 from .contents import SURE, Contents
 from .items import Item
 from .normal_axes import turn_normals
-from .pinhole import fit_pinhole, is_pinhole
-
-_KINDS = {"inverse": "inverse", "ray": "ray"}
+from .pinhole import MOST_OFF, fit_pinhole
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,8 @@ class Assembly:
         if self.surface in ("points", "own_points"):
             points, fitted = self._own_points(depth, pose)
             depth = points[..., 2]
-        color, kind, scale = self._color(k), _KINDS.get(self.surface), self._scale()
+        color, scale = self._color(k), self._scale()
+        kind = self.surface if self.surface in ("inverse", "ray") else None
         numbers = self._camera(k, depth.shape) or fitted
         intrinsics = None
         if numbers is not None:
@@ -68,7 +67,7 @@ class Assembly:
             fitted_moved, off_moved = fit_pinhole(moved)
             if off_moved < off:
                 points, fitted, off = moved, fitted_moved, off_moved
-        if not is_pinhole(off):
+        if off >= MOST_OFF:
             raise ValueError(
                 f"{self.name}: no pinhole camera sees its points where they are in the picture: expected x right, "
                 "y down and z forward, in the camera's axes or with the camera's pose beside them"
@@ -84,7 +83,7 @@ class Assembly:
                 return pose if role == "camera_to_world" else _inverse(pose, self.name)
         return None
 
-    def _camera(self, k: int, shape: tuple[int, ...]) -> tuple[float, float, float, float] | None:
+    def _camera(self, k: int, shape: tuple[int, ...]) -> Numbers | None:
         height, width = shape
         if "intrinsics" in self.items:
             matrix = self._part("intrinsics", k).astype(np.float64)
@@ -167,9 +166,7 @@ def _inverse(pose: NDArray[np.float64], name: str) -> NDArray[np.float64]:
         raise ValueError(f"{name}: its pose cannot be inverted: {shown(pose[:3].tolist())}") from None
 
 
-def _size(
-    depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: tuple[float, float, float, float]
-) -> tuple[int, int] | None:
+def _size(depth: tuple[int, ...], color: tuple[int, ...] | None, numbers: Numbers) -> Size | None:
     """(width, height) of the picture that a camera is of; None if that is not certain."""
     is_one = color is None or color[:2] == depth
     return (depth[1], depth[0]) if is_one and 0 < numbers[2] < depth[1] and 0 < numbers[3] < depth[0] else None

@@ -8,27 +8,26 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...messages.formatting import cut
 from ...messages.notes import Note
-from ..access.content import FilePath, read_bytes
+from ..access.content import FilePath, import_extra, naming, read_bytes
 from ..access.limits import MAX_PIXELS, check_pixels
 from ..cameras.exif import EXIF, camera_of_lens
 from ..cameras.intrinsics import Intrinsics
+from ..pictures.picture_files import TURNED
 from .contents import Contents, Frames
 
 BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 _PACKET = re.compile(rb"<x:xmpmeta.{1,20000}?</x:xmpmeta>", re.DOTALL)
 _MATRIX = re.compile(rb"IntrinsicMatrix>(.{1,2000}?)</depthData:IntrinsicMatrix>", re.DOTALL)
 _NUMBER = rb"{}(?:>|=\")([-+0-9.eE]+)"
-_ORIENTATION = 0x0112
 _QUARTERS = {3: 2, 6: 1, 8: 3}  # of a turn clockwise, for each EXIF orientation without mirroring
 _CORNER = 0.5  # pixels from the corner of a picture to the centre of its first pixel
+_BROKEN = "is a broken or truncated HEIC picture"
 _INVERSE_Z = 0  # HEIF's representation_type
 
 
@@ -38,11 +37,9 @@ def is_heic(head: bytes) -> bool:
 
 
 def open_heic(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> Frames:
-    """The frame of a photograph with depth.
-
-    Raises ValueError without the extra `heic`, for a broken file, and for a photograph without depth.
-    """
-    pillow_heif, data = _import_heif(path), read_bytes(path, max_pixels)
+    """The frame of a photograph. Raises ValueError without the extra `heic`, for a broken file, and without depth."""
+    pillow_heif = import_extra("pillow_heif", "heic", f"{path} is an HEIC picture")
+    data = read_bytes(path, max_pixels)
     photo = _open(pillow_heif, data, path)
     pictures = photo.info.get("depth_images") or []
     if not pictures:
@@ -60,11 +57,9 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     with suppress(Exception):  # Pillow raises of everything for broken bytes: then EXIF says nothing
         exif.load(photo.info.get("exif") or b"")
         exif.get_ifd(EXIF)
-    quarters = _QUARTERS.get(exif.get(_ORIENTATION, 1), 0)
-    try:
+    quarters = _QUARTERS.get(exif.get(TURNED, 1), 0)
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, OSError)):
         color, raw = np.array(photo)[..., :3], np.array(photo.info["depth_images"][0])
-    except (ValueError, RuntimeError, EOFError, OSError) as error:
-        raise ValueError(f"{path} is a broken or truncated HEIC picture: {cut(error)}") from None
     if raw.ndim == 3:
         raw = raw[..., 0]
     if quarters % 2 and (raw.shape[0] > raw.shape[1]) != (color.shape[0] > color.shape[1]):
@@ -73,7 +68,7 @@ def _read(path: FilePath, data: bytes, photo: Any, note: Note) -> Contents:
     depth, kind, scale = _distances(raw, packet, photo.info["depth_images"][0].info["metadata"], str(path), note)
     camera = _from_apple(packet, quarters, color.shape, str(path)) or _from_heif(photo, str(path))
     if camera is None:
-        exif[_ORIENTATION] = 1  # the picture is upright already
+        exif[TURNED] = 1  # the picture is upright already
         camera = camera_of_lens(str(path), exif, (color.shape[1], color.shape[0]))
         if camera is not None:
             note(f"{path}: the camera is taken from the lens in EXIF, fx {camera.numbers[0]:.0f}")
@@ -119,9 +114,7 @@ def _from_heif(photo: Any, name: str) -> Intrinsics | None:
     matrix = photo.info.get("heif", {}).get("camera_intrinsic_matrix")
     if not matrix:
         return None
-    fx, fy, cx, cy = (
-        matrix[key] for key in ("focal_length_x", "focal_length_y", "principal_point_x", "principal_point_y")
-    )
+    fx, fy, cx, cy = (matrix[f"{name}_{axis}"] for name in ("focal_length", "principal_point") for axis in "xy")
     return Intrinsics(name, (fx, fy, cx - _CORNER, cy - _CORNER), tuple(photo.size))
 
 
@@ -133,17 +126,7 @@ def _number(packet: bytes, key: bytes) -> float | None:
         return None
 
 
-def _open(pillow_heif: ModuleType, data: bytes, path: FilePath) -> Any:
-    try:
+def _open(pillow_heif: Any, data: bytes, path: FilePath) -> Any:
+    with naming(path, _BROKEN, (ValueError, RuntimeError, EOFError, SyntaxError, IndexError)):
         file = pillow_heif.open_heif(data)
         return file[file.primary_index]
-    except (ValueError, RuntimeError, EOFError, SyntaxError, IndexError) as error:
-        raise ValueError(f"{path} is a broken or truncated HEIC picture: {cut(error)}") from None
-
-
-def _import_heif(path: FilePath) -> ModuleType:
-    try:
-        import pillow_heif  # only here: an optional extra
-    except ImportError:
-        raise ValueError(f"{path} is an HEIC picture: pip install 'pointshade-gl[heic]' to read it") from None
-    return pillow_heif

@@ -32,13 +32,11 @@ def open_arrays(
     is_transposed: bool = False,
     usual: Intrinsics | None = None,
 ) -> Frames:
-    """The frames that arrays of these names make.
+    """The frames that arrays of these names make. Raises ValueError if none is a depth, or if it has too many pixels.
 
     name           of the file, for messages
     is_transposed  (w, h) instead of (h, w), and so on: MATLAB's arrays in HDF5
     usual          the camera if the arrays do not say it
-
-    Raises ValueError if no array is a depth, or if it has too many pixels.
     """
     roles = find_roles(arrays)
     items = {role: Item(role, arrays[key]) for role, key in roles.items()}

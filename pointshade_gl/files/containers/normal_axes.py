@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
+from ..cameras.intrinsics import Numbers
 
 # What their makers may have meant: x right, y down, z forward; the same away from the camera; y up and z backwards
 _AXES = {"": (1, 1, 1), "away from the camera": (-1, -1, -1), "with OpenGL's axes": (1, -1, -1)}
@@ -15,11 +16,7 @@ _COARSE = 200  # rows and columns that are compared
 
 
 def turn_normals(
-    normals: NDArray[Any],
-    depth: NDArray[Any],
-    camera: tuple[float, float, float, float] | None,
-    name: str,
-    note: Note,
+    normals: NDArray[Any], depth: NDArray[Any], camera: Numbers | None, name: str, note: Note
 ) -> NDArray[np.float32]:
     """(h, w, 3) float32 in OpenCV's axes towards the camera, NaN where missing, from normals of the depth's size.
 
@@ -45,7 +42,7 @@ def turn_normals(
     return vectors * np.array(axes, np.float32)
 
 
-def _of_surface(depth: NDArray[np.float64], camera: tuple[float, float, float, float], step: int) -> NDArray[Any]:
+def _of_surface(depth: NDArray[np.float64], camera: Numbers, step: int) -> NDArray[Any]:
     """(h-1, w-1, 3) normals of the triangles between neighbouring points, towards the camera."""
     fx, fy, cx, cy = camera
     rows, columns = np.mgrid[0 : depth.shape[0], 0 : depth.shape[1]] * step

@@ -33,10 +33,8 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
     """The frames of a container, each read when it is asked for, from any thread; None for any other file or folder.
 
     Containers are .npz and .npy with more than a depth picture, HDF5, MATLAB's .mat, Record3D's recordings (.r3d, its
-    zipped exports, or their folder) and photographs with depth (HEIC).
-
-    Raises OSError if the path does not exist, ValueError for a container without depth, for a broken or too large one,
-    and without the extra that it needs.
+    zipped exports, or their folder) and photographs with depth (HEIC). Raises OSError if the path does not exist,
+    ValueError for a container without depth, for a broken or too large one, and without the extra that it needs.
     """
     if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
         return open_record3d(Unpacked(Path(path), max_pixels), note, max_pixels)
@@ -76,15 +74,14 @@ def _is_plain(arrays: dict[str, Stored]) -> bool:
     return len(arrays) == 1 and is_picture and says_nothing
 
 
-def _open_matlab_5(path: FilePath, note: Note, max_pixels: float) -> Sequence[Contents] | None:
-    return open_arrays(str(path), matlab_5_arrays(path, max_pixels), note, max_pixels)
-
-
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
     (lambda head: head.startswith(NUMPY), _open_npy),
     (lambda head: head.startswith(ZIP), _open_zip),
     (lambda head: head.startswith(HDF5), open_hdf5),
     (lambda head: head.startswith(MATLAB_73), lambda path, note, most: open_hdf5(path, note, most, is_matlab=True)),
-    (lambda head: head.startswith(MATLAB_5), _open_matlab_5),
+    (
+        lambda head: head.startswith(MATLAB_5),
+        lambda path, note, most: open_arrays(str(path), matlab_5_arrays(path, most), note, most),
+    ),
     (is_heic, open_heic),
 )

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _LOOKED_AT = 50_000  # points
-_MOST_OFF = 0.02  # of the picture's width; networks' points are off by less, those in other axes by more
+MOST_OFF = 0.02  # of the picture's width; networks' points are off by less, those in other axes by more
 _FEWEST = 16
 
 
@@ -27,11 +27,6 @@ def fit_pinhole(points: NDArray[np.floating]) -> tuple[tuple[float, float, float
     x, y, z = some[seen].T
     (fx, cx, off_x), (fy, cy, off_y) = _line(x / z, columns[seen]), _line(y / z, rows[seen])
     return ((fx, fy, cx, cy), float(np.hypot(off_x, off_y)) / width) if fx > 0 and fy != 0 else nothing
-
-
-def is_pinhole(off: float) -> bool:
-    """Whether points at this distance from a pinhole camera's pixels come from one."""
-    return off < _MOST_OFF
 
 
 def _line(slopes: NDArray[np.float64], pixels: NDArray[np.intp]) -> tuple[float, float, float]:

@@ -14,7 +14,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from ...scene.camera import Camera
 from ..access.content import parse_object, read_bytes
 from ..access.limits import LONGEST_SIDE, MAX_PIXELS, TEXT_BYTES, check_limit, check_pixels
 from ..arrays.lzfse import unpack
+from ..arrays.zip_archive import Archive
 from ..cameras.intrinsics import Intrinsics
 from ..pictures.exr import read_exr
 from ..pictures.picture_files import decode_image
@@ -36,16 +37,6 @@ _METADATA = re.compile(r"(?P<root>(?:.*/)?)metadata(?:\.json)?")
 _DEPTH = re.compile(r"(?P<root>(?:.*/)?)(?:rgbd/(?P<packed>\d{1,9})\.depth|depth/(?P<exr>\d{1,9})\.exr)")
 _COLORS = ("rgbd/{}.jpg", "rgb/{}.jpg", "rgb/{}.png", "rgbd/{}.png")
 _CORNER = 0.5  # pixels from the corner of a picture to the centre of its first pixel
-
-
-class Members(Protocol):
-    """The files of a recording, by their names inside."""
-
-    @property
-    def path(self) -> Path: ...
-    @property
-    def names(self) -> Collection[str]: ...
-    def read(self, name: str) -> bytes: ...
 
 
 class Unpacked:
@@ -61,7 +52,7 @@ class Unpacked:
         return read_bytes(self.path / name, self._max_pixels)
 
 
-def open_record3d(files: Members, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
+def open_record3d(files: Archive | Unpacked, note: Note, max_pixels: float = MAX_PIXELS) -> Frames | None:
     """The frames of a recording, by their numbers; None if it is none. Raises ValueError for broken metadata."""
     name = _find_metadata(files.names)
     if name is None:
@@ -85,7 +76,7 @@ def _find_metadata(names: Collection[str]) -> str | None:
 
 @dataclass(frozen=True)
 class _Recording:
-    files: Members
+    files: Archive | Unpacked
     title: str
     root: str
     metadata: dict[str, Any]
@@ -106,7 +97,7 @@ class _Recording:
         if found:
             name = f"{self.files.path}/{found[0]}"
             color = as_color(decode_image(BytesIO(self.files.read(found[0])), name, self.max_pixels))
-        row = number if self.numbers[-1] < self._rows() else k  # frames may have been thinned out
+        row = number if self.numbers[-1] < len(self._poses) else k  # frames may have been thinned out
         return Contents(depth, color, self._camera(row, color), self._pose(row), valid)
 
     def _exr(self, member: str) -> NDArray[Any]:
@@ -129,9 +120,10 @@ class _Recording:
             self.note(f"{self.files.path}: {np.mean(~valid):.0%} of the depth is of low confidence and left out")
         return depth, valid
 
-    def _rows(self) -> int:
+    @property
+    def _poses(self) -> list[Any]:
         poses = self.metadata.get("poses")
-        return len(poses) if isinstance(poses, list) else 0
+        return poses if isinstance(poses, list) else []
 
     def _camera(self, row: int, color: NDArray[Any] | None) -> Intrinsics:
         """Of the colour picture, which may be larger than the metadata say."""
@@ -151,10 +143,9 @@ class _Recording:
         return Intrinsics(self.title, camera.intrinsics, (camera.width, camera.height), 1.0, "z")
 
     def _pose(self, row: int) -> NDArray[np.float64] | None:
-        poses = self.metadata.get("poses")
-        if not isinstance(poses, list) or row >= len(poses):
+        if row >= len(self._poses):
             return None
-        numbers = self._numbers(poses[row], 7, "poses")
+        numbers = self._numbers(self._poses[row], 7, "poses")
         return from_quaternions(np.array([numbers[4:]]), np.array([numbers[:4]]))[0] @ OPENGL
 
     def _numbers(self, value: Any, count: int, key: str) -> list[float]:

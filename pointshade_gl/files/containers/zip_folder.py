@@ -27,11 +27,7 @@ def is_zip_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> bool:
 
 
 def unpack_folder(path: FilePath, max_pixels: float = MAX_PIXELS) -> Path:
-    """The folder in a zip archive: the archive's only one, or its top. The same archive is unpacked once.
-
-    Raises OSError if the path is not a file, ValueError for a broken archive, for names that lie outside it, and for
-    more bytes than a picture may have.
-    """
+    """The only folder of a zip archive, or its top; unpacked once. Raises as `Archive`, and for unsafe contents."""
     open_regular(path).close()
     state = Path(path).stat()
     return _unpack(Path(path).absolute(), (state.st_mtime_ns, state.st_size), max_pixels)

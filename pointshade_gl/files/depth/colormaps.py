@@ -48,10 +48,10 @@ def read_levels(image: NDArray[np.uint8]) -> Levels | None:
     place = np.zeros(256**3, np.float32)  # of each colour met so far, and 1 more; pages are real once written
     values = np.empty(image.shape[:2], np.float32)
     for rows in blocks(values):
-        codes = _codes(image[rows])
+        codes = image[rows][..., :3].astype(np.uint32) @ np.array((65536, 256, 1), np.uint32)  # one number a colour
         met = np.unique(codes)
         new = met[place[met] == 0]
-        place[new] = _places(_colors(new), entries) + 1
+        place[new] = _places(np.stack([new >> 16, new >> 8 & 255, new & 255], axis=1), entries) + 1
         values[rows] = place[codes] - 1
         if image.shape[2] == 4:
             values[rows][image[rows][..., 3] == 0] = np.nan
@@ -99,16 +99,6 @@ def _squared(colors: NDArray[Any], entries: NDArray[np.float32]) -> NDArray[np.f
     """(n, 256) squared distances; whole numbers below 2^24, so float32 holds them exactly."""
     colors = colors.astype(np.float32)
     return np.square(colors).sum(axis=1)[:, None] + np.square(entries).sum(axis=1) - 2 * colors @ entries.T
-
-
-def _codes(image: NDArray[np.uint8]) -> NDArray[np.uint32]:
-    """(h, w) one number a colour."""
-    return image[..., :3].astype(np.uint32) @ np.array((65536, 256, 1), np.uint32)
-
-
-def _colors(codes: NDArray[np.uint32]) -> NDArray[Any]:
-    """(n, 3) the colours of these numbers."""
-    return np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=1)
 
 
 @cache

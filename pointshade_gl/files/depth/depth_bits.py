@@ -1,5 +1,4 @@
-"""Decodes 16-bit depth whose bits are not a plain number: swapped or rotated bytes, packed confidence, Kinect
-disparity.
+"""Decodes 16-bit depth that is no plain number: swapped or rotated bytes, packed confidence, Kinect disparity.
 
 Each is known by what only it does to a picture. Neighbours in a depth picture are nearly equal, so the right reading is
 the smooth one: a wrong one is rougher by tens or hundreds.
@@ -20,7 +19,7 @@ Counts = NDArray[np.int64]  # how many pixels have each of the 65536 codes
 
 _ROWS, _FEW_ROWS = 500, 60  # looked at to count values, and to see how smooth they are
 _SMOOTHER = 8  # sensors: 80 to 500 for bytes, 37 for confidence
-_DEPTH = np.uint16(8191)  # the low 13 bits of Android's DEPTH16
+MILLIMETRES = np.uint16(8191)  # the low 13 bits of Android's DEPTH16
 _STEP = 256  # millimetres: the mean step between neighbours is less in any picture of depth
 _HALF_NEAREST, _HALF_INFINITE = 0x2E00, 0x7C00  # 0.09 m; 65504 is one less than infinite
 _DISTINCT_HALVES = 50  # different values
@@ -57,13 +56,8 @@ def has_confidence(raw: Codes) -> bool:
     """
     raw = _some_rows(raw)
     raw = np.where(raw < FAR, raw, 0)
-    low = _roughness(raw & _DEPTH)
+    low = _roughness(raw & MILLIMETRES)
     return low < _STEP and _roughness(raw) > _SMOOTHER * low
-
-
-def without_confidence(raw: Codes) -> Codes:
-    """Millimetres of DEPTH16."""
-    return raw & _DEPTH
 
 
 def is_rotated(raw: Codes, counts: Counts) -> bool:

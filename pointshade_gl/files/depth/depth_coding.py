@@ -29,15 +29,12 @@ _WORTH_A_HINT = 8.0  # metres: farther middles of millimetres are often another 
 
 
 def decode(raw: NDArray[Any], name: str, said: Said, note: Note, like: Coding | None = None) -> Decoded:
-    """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8, and return plain numbers with their
-    meaning.
+    """Find out what raw values mean, (h, w) or, colour-mapped, (h, w, 3|4) uint8; return plain numbers with that.
 
     name  of the file, for messages
-    like  the coding of an earlier frame of the same sequence: if the same is given for this one, it is read in the same
-          way, without a guess
+    like  the coding of an earlier frame of the sequence: if the same is given for this one, it is read in the same way
 
-    Raises ValueError for a colour-mapped picture whose map is not known, for an 8-bit photograph, mask or map of
-    labels, and for an impossible scale.
+    Raises ValueError for an unknown colour map, a photograph, a mask or labels of 8 bits, and an impossible scale.
     """
     if said.scale is not None:
         check_positive(said.scale, option("depth_scale"))
@@ -175,8 +172,7 @@ def _tell_negative(raw: NDArray[Any], name: str, note: Note) -> None:
 
 
 def _check_passed(raw: NDArray[Any], name: str, kind: str, scale: float, note: Note) -> None:
-    """Print a note if the scale that the caller passed gives impossible distances, with the likely scale if it is
-    inverted."""
+    """Print a note, with the likely scale, if the scale that the caller passed gives impossible distances."""
     median = units.middle(raw)
     if kind in METRIC and median > 0 and not units.is_plausible(median / scale):
         meant = units.scale_of_file(scale, median)

@@ -28,12 +28,9 @@ _LEAST, _MOST = 1e-6, 1e6  # between which sizes of floats lie: integers read as
 
 
 def read_depth(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
-    """(h, w) raw values of a depth picture, in the type that is stored. The content decides the format, not the suffix.
+    """(h, w) values of a depth picture as they are stored, (h, w, 3|4) uint8 of a colour-mapped one, by its content.
 
-    A colour-mapped picture of depth stays (h, w, 3|4) uint8; `depth_coding.decode` finds out what it means.
-
-    Raises OSError if the path is not a file, ValueError if it is not a depth picture, if it has more than max_pixels
-    pixels, and for EXR without its extra.
+    Raises OSError if the path is not a file, ValueError for another or too large a picture, and without EXR's extra.
     """
     head = read_head(path)
     name = str(path)
@@ -64,8 +61,7 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
     """(h, w) values of a file without a header, such as depth.bin or depth.raw, of a size that the camera's file says.
 
     The file's size decides the type: 1 and 2 bytes are unsigned integers, 4 and 8 floating point; 4 bytes that make no
-    sensible float are integers. Little-endian; the other order of 2 bytes is seen by `depth_coding.decode`.
-    Raises OSError if the path is not a file, ValueError if its size fits none of them.
+    sensible float are integers. Little-endian; `depth_coding.decode` sees swapped ones. Raises ValueError for others.
     """
     check_pixels(width, height, str(path), max_pixels)
     data = read_bytes(path, max_pixels)
@@ -82,10 +78,7 @@ def read_raw(path: FilePath, width: int, height: int, max_pixels: float = MAX_PI
 
 
 def one_channel(array: NDArray[Any], name: str) -> NDArray[Any]:
-    """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or of equal channels; (h, w, 3|4) uint8 that differ stay.
-
-    Raises ValueError for any other.
-    """
+    """(h, w) of an array (h, w), (h, w, 1), (1, h, w) or equal channels; differing (h, w, 3|4) uint8 stay."""
     if array.dtype.kind not in "iuf":
         raise ValueError(f"{name} must hold integer or floating point depth, got {array.dtype}")
     shape = array.shape

@@ -17,7 +17,7 @@ from .depth_bits import Counts
 from .depth_kinds import METRIC, Coding, Decoded, Said
 from .depth_repairs import LEVELS, REVERSED
 from .not_depth import what_instead
-from .plane_curvature import Bending, measure_bending
+from .plane_curvature import measure_bending
 
 _DISPARITY = re.compile(r"(?:^|[^a-z])disp(?:arity|arities)?(?:[^a-z]|$)")  # in a file's name
 _DEPTH_NAME = re.compile(r"depth|disp")
@@ -142,9 +142,8 @@ def _read_disparity(raw: NDArray[Any], name: str, said: Said, note: Note) -> Dec
     """Disparity: in pixels if there is a baseline, else true in shape only."""
     if said.has_baseline:
         note(f"{name} is taken as disparity; pass {option('depth_kind', 'z')} if it is distances")
-        return Decoded(
-            raw, Coding("disparity", disparity_scale(raw, said, note), "its name or its planes, and the baseline")
-        )
+        scale = disparity_scale(raw, said, note)
+        return Decoded(raw, Coding("disparity", scale, "its name or its planes, and the baseline"))
     note(
         f"{name} is taken as disparity, by its name: without {option('baseline')} (metres between the cameras) its "
         f"size is unknown, its middle is put at {_MIDDLE:g} m"
@@ -174,21 +173,17 @@ def _without_scale(values: NDArray[Any], why: str, repairs: tuple[str, ...] = ()
 
 
 def _direction(values: NDArray[Any], known: NDArray[np.bool_]) -> int:
-    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse depth, and if
-    unknown."""
+    """Return 1 if planes bend as in depth with any offset, -1 if as in its reverse; 0 for inverse or unknown depth."""
     bending = measure_bending(values, known, None)
-    return 0 if bending is None or not _is_bent(bending) else 1 if bending.along > 0 else -1
-
-
-def _is_bent(bending: Bending) -> bool:
-    """Return whether planes bend as they do in depth, either way, and objects are not just round."""
-    is_plane = abs(bending.across) < _ROUND * abs(bending.along)
-    return is_plane and abs(bending.along) - 2 * bending.error > _BENT
+    if bending is None:
+        return 0
+    is_plane = abs(bending.across) < _ROUND * abs(bending.along)  # objects are not just round
+    is_bent = is_plane and abs(bending.along) - 2 * bending.error > _BENT
+    return int(np.sign(bending.along)) if is_bent else 0
 
 
 def _is_inverse(raw: NDArray[Any]) -> bool:
-    """Return whether planes are flat in the values, so clearly that these cannot be depth, even with an unknown
-    offset."""
+    """Return whether planes are so flat in the values that these cannot be depth, even with an unknown offset."""
     known = np.isfinite(raw)
     has_negative = bool(raw.min(where=known, initial=0) < 0)
     for zero in (None,) if has_negative else (0.0, None):

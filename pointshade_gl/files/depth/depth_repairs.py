@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .colormaps import read_levels
-from .depth_bits import as_codes, rotated_back, without_confidence
+from .depth_bits import MILLIMETRES, as_codes, rotated_back
 from .depth_channels import join_channels
 
 SWAPPED, CONFIDENCE, ROTATED, HIGH_BYTE = "bytes swapped", "confidence dropped", "bits rotated back", "high byte taken"
@@ -48,5 +48,5 @@ def _repaired(raw: NDArray[Any], name: str) -> NDArray[Any]:
     if name == HALF:
         return codes.view(np.float16).astype(np.float32)
     if name == CONFIDENCE:
-        return without_confidence(codes)
+        return codes & MILLIMETRES
     return rotated_back(codes) if name == ROTATED else (codes >> 8).astype(np.uint8)

@@ -1,5 +1,4 @@
-"""Recognises depth that stores the length of each pixel's ray instead of z: planes come out flat in only one of the
-two.
+"""Recognises depth that stores each pixel's ray length instead of z: planes are flat in only one of the two.
 
 A plane has 1/z linear in pixels; the ray to the same point is n = |((u - cx)/fx, (v - cy)/fy, 1)| times as long, so of
 lengths r it is n/r that is linear. Renderers write r (SceneNet RGB-D, InteriorNet, Hypersim), sensors z. Only depth as

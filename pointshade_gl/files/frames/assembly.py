@@ -22,7 +22,7 @@ from ..cameras.intrinsics import Intrinsics, merged
 from ..containers.contents import SURE
 from ..depth.depth_coding import decode
 from ..depth.depth_files import one_channel, read_depth, read_raw
-from ..depth.depth_kinds import KINDS, Coding, Said, to_metres
+from ..depth.depth_kinds import KINDS, Coding, Decoded, Said, to_metres
 from ..depth.ray_lengths import is_ray_length
 from ..pictures.picture_heads import is_picture
 from ..poses.pose_convention import Reading
@@ -51,16 +51,16 @@ def assemble(
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels)
     said = _said(source, options, raw, is_from_file=bool(parts.name))
-    values, coding = decode(raw, parts.name or "depth", said, note, like)
+    decoded = decode(raw, parts.name or "depth", said, note, like)
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     del raw
-    size = values.shape[1], values.shape[0]
-    if source is None and options.fov is None and coding.scale is None:
+    size = decoded.values.shape[1], decoded.values.shape[0]
+    if source is None and options.fov is None and decoded.coding.scale is None:
         source = assumed_camera(size, note)
     color_size = None if colors is None else (colors.shape[1], colors.shape[0])
     camera = reading.camera(make_camera(source, options.fov, size, color_size, parts.missing, note))
-    metres, coding = _to_metres(values, coding, camera, source, options, note, parts.name, may_be_rays=like is None)
-    del values
+    metres, coding = _to_metres(decoded, camera, source, options, note, parts.name, first=like is None)
+    del decoded
     if reading.scale != 1:
         metres *= np.float32(reading.scale)
     if parts.valid is not None:
@@ -119,8 +119,7 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
 
 
 def _said(source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], is_from_file: bool) -> Said:
-    """Return what is given about the depth by caller and camera. Raises ValueError for impossible values in the
-    camera's file."""
+    """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
     if source and kind is not None and options.depth_kind is None:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
@@ -139,21 +138,13 @@ def _baseline(source: Intrinsics | None, options: ReadOptions) -> float | None:
 
 
 def _to_metres(
-    values: NDArray[Any],
-    coding: Coding,
-    camera: Camera,
-    source: Intrinsics | None,
-    options: ReadOptions,
-    note: Note,
-    name: str,
-    may_be_rays: bool,
+    depth: Decoded, camera: Camera, source: Intrinsics | None, options: ReadOptions, note: Note, name: str, first: bool
 ) -> tuple[NDArray[np.float32], Coding]:
-    """Return depth along the axis, and its coding. Lengths of rays are recognised by planes that are flat only as
-    such."""
-    baseline, doffs = _baseline(source, options), (source and source.doffs) or 0.0
+    """Return depth along the axis, and its coding: lengths of rays are those whose planes are flat only as such."""
+    (values, coding), baseline, doffs = depth, _baseline(source, options), (source and source.doffs) or 0.0
     metres = to_metres(values, camera, coding.kind, coding.scale, baseline, note, np.float32, doffs)
     is_said = options.depth_kind is not None or (source is not None and source.depth_kind is not None)
-    if coding.kind != "z" or is_said or not may_be_rays or not is_ray_length(metres, camera):
+    if coding.kind != "z" or is_said or not first or not is_ray_length(metres, camera):
         return metres, coding
     note(
         f"{name or 'depth'} is taken as lengths of rays: planes in it are flat only so; "

@@ -1,9 +1,9 @@
-"""Chooses the camera of a frame: the caller's, that of a file beside it, that of the photograph's lens, or a usual
-one."""
+"""Chooses a frame's camera: the caller's, that of a file beside it, of the photograph's lens, or a usual one."""
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,20 +12,28 @@ from ...messages.notes import Note
 from ...scene.camera import Camera
 from ..access.file_name_patterns import CODINGS, COMMON_CAMERAS
 from ..cameras.camera_files import read_intrinsics
-from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera
+from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera, shows_the_same
 from .frame_parts import Parts, ReadOptions, is_path
 
-_OTHER_ASPECT = 0.02
 _USUAL_FOV = 60.0  # degrees
 _NAMES = 5  # folders of a path by which a data set is known
 
 
 def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """Return the caller's camera; what it does not state about the depth comes from the file beside the pictures.
-
-    If there is neither, a photograph may state which lens took it.
-    """
-    return _with_coding(_said_camera(parts, options, note), parts.name, options, note)
+    """Return the caller's camera, with what the file beside the pictures adds; else the file's, or the photo's lens."""
+    source, name = _said_camera(parts, options, note), parts.name
+    if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
+        return source
+    # what neither its file nor the caller says about the depth is that of a data set known by names
+    seen = "/".join(Path(name).parts[-_NAMES:]).lower()
+    known = next((one for one in CODINGS if re.search(one.known_by, seen)), None)
+    if known is None or source.depth_kind:
+        return source
+    taken = option("depth_kind", known.depth_kind)
+    if known.depth_scale is not None:
+        taken += f", {option('depth_scale', known.depth_scale)}"
+    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
+    return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
 
 
 def _said_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics | None:
@@ -42,21 +50,6 @@ def _said_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics |
     return parts.filed
 
 
-def _with_coding(source: Intrinsics | None, name: str, options: ReadOptions, note: Note) -> Intrinsics | None:
-    """The camera; what neither its file nor the caller says about the depth is that of a data set known by names."""
-    if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
-        return source
-    seen = "/".join(Path(name).parts[-_NAMES:]).lower()
-    known = next((one for one in CODINGS if one.known_by.search(seen)), None)
-    if known is None or source.depth_kind:
-        return source
-    taken = option("depth_kind", known.depth_kind)
-    if known.depth_scale is not None:
-        taken += f", {option('depth_scale', known.depth_scale)}"
-    note(f"{Path(name).name} looks like {known.title}: taken as {taken}")
-    return replace(source, depth_scale=known.depth_scale, depth_kind=known.depth_kind)
-
-
 def assumed_camera(size: Size, note: Note) -> Intrinsics:
     """Return the usual lens of a phone, for depth of no unit, whose shape is a guess anyway."""
     focal = max(size) / 2 / math.tan(math.radians(_USUAL_FOV) / 2)
@@ -70,13 +63,11 @@ def assumed_camera(size: Size, note: Note) -> Intrinsics:
 def make_camera(
     source: Intrinsics | None, fov: float | None, depth: Size, color: Size | None, missing: str, note: Note
 ) -> Camera:
-    """The camera of a depth picture under colours of these sizes.
+    """The camera of a depth picture under colours of these sizes. Raises ValueError if none is known, or of neither.
 
     missing  why no file has one, to end an error with
-
-    Raises ValueError if there is none, and if it belongs to neither picture.
     """
-    if color and abs(color[0] / color[1] * depth[1] / depth[0] - 1) > _OTHER_ASPECT:
+    if color and not shows_the_same(color, depth):
         note(
             f"color is {color[0]}x{color[1]} and depth {depth[0]}x{depth[1]}, of another aspect ratio: "
             f"they do not look registered; pass the right colour as {option('color', 'FILE')}"

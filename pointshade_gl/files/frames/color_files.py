@@ -18,6 +18,8 @@ from .frame_parts import Parts, is_path
 
 def read_colors_of(parts: Parts, max_pixels: float) -> NDArray[Any] | None:
     """The colours of a frame, (h, w, 3|4) uint8; None without any."""
+    if parts.color is None:
+        return None
     if not is_path(parts.color):
         return _check_color(parts.color)
     if Path(parts.color).suffix.lower() in VIDEO_SUFFIXES:
@@ -41,9 +43,7 @@ def to_color(image: NDArray[Any], name: str) -> NDArray[np.uint8]:
     return np.repeat(image[..., None], 3, axis=2) if image.ndim == 2 else image
 
 
-def _check_color(color: Any) -> NDArray[Any] | None:
-    if color is None:
-        return None
+def _check_color(color: Any) -> NDArray[Any]:
     expected = "color must have shape (h, w, 3) or (h, w, 4)"
     array = as_given(color, expected)
     if array.ndim != 3 or 0 in array.shape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,11 +25,9 @@ class Examined(NamedTuple):
 
 
 def examine(source: FilePath | None, allow_outside: bool = False, **load_options: Any) -> Examined:
-    """Reads a frame as `load_frame` does. Of a sequence that is its first readable frame.
+    """Reads a frame as `load_frame` does, and raises as it does. Of a sequence that is its first readable frame.
 
     load_options  those of `load_frame`, except notes
-
-    Raises ValueError, TypeError or OSError as it does.
     """
     notes: list[str] = []
     color, depth = load_options.pop("color", None), load_options.pop("depth", None)
@@ -42,6 +41,7 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
     camera, found = frame.camera, read.found
     known = frame.depth[frame.depth > 0]
     low, middle, high = (float(f"{value:.6g}") for value in np.quantile(known, (0, 0.5, 1)))
+    sides = (camera.width, camera.fx), (camera.height, camera.fy)
     color = None if frame.color is None else list(frame.color.shape[1::-1])
     return {
         "frames": {"count": found.frames, "shown": found.shown},
@@ -58,20 +58,9 @@ def facts(examined: Examined) -> dict[str, dict[str, Any]]:
         },
         "color": {"file": found.color, "size": color},
         "camera": {
-            "fx": camera.fx,
-            "fy": camera.fy,
-            "cx": camera.cx,
-            "cy": camera.cy,
-            "fov": [round(float(angle), 2) for angle in _angles(frame)],
+            **{key: getattr(camera, key) for key in ("fx", "fy", "cx", "cy")},
+            "fov": [round(math.degrees(2 * math.atan(side / 2 / abs(focal))), 2) for side, focal in sides],
             "from": read.camera_from,
         },
         "poses": {"count": found.poses, "from": found.poses_from or None},
     }
-
-
-def _angles(frame: Frame) -> tuple[float, float]:
-    """Horizontal and vertical field of view in degrees."""
-    c = frame.camera
-    sizes = ((c.width, c.fx), (c.height, c.fy))
-    wide, high = (np.degrees(2 * np.arctan(side / 2 / abs(focal))) for side, focal in sizes)
-    return wide, high

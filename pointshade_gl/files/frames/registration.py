@@ -55,9 +55,8 @@ def find_shift(frame: Frame) -> tuple[int, int] | None:
 
 def _depth_steps(depth: NDArray[np.float32], height: int) -> NDArray[np.float64]:
     """(height, _WIDTH) 1 beside a step between two known depths."""
-    rows, columns = (
-        ((np.arange(n) + 0.5) * size / n).astype(int) for n, size in zip((height, _WIDTH), depth.shape, strict=True)
-    )
+    sizes = zip((height, _WIDTH), depth.shape, strict=True)
+    rows, columns = (((np.arange(n) + 0.5) * size / n).astype(int) for n, size in sizes)
     z = depth[np.ix_(rows, columns)]
     with np.errstate(divide="ignore", invalid="ignore"):
         return (_changes(np.log(z)) > _STEP).astype(np.float64)

@@ -66,17 +66,8 @@ class FrameSequence(Sequence[Frame]):
     def __getitem__(self, index: slice) -> FrameSequence: ...
     def __getitem__(self, index: int | slice) -> Frame | FrameSequence:
         if isinstance(index, slice):
-            some = self.parts[index]
-            return FrameSequence(
-                self._place,
-                some,
-                self._options,
-                self.note,
-                self.poses_from,
-                self.reading,
-                self._coding,
-                self._stream,
-            )
+            known = self._options, self.note, self.poses_from, self.reading, self._coding, self._stream
+            return FrameSequence(self._place, self.parts[index], *known)
         return self.assembled(index).frame
 
     def assembled(self, index: int, note: Note | None = None, with_color: bool = True) -> Assembled:
@@ -100,8 +91,7 @@ class FrameSequence(Sequence[Frame]):
         return read._replace(found=found)
 
     def settle(self, may_scale: bool, metric_poses: bool) -> None:
-        """Find out how poses and camera are to be understood, from frames that see the same. Prints notes on what it
-        changes.
+        """Find out how poses and camera are to be understood, from frames that see the same. A note tells any change.
 
         may_scale     the unit of the depth was guessed
         metric_poses  the unit of the poses is the metre; else it is anything
@@ -137,10 +127,6 @@ class FrameSequence(Sequence[Frame]):
         return found
 
 
-def _unheard(_: str) -> None:
-    """Ignore a note: a container may hold the colours itself, so it need not have any beside it."""
-
-
 def _end_video() -> None:
     """End the process that decodes a video, with the sequence."""
     from ..pictures.video import close_video  # only here
@@ -149,10 +135,7 @@ def _end_video() -> None:
 
 
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
-    """Open the frames of a folder or of a file, one or many.
-
-    Raises OSError if there are none, ValueError for files with impossible content.
-    """
+    """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
     check_readable(source)
@@ -161,12 +144,9 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
     if is_zip_folder(source, options.max_pixels):
         return open_folder(Folder(unpack_folder(source, options.max_pixels)), options, note)
     place = Folder(source.parent, allow_outside)
-    return _from_files(
-        place,
-        [FrameFiles(source, find_color(place, source, _unheard if is_container(source) else note))],
-        options,
-        note,
-    )
+    # a container may hold the colours itself, so it need not have any beside it
+    color = find_color(place, source, (lambda _: None) if is_container(source) else note)
+    return _from_files(place, [FrameFiles(source, color)], options, note)
 
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
@@ -210,14 +190,11 @@ def _from_files(place: Folder, files: Sequence[FrameFiles], options: ReadOptions
     poses = FoundPoses([None] * len(files))
     if options.pose is None and len(files) > 1:
         poses = find_poses(place, files, note, limit)
-    parts = [
-        Parts(
-            one.depth, one.color, cameras.of(one.number), pose, one.valid, cameras.missing, one.number, None, one.depth
-        )
-        for one, pose in zip(files, poses.poses, strict=True)
-    ]
-    if held is not None:
-        parts = [one._replace(contents=partial(_only, one.path, limit)) for one in parts]
+    parts = []
+    for one, pose in zip(files, poses.poses, strict=True):
+        contents = None if held is None else partial(_only, one.depth, limit)
+        where = cameras.of(one.number), pose, one.valid, cameras.missing, one.number
+        parts.append(Parts(one.depth, one.color, *where, contents, one.depth))
     parts = _without_lost(parts, place.path, note)
     sequence = FrameSequence(place, parts, options, note, poses.source)
     if sequence.posed > 1:
@@ -244,9 +221,9 @@ def _from_container(
     return sequence
 
 
-def _only(path: Path | None, max_pixels: float) -> Contents:
+def _only(path: Path, max_pixels: float) -> Contents:
     """What a container with one frame holds."""
-    held = _open_container(path, lambda _: None, max_pixels) if path else None
+    held = _open_container(path, lambda _: None, max_pixels)
     if not held:
         raise ValueError(f"{path} holds no depth, unlike the first file beside it")
     return held[0]
@@ -262,8 +239,7 @@ def _without_lost(parts: list[Parts], folder: Path, note: Note) -> list[Parts]:
 
 
 def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions, note: Note) -> Cameras:
-    """Return the cameras that lie in a folder. If the caller gives one, intrinsics.json may still state what the depth
-    is."""
+    """Return the cameras in a folder; beside a caller's camera intrinsics.json may still state what the depth is."""
     if options.intrinsics is None and options.fov is None:
         return find_cameras(place, files, note, options.max_pixels)
     if not (place.path / "intrinsics.json").is_file():
@@ -276,8 +252,7 @@ def find_filed(place: Folder, files: Sequence[FrameFiles], options: ReadOptions,
 
 
 def first_readable(sequence: FrameSequence) -> tuple[int, Assembled]:
-    """Return the first readable frame, and its index: it shows that camera and options are right. Else raises the first
-    frame's error."""
+    """Return the first readable frame, and its index; else raises the first frame's error."""
     for index in dict.fromkeys((0, len(sequence) // 2, len(sequence) - 1)):
         try:
             read = sequence.assembled(index)

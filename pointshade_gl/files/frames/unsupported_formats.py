@@ -42,8 +42,7 @@ _KINDS = (
 
 
 def what_else(path: Path) -> str | None:
-    """Return what a file is that cannot be read here, and what to do, as the end of a sentence; None for any other
-    file."""
+    """Return what a file is that cannot be read here, and what to do, to end a sentence; None for any other file."""
     suffix = path.suffix.lower().removeprefix(".")
     kind = next((kind for kind in _KINDS if re.fullmatch(kind.suffixes, suffix)), None)
     if kind is None:

@@ -64,7 +64,7 @@ def load_scene(
     """
     from .read import load_scene
 
-    return load_scene(path, allow_outside=allow_outside, max_pixels=max_pixels, notes=notes)
+    return load_scene(path, allow_outside, max_pixels, notes)
 
 
 def save_scene(path: FilePath, scene: Scene) -> None:

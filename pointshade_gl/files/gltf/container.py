@@ -18,10 +18,7 @@ _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 
 def read_container(path: Path, max_pixels: float) -> tuple[SimpleNamespace, memoryview | None]:
-    """Return the parts of a file, see `decode`, and the binary chunk of a GLB.
-
-    Raises OSError if the path is not a file, ValueError if it is not glTF 2.0 or requires an unknown extension.
-    """
+    """Return the parts of a file, see `decode`, and a GLB's binary chunk. Raises ValueError for other than glTF 2.0."""
     is_binary = read_head(path).startswith(_MAGIC)
     data = memoryview(read_bytes(path, max_pixels, SCENE_BYTES if is_binary else SCENE_TEXT))
     text, blob = _split(data) if is_binary else (data, None)

@@ -14,15 +14,8 @@ _TEXTURE = {"index": int, "texCoord": int}
 _INDICES = {"bufferView": int, "byteOffset": int, "componentType": int}
 _PRIMITIVE = {"attributes": {"": int}, "indices": int, "mode": int, "material": int, "targets": list}
 _SPARSE = {"count": int, "indices": _INDICES, "values": _INDICES}
-_NODE = {
-    "mesh": int,
-    "camera": int,
-    "children": [int],
-    "matrix": [float],
-    "rotation": [float],
-    "scale": [float],
-    "translation": [float],
-}
+_TRANSFORM = {"matrix": [float], "rotation": [float], "scale": [float], "translation": [float]}
+_NODE = _TRANSFORM | {"mesh": int, "camera": int, "children": [int]}
 DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a list by its item, other values by type
     "asset": {"version": str, "minVersion": str, "generator": str},
     "extensions": dict,
@@ -47,10 +40,7 @@ DOCUMENT: dict[str, Any] = {  # what is read: an object by its keys ("": any), a
 
 
 def decode(value: Any, kind: Any = DOCUMENT, place: str = "") -> Any:
-    """Return the value as parts with attributes, None where a key is missing. Unknown keys are left out.
-
-    Raises ValueError, naming the place in the file, for a value of the wrong type.
-    """
+    """Return known keys as parts with attributes, None if missing. Raises ValueError, with the place, by wrong type."""
     if kind is object:
         return value
     if isinstance(kind, list):

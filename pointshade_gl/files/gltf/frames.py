@@ -56,15 +56,9 @@ def read_frame(said: dict[str, Any], folder: Folder, note: Note, max_pixels: flo
 
 
 def write_frame(frame: Frame, folder: Path, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
-    """The extras that name a frame: where it was read from, or the files that are staged under this name.
-
-    Raises ValueError for a frame without a point, which no reader would take.
-    """
-    return _refer(frame, folder) or _write_files(frame, name, stage)
-
-
-def _write_files(frame: Frame, name: str, stage: Callable[[str], Path]) -> dict[str, Any]:
-    """The frame as a folder, and the extras that name it."""
+    """The extras that name a frame: its source, or files staged under this name. Raises ValueError without a point."""
+    if said := _refer(frame, folder):
+        return said
     if not frame.points_known:
         raise ValueError("its frame has no known depth, nothing to write")
     if frame.color is not None:
@@ -83,6 +77,5 @@ def _refer(frame: Frame, folder: Path) -> dict[str, Any] | None:
     root = folder.resolve()
     if any(isinstance(value, Path) and not value.is_relative_to(root) for value in said.values()):
         return None
-    return {
-        key: value.relative_to(root).as_posix() if isinstance(value, Path) else value for key, value in said.items()
-    }
+    named = {key: value.relative_to(root).as_posix() for key, value in said.items() if isinstance(value, Path)}
+    return said | named

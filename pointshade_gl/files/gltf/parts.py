@@ -26,11 +26,7 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 
 
 def inside(folder: Folder, text: Any) -> Path:
-    """The file or folder that a scene names, with links followed.
-
-    Raises ValueError for a path that leaves the scene's folder and for addresses, FileNotFoundError for a path to
-    nothing.
-    """
+    """The file or folder that a scene names, links followed. Raises ValueError if outside, OSError if missing."""
     path = folder.check(folder.named(text))
     if not path.exists():
         raise FileNotFoundError(f"{shown(text)} does not exist in {folder.path}")

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -69,14 +69,9 @@ def _describe(said: dict[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
-@contextmanager
-def _telling_frame(k: int, count: int) -> Iterator[None]:
+def _telling_frame(k: int, count: int) -> AbstractContextManager[None]:
     """Name the frame in errors inside, if it is one of several."""
-    if count == 1:
-        yield
-        return
-    with telling(f"frame {k} of {count}"):
-        yield
+    return nullcontext() if count == 1 else telling(f"frame {k} of {count}")
 
 
 def _read_once(said: dict[str, Any], parts: Parts, frames: dict[str, Frame]) -> Frame:
@@ -118,12 +113,10 @@ def write_points(
     stage: Callable[[str], Path],
     written: dict[Frame, dict[str, Any]],
 ) -> dict[str, Any]:
-    """Return the extras of a point object; its frames and arrays are staged as files of folders beside the scene.
+    """Return the extras of a point object; its frames and arrays are staged as files. Raises ValueError without points.
 
     names    of the folders, one for each frame
     written  the extras that were written for each frame before, so that none is written twice
-
-    Raises ValueError for a frame without a point, which no reader would take.
     """
     for k, (frame, name) in enumerate(zip(points.frames, names, strict=True)):
         if frame not in written:

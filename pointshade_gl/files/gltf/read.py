@@ -16,7 +16,7 @@ from ...scene.light import Light
 from ...scene.node import Node
 from ..access.builtin import builtin_scene
 from ..access.content import FilePath
-from ..access.limits import MAX_PIXELS, PARTS, check_limit
+from ..access.limits import PARTS, check_limit
 from ..access.safe_paths import Folder
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
@@ -30,9 +30,7 @@ from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, re
 _NODE_KEYS = (*KEYS, "visible", "shadow")
 
 
-def load_scene(
-    path: FilePath, *, allow_outside: bool = False, max_pixels: float = MAX_PIXELS, notes: Note | None = None
-) -> Scene:
+def load_scene(path: FilePath, allow_outside: bool, max_pixels: float, notes: Note | None) -> Scene:
     """See the package, which imports this module when it is first needed."""
     file = builtin_scene(path)
     check_positive(max_pixels, option("max_pixels", beside_file=True))

@@ -17,20 +17,16 @@ def local_matrix(node: SimpleNamespace) -> Matrix:
         return numbers(node.matrix, (4, 4), "matrix").T  # glTF writes columns
     result = np.eye(4)
     if node.rotation is not None:
-        result[:3, :3] = _rotation(numbers(node.rotation, (4,), "rotation"))
+        quaternion = numbers(node.rotation, (4,), "rotation")  # x, y, z, w of any length but zero
+        length = np.linalg.norm(quaternion)
+        if length < 1e-12:
+            raise ValueError("rotation must be a quaternion of unit length, got (0, 0, 0, 0)")
+        result[:3, :3] = rotation_of(quaternion / length)
     if node.scale is not None:
         result[:3, :3] *= numbers(node.scale, (3,), "scale")
     if node.translation is not None:
         result[:3, 3] = numbers(node.translation, (3,), "translation")
     return result
-
-
-def _rotation(quaternion: Matrix) -> Matrix:
-    """(3, 3) of (x, y, z, w) of any length but zero."""
-    length = np.linalg.norm(quaternion)
-    if length < 1e-12:
-        raise ValueError("rotation must be a quaternion of unit length, got (0, 0, 0, 0)")
-    return rotation_of(quaternion / length)
 
 
 def transform_of(matrix: Matrix) -> dict[str, list[float]]:

@@ -1,5 +1,4 @@
-"""Converts cameras and lights from and to glTF, where both look along -z with y up; our cameras look along z with y
-down."""
+"""Converts cameras and lights from and to glTF: both look along -z with y up, ours along z with y down."""
 
 from __future__ import annotations
 
@@ -105,15 +104,10 @@ def _read_cone(spot: Any, is_blenders: bool) -> tuple[float, float]:
     spot = spot if isinstance(spot, dict) else {}
     outer = numbers(spot.get("outerConeAngle", math.pi / 4), (), "outerConeAngle").item()
     inner = numbers(spot.get("innerConeAngle", 0), (), "innerConeAngle").item()
-    if is_blenders and 0 <= inner <= outer <= math.pi:
-        inner = _blenders_inner(inner, outer)
+    if is_blenders and 0 <= inner <= outer <= math.pi:  # Blender blends cosines, but its exporter blends the angles
+        blend = 1 - inner / outer if outer else 0.0
+        inner = math.acos(min(math.cos(outer) + (1 - math.cos(outer)) * blend, 1.0))
     return min(math.degrees(inner), 90.0), min(math.degrees(outer), 90.0)  # pi/2 in float32 is more than that
-
-
-def _blenders_inner(inner: float, outer: float) -> float:
-    """The inner angle that Blender draws, radians: it blends cosines, but its exporter blends the angles."""
-    blend = 1 - inner / outer if outer else 0.0
-    return math.acos(min(math.cos(outer) + (1 - math.cos(outer)) * blend, 1.0))
 
 
 def _three(values: Matrix) -> tuple[float, float, float]:

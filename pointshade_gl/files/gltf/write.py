@@ -25,7 +25,6 @@ from ..access.atomic_write import FileSet
 from ..access.content import FilePath
 from .checks import telling
 from .container import LIGHTS, UNLIT, pack
-from .layout import layout
 from .points import write_material, write_points
 from .transforms import transform_of
 from .views import FLIP, Matrix, light_place, write_camera, write_light
@@ -132,10 +131,9 @@ class _Writer:
         return {LIGHTS: {"light": len(self.lights) - 1}}
 
     def mesh(self, meshes: tuple[Mesh, ...]) -> int:
-        key = meshes
-        if key not in self.known:
-            self.known[key] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
-        return self.known[key]
+        if meshes not in self.known:
+            self.known[meshes] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
+        return self.known[meshes]
 
     def primitive(self, mesh: Mesh) -> dict[str, Any]:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
@@ -209,7 +207,7 @@ class _Writer:
             return
         if self.blob:
             self.files.stage(binary).write_bytes(self.blob)
-        self.files.stage(self.path.name).write_text(layout(self.document()), encoding="utf-8")
+        self.files.stage(self.path.name).write_text(_lines(self.document()) + "\n", encoding="utf-8")
 
     def document(self) -> dict[str, Any]:
         """The whole file as JSON has it, without empty lists, in the order in which people read: bytes last."""
@@ -223,6 +221,20 @@ class _Writer:
         said |= {"extensions": {LIGHTS: {"lights": self.lights}}} if self.lights else {}
         said |= {kind: self.gltf[kind] for kind in ("meshes", "materials")} | self.gltf
         return {key: value for key, value in said.items() if value != []}
+
+
+def _lines(value: Any, indent: str = "") -> str:
+    """JSON with one line for each short value and for each part of a list."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    inner = indent + "  "
+    if len(text) <= 100 or not isinstance(value, dict | list):
+        return text
+    if isinstance(value, list):
+        lines = [json.dumps(item, ensure_ascii=False) for item in value]
+    else:
+        lines = [f"{json.dumps(key)}: {_lines(item, inner)}" for key, item in value.items()]
+    begin, end = "[]" if isinstance(value, list) else "{}"
+    return begin + ",".join(f"\n{inner}{line}" for line in lines) + f"\n{indent}{end}"
 
 
 def _extras(said: dict[str, Any]) -> dict[str, Any] | None:

@@ -15,13 +15,12 @@ from ..access.file_name_patterns import (
     CAMERAS,
     DATA_SETS,
     FRAME_CAMERAS,
-    FRAME_SUFFIXES,
     NOT_A_CAMERA,
     PICTURE_SUFFIXES,
     REGISTERED,
     TRANSFORMS,
 )
-from ..access.folder_listing import Item, key_of, matches, may_be_own, own_files
+from ..access.folder_listing import Item, key_of, matches, own_files
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..arrays.named_numbers import named_of
@@ -52,10 +51,7 @@ class Cameras:
 
 
 def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> Cameras:
-    """Find the cameras of a folder's frames. A note names the file, unless it is intrinsics.json.
-
-    Raises ValueError for an intrinsics.json that holds none.
-    """
+    """Find the cameras of a folder's frames; a note names the file. Raises ValueError for a bad intrinsics.json."""
     items = _not_of_others(place.listing.files(place.path, 2, CAMERA_SUFFIXES), frames, place)
     own = _one_each(items, frames, note, max_pixels)
     if own:
@@ -128,22 +124,13 @@ def _one_each(
     items: Sequence[Item], frames: Sequence[FrameFiles], note: Note, max_pixels: float
 ) -> list[Intrinsics | None]:
     """Return for each frame the camera in a file of its own; empty if fewer than half of several frames have one."""
-    items = may_be_own(items, FRAME_CAMERAS, FRAME_SUFFIXES)
-    if len(items) < 2:
-        return []
-    keys = [one.key for one in frames]
-    named = own_files(items, keys, FRAME_CAMERAS, FRAME_SUFFIXES)
-    named = [item for item in named if not NOT_A_CAMERA.search(item.name)]
-    files = matches(keys, named) if len(named) > 1 else []
-    if len(set(files)) < 2:
-        return []
-    found: list[Intrinsics | None] = []
-    for path in files:
-        try:
-            found.append(read_intrinsics(path, lambda _: None, max_pixels) if path else None)
-        except (ValueError, OSError):
-            return []  # of another kind, such as poses
-    note(f"each frame has its camera in a file such as {next(path for path in files if path)}")
+    files = own_files(items, frames, FRAME_CAMERAS, lambda item: NOT_A_CAMERA.search(item.name))
+    try:
+        found = [read_intrinsics(path, lambda _: None, max_pixels) if path else None for path in files]
+    except (ValueError, OSError):
+        return []  # of another kind, such as poses
+    if found:
+        note(f"each frame has its camera in a file such as {next(path for path in files if path)}")
     return found
 
 
@@ -182,7 +169,7 @@ def _of_data_set(
     names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
     seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
     for known in DATA_SETS:
-        if known.known_by.search(seen) and _has_size(frames, known.size):
+        if re.search(known.known_by, seen) and _has_size(frames, known.size):
             numbers = ",".join(f"{number:g}" for number in known.numbers)
             note(
                 f"no camera is in {folder}, which looks like {known.title}: its published camera ({numbers}) "

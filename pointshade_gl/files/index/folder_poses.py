@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
-from ..access.file_name_patterns import FRAME_POSES, FRAME_SUFFIXES, NOT_A_POSE, POSE_SUFFIXES, POSES
-from ..access.folder_listing import Item, matches, may_be_own, numbers_in, own_files
+from ..access.file_name_patterns import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, POSES
+from ..access.folder_listing import Item, numbers_in, own_files
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
-from ..poses.pose_files import read_frame_pose, read_poses
+from ..poses.pose_files import read_poses
 from ..poses.pose_key_names import PoseList
 from .folders import FrameFiles
 from .pairing import nearest
@@ -36,23 +37,19 @@ class FoundPoses(NamedTuple):
 
 
 def find_poses(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pixels: float = MAX_PIXELS) -> FoundPoses:
-    """The poses of a folder's frames.
-
-    Raises ValueError for a file that is called like one of poses and holds none.
-    """
+    """The poses of a folder's frames. Raises ValueError for a file that is called like one of poses and holds none."""
     folder = place.path
     items = [item for item in place.listing.files(folder, 2, POSE_SUFFIXES) if not NOT_A_POSE.search(item.name)]
-    single = _one_each(items, frames, max_pixels)
+    taken = cache(lambda: {path for one in frames for path in (one.depth, one.color, one.valid)})
+    single = own_files(items, frames, FRAME_POSES, lambda item: item.suffix == ".log" or item.path in taken())
+    single = single if _holds_a_pose(next((path for path in single if path), None), max_pixels) else []
     if single:
         first = _named(folder, next(path for path in single if path))
         note(f"poses are read from files such as {first}")
         listed = [read_poses(path, max_pixels) if path else None for path in single]
         metric = all(one.metric for one in listed if one)
         return FoundPoses([one.poses[0] if one else None for one in listed], first, metric)
-    found = _by_rank(items)
-    if found:
-        taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
-        found = [item for item in found if item.path not in taken]
+    found = [item for item in _by_rank(items) if item.path not in taken()]
     for item in found:
         listed = read_poses(item.path, max_pixels)
         poses = _matched(item.path, listed, frames, note)
@@ -67,25 +64,12 @@ def _named(folder: Path, path: Path) -> str:
     return path.relative_to(folder).as_posix()
 
 
-def _one_each(items: Sequence[Item], frames: Sequence[FrameFiles], max_pixels: float) -> list[Path | None]:
-    """For each frame the file of its own pose; empty if fewer than half of several frames have one."""
-    items = may_be_own(items, FRAME_POSES, FRAME_SUFFIXES)
-    if len(items) < 2:
-        return []
-    keys = [one.key for one in frames]
-    own = [item for item in own_files(items, keys, FRAME_POSES, FRAME_SUFFIXES) if item.suffix != ".log"]
-    if len(own) < 2:
-        return []
-    taken = {path for one in frames for path in (one.depth, one.color, one.valid)}
-    found = matches(keys, [item for item in own if item.path not in taken])
-    first = next((path for path in found if path), None)
-    if first is None or len(set(found)) < 2:
-        return []
+def _holds_a_pose(path: Path | None, max_pixels: float) -> bool:
+    """Whether it is a file with one pose, and not of another kind, such as a camera."""
     try:
-        read_frame_pose(first, max_pixels)
+        return path is not None and len(read_poses(path, max_pixels).poses) == 1
     except ValueError:
-        return []  # of another kind, such as a camera
-    return found
+        return False
 
 
 def _by_rank(items: Sequence[Item]) -> list[Item]:
@@ -116,10 +100,8 @@ def _matched(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
 
 
 def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: Note) -> Poses | None:
-    for same in (_stem, _numbers, _last):
-        named: dict[object, NDArray[np.float64]] = {}
-        for name, pose in zip(found.names or [], found.poses, strict=True):
-            named[same(name)] = pose
+    for same in (_stem, lambda name: numbers_in(_stem(name)), lambda name: numbers_in(_stem(name))[-1:]):
+        named = {same(name): pose for name, pose in zip(found.names or [], found.poses, strict=True)}
         result = [named.get(same(one.depth.name), named.get(same((one.color or one.depth).name))) for one in frames]
         unnamed = sum(pose is None for pose in result)
         if unnamed < len(frames):
@@ -131,11 +113,3 @@ def _by_name(path: Path, found: PoseList, frames: Sequence[FrameFiles], note: No
 
 def _stem(name: str) -> str:
     return Path(name.replace("\\", "/")).stem.lower()
-
-
-def _numbers(name: str) -> tuple[int, ...]:
-    return numbers_in(_stem(name))
-
-
-def _last(name: str) -> tuple[int, ...]:
-    return numbers_in(_stem(name))[-1:]

@@ -144,9 +144,8 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
         if wanted == "":
             found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
-            return _best_group(
-                folder, [item for item in found if item.suffix not in RAW_SUFFIXES] or found, "depth", note
-            )
+            found = [item for item in found if item.suffix not in RAW_SUFFIXES] or found
+            return _best_group(folder, found, "depth", note)
     return []
 
 
@@ -190,10 +189,7 @@ def _template(item: Item) -> str:
 
 
 def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
-    """Return files in one folder and with similar names: of several such groups the one that fits its partners best.
-
-    Of two files with the same key that differ in their suffix, the one that keeps the most is taken.
-    """
+    """Return files of one folder with similar names that fit their partners best; of equal keys the best suffix."""
     suffixes = DEPTH_SUFFIXES if what == "depth" else COLOR_SUFFIXES
     groups: dict[str, list[Item]] = {}
     for item in items:
@@ -233,8 +229,7 @@ def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners
 
 
 def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
-    """Return, of files that differ in their suffix, the one that keeps the most. Colour-mapped depth is no
-    photograph."""
+    """Return, of files that differ in their suffix, the one that keeps the most, and is no colour-mapped depth."""
     forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
     if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
         forms = [item for item in forms if not _is_mapped(item.path)] or forms

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +19,12 @@ def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: No
     if len(depths) == len(colors) == 1:
         return [colors[0]]
     enough = min(len(depths), len(colors)) / 2
-    if len(depths) > 1 and len({_last(item) for item in depths}) == 1:  # r_0_depth_0001.png, r_1_depth_0001.png
+    if len(depths) > 1 and len({item.numbers[-1:] for item in depths}) == 1:  # r_0_depth_0001.png, r_1_depth_0001.png
         named = {item.numbers: item for item in colors}
         partners = [named.get(item.numbers[:-1]) for item in depths]
         if all(partners):
             return partners
-    for same in (_key, _numbers, _last):
+    for same in (attrgetter("key"), attrgetter("numbers"), lambda item: item.numbers[-1:]):
         named = {same(item): item for item in colors if same(item)}
         if len({same(item) for item in depths}) < len(depths):
             continue
@@ -48,18 +49,6 @@ def find_partners(folder: Path, depths: list[Item], colors: list[Item], note: No
         )
     note(f"{folder}: depth and colour are paired by order, their names do not match")
     return list(colors)
-
-
-def _key(item: Item) -> object:
-    return item.key
-
-
-def _numbers(item: Item) -> object:
-    return item.numbers
-
-
-def _last(item: Item) -> object:
-    return item.numbers[-1:]
 
 
 def nearest(wanted: np.ndarray, offered: np.ndarray) -> np.ndarray:

@@ -8,14 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from ..access.content import read_text
-from ..access.file_name_patterns import (
-    COLOR_LISTS,
-    COLOR_SUFFIXES,
-    DEPTH_LISTS,
-    DEPTH_SUFFIXES,
-    PAIR_LISTS,
-    TRANSFORMS,
-)
+from ..access.file_name_patterns import COLOR_LISTS, COLOR_SUFFIXES, DEPTH_LISTS, DEPTH_SUFFIXES, PAIR_LISTS, TRANSFORMS
 from ..access.folder_listing import Item
 from ..access.limits import PARTS, check_limit
 from ..access.safe_paths import Folder
@@ -62,7 +55,7 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
     found, named = [], cache(place.named)  # colours stand beside several depths
     for line in lines:
         words = line.split("#")[0].split()
-        if len(words) not in (2, 4) or not _is_number(words[0]):
+        if len(words) not in (2, 4) or not _NUMBER.fullmatch(words[0]):
             continue
         if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
             continue
@@ -71,7 +64,3 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
     return found
-
-
-def _is_number(text: str) -> bool:
-    return _NUMBER.fullmatch(text) is not None

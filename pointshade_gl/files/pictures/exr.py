@@ -1,5 +1,4 @@
-"""Reads and writes OpenEXR images with the library of that name; only their header is parsed here, to check their
-size."""
+"""Reads and writes OpenEXR images with the library of that name; their header is parsed here, for their size."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.formatting import cut
-from ..access.content import FilePath, open_regular
+from ..access.content import FilePath, import_extra, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, check_limit, check_pixels
 
 EXR = b"\x76\x2f\x31\x01"
@@ -22,21 +21,12 @@ _LONGEST = 2**20  # bytes of the list of channels
 
 def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """(h, w) depth from an EXR picture. Raises ValueError for a broken or too large one, and without the extra."""
-    try:
-        import OpenEXR  # only here: an optional extra
-    except ImportError:
-        raise ValueError(f"{path} is an EXR picture: pip install 'pointshade-gl[exr]' to read it") from None
+    library = import_extra("OpenEXR", "exr", f"{path} is an EXR picture")
     _check_header(path, max_pixels)
-    try:
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            channels = {name: channel.pixels for name, channel in file.channels().items()}
-            return np.array(channels[_pick_channel(channels, str(path))])
-    except MemoryError:
-        raise
-    except Exception as error:  # the library raises RuntimeError, ValueError and TypeError for broken files
-        if str(error).startswith(f"{path} "):
-            raise
-        raise ValueError(f"{path} is a broken or truncated EXR picture: {cut(error)}") from None
+    broken = naming(path, "is a broken or truncated EXR picture")  # for RuntimeError, ValueError and TypeError
+    with broken, library.File(str(path), separate_channels=True) as file:
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+        return np.array(channels[_pick_channel(channels, str(path))])
 
 
 def check_exr(path: FilePath) -> None:

@@ -36,7 +36,7 @@ _LONGEST = {"JPEG": 65500, "WEBP": 16383}  # pixels a side that the formats can 
 _READ = ("PNG", "JPEG", "BMP", "DIB", "PPM", "GIF", "TIFF", "WEBP", "TGA", "JPEG2000")
 _READ_IF_KNOWN = ("AVIF", "HEIF")  # Pillow's from version 11.3, and a plug-in's
 _POSTSCRIPT = (b"%!PS", b"\xc5\xd0\xd3\xc6")  # Pillow hands it to Ghostscript
-_TURNED = 0x0112  # the EXIF tag of how a camera was held
+TURNED = 0x0112  # the EXIF tag of how a camera was held
 _TILE = (322, 323)  # the TIFF tags of a tile's width and height
 # Signs of a normal's x, y and z (camera axes: right, down, forward) in other axes, by the names that normal maps have.
 # The surface that faces the viewer is blue in OpenGL's and in DirectX's; their green points up and down.
@@ -49,10 +49,7 @@ class NotAPictureError(ValueError):
 
 
 def check_writable(path: FilePath) -> Path:
-    """The path, if `save_image` can write there; call it before a long computation.
-
-    Raises ValueError for a suffix that names no format, FileNotFoundError when the folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if `save_image` cannot write there."""
     path = check_path(path)
     if path.suffix.lower() not in (*_FORMATS, ".npy"):
         raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
@@ -120,12 +117,9 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
 
 
 def encode_png(array: NDArray[Any]) -> bytes:
-    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16.
+    """A PNG of (h, w), (h, w, 3) or (h, w, 4), uint8 or uint16: rows less those above, run lengths and Huffman codes.
 
-    Each row is written less the one above, and packed by run lengths and Huffman codes.
-
-    Encoding was the largest stage of a rendering. Pillow tries five filters a row: this takes 0.4 of the time of its
-    quickest level, for files of the same size.
+    Pillow tries five filters a row: this takes 0.4 of the time of its quickest level, for files of the same size.
     """
     height, width = array.shape[:2]
     plain = np.ascontiguousarray(array.astype(array.dtype.newbyteorder(">"), copy=False))
@@ -152,10 +146,8 @@ def is_ours(path: FilePath) -> bool:
 def read_image(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """A picture's own values: (h, w), (h, w, 3) or (h, w, 4), uint8; deep grey pictures uint16, int32 or float32.
 
-    Palettes and other colour models become RGB or RGBA; the picture is turned as its camera noted in EXIF. It may be
-    read-only.
-
-    Raises OSError if the path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
+    Palettes and other colour models become RGB or RGBA, turned as EXIF says; it may be read-only. Raises OSError if the
+    path is not a file, ValueError if it is not a complete picture of up to max_pixels pixels.
     """
     read_head(path)
     with open_regular(path) as file:
@@ -193,7 +185,7 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
             image.load()
             with _pillow, warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                is_turned = image.getexif().get(_TURNED, 1) != 1
+                is_turned = image.getexif().get(TURNED, 1) != 1
         if is_turned:
             from PIL import ImageOps
 
@@ -201,10 +193,8 @@ def _open_image(file: BinaryIO, name: str, max_pixels: float) -> Image.Image:
         return image
     except UnidentifiedImageError:
         if head[4:8] == b"ftyp":
-            message = (
-                f"{name} is an HEIC or AVIF picture: pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
-            )
-            raise ValueError(message) from None
+            way_out = "pip install 'pointshade-gl[heic]', or a newer Pillow for AVIF"
+            raise ValueError(f"{name} is an HEIC or AVIF picture: {way_out}") from None
         raise NotAPictureError(f"{name} is not a picture, or its format is none of {', '.join(_READ)}") from None
     except MemoryError:
         raise MemoryError(f"{name}: there is not enough memory to decode it") from None

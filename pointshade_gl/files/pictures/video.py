@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..access.content import FilePath, read_head
+from ..access.content import FilePath, import_extra, read_head
 from ..access.limits import MAX_PIXELS, check_pixels
 
 
@@ -19,29 +19,23 @@ class _Open:
     """A video that is being decoded; sequences ask for one picture after the other."""
 
     def __init__(self, path: Path, max_pixels: float):
-        try:
-            from imageio_ffmpeg import read_frames  # only here: an optional extra
-        except ImportError:
-            raise ValueError(f"{path} is a video: pip install 'pointshade-gl[video]' to read it") from None
+        ffmpeg = import_extra("imageio_ffmpeg", "video", f"{path} is a video")
         read_head(path)
-        self._pictures: Generator[Any, None, None] = read_frames(str(path))
-        self.path, self._next = path, 0
+        self._pictures: Generator[Any, None, None] = ffmpeg.read_frames(str(path))
+        self.path, self.next = path, 0
         self._width, self._height = next(self._pictures)["source_size"]
         check_pixels(self._width, self._height, str(path), max_pixels)
 
     def read(self, number: int) -> NDArray[np.uint8]:
         try:
-            while self._next < number:
+            while self.next < number:
                 next(self._pictures)
-                self._next += 1
+                self.next += 1
             data = next(self._pictures)
         except StopIteration:
-            raise ValueError(f"{self.path} has {self._next} pictures, picture {number} is wanted") from None
-        self._next += 1
+            raise ValueError(f"{self.path} has {self.next} pictures, picture {number} is wanted") from None
+        self.next += 1
         return np.frombuffer(data, np.uint8).reshape(self._height, self._width, 3)
-
-    def is_before(self, path: Path, number: int) -> bool:
-        return self.path == path and self._next <= number
 
     def close(self) -> None:
         with warnings.catch_warnings():  # imageio-ffmpeg leaves the pipes of an ffmpeg that has ended
@@ -54,13 +48,10 @@ _last: list[_Open] = []  # at most one
 
 
 def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS) -> NDArray[np.uint8]:
-    """(h, w, 3) the picture of this number, counted from 0. Quick for one after the other.
-
-    Raises ValueError without the extra `video`, for a file that is no video, and for a number beyond its end.
-    """
+    """(h, w, 3) picture of this number, from 0, quick in order. Raises ValueError without it, or the extra `video`."""
     path = Path(path)
     with _lock:
-        if not (_last and _last[0].is_before(path, number)):
+        if not (_last and _last[0].path == path and _last[0].next <= number):
             close_video()
             try:
                 _last.append(_Open(path, max_pixels))

@@ -108,14 +108,12 @@ def _readings(scales: Sequence[float]) -> list[Reading]:
 
 
 def _fit_pose_scale(pairs: Sequence[tuple[Frame, Frame]]) -> tuple[float, Reading]:
-    """Return the reading, with a factor on the positions of the poses, under which the views agree best; and their
-    error."""
+    """Return the error of the reading that fits best with a factor on the positions of the poses, and that reading."""
     readings = [Reading(to_world, axes) for axes in AXES for to_world in (True, False)]
     step = 1.25
     for smaller, larger in ((37, 18), (6, 6), (6, 6), (6, 6)):  # 1/3850 (millimetres) to 55 times, then finer and finer
-        tried = [
-            replace(one, pose_scale=one.pose_scale * step**k) for one in readings for k in range(-smaller, larger + 1)
-        ]
+        factors = [step**k for k in range(-smaller, larger + 1)]
+        tried = [replace(one, pose_scale=one.pose_scale * factor) for one in readings for factor in factors]
         error, best = min(((_error(pairs, one), one) for one in tried), key=lambda found: found[0])
         readings, step = [best], step ** (1 / 5)
     return error, best
@@ -131,8 +129,7 @@ def _error(pairs: Sequence[tuple[Frame, Frame]], reading: Reading) -> float:
 
 
 def _error_of(a: Frame, b: Frame, reading: Reading) -> float:
-    """Return the median difference of the depths where both see the same, as a share of the depth; 1 without
-    overlap."""
+    """Return the median difference of the depths where both see the same, share of the depth; 1 without overlap."""
     step = max(1, int((a.depth.size / _POINTS) ** 0.5))
     v, u = np.mgrid[0 : a.depth.shape[0] : step, 0 : a.depth.shape[1] : step]
     z = a.depth[::step, ::step] * reading.scale

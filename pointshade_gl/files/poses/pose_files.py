@@ -27,10 +27,7 @@ _COLUMNS = 64  # of a row, at most
 
 
 def load_pose(path: FilePath) -> NDArray[np.float64]:
-    """(4, 4) camera-to-world from a text file, a JSON list or .npy: numbers as for `pose_of`; OpenCV axes.
-
-    Raises OSError if the path is not a file, ValueError if it does not hold a pose.
-    """
+    """(4, 4) camera-to-world, OpenCV axes, from a file of numbers as for `pose_of`. Raises OSError or ValueError."""
     return pose_of(read_numbers(path), str(path))
 
 
@@ -50,14 +47,6 @@ def pose_of(numbers: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     return check_pose(from_quaternions(place, turn)[0], name)
 
 
-def read_frame_pose(path: Path, max_pixels: float = MAX_PIXELS) -> NDArray[np.float64]:
-    """(4, 4) from a file that holds the pose of one frame. Raises ValueError for any other content."""
-    found = read_poses(path, max_pixels).poses
-    if len(found) != 1:
-        raise ValueError(f"{path} must hold the pose of one frame, got {len(found)}")
-    return found[0]
-
-
 def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
     """All poses of a file. Raises ValueError, naming the file, if it holds none."""
     head = read_head(path)
@@ -68,9 +57,8 @@ def read_poses(path: Path, max_pixels: float = MAX_PIXELS) -> PoseList:
         return _checked(from_words(arrays), path, "arrays of other kinds")
     if head.startswith(NUMPY):
         array = read_npy(path, max_pixels)
-        found = _from_rows(
-            array.astype(np.float64).reshape(-1, array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1)
-        )
+        columns = array.shape[-2] * array.shape[-1] if array.ndim > 1 else 1
+        found = _from_rows(array.astype(np.float64).reshape(-1, columns))
         return _checked(found, path, f"an array of shape {array.shape}")
     if head.startswith(SINTEL):
         return PoseList(inverted(read_cam(path, max_pixels)[1][None]))
@@ -151,21 +139,17 @@ def _from_rows(rows: NDArray[np.float64]) -> PoseList | None:
     return None
 
 
+@np.errstate(all="ignore")
 def _are_turns(rows: NDArray[np.float64]) -> bool:
     """Whether these are quaternions: their length is 1."""
     return bool(np.median(abs(np.linalg.norm(rows, axis=1) - 1)) < 0.01)
 
 
 def _from_seven(rows: NDArray[np.float64]) -> PoseList:
-    """x y z qx qy qz qw; or qw qx qy qz x y z (Washington); or t, a turn about an axis, x y z (ARKit: world-to-camera).
-
-    The numbers of a turn have length 1, which tells the first two apart.
-    """
-    with np.errstate(all="ignore"):
-        last, first = (np.median(abs(np.linalg.norm(part, axis=1) - 1)) for part in (rows[:, 3:], rows[:, :4]))
-    if last < 0.01:
+    """x y z qx qy qz qw; qw qx qy qz x y z (Washington); or t, turn about an axis, x y z (ARKit: world-to-camera)."""
+    if _are_turns(rows[:, 3:]):
         return PoseList(from_quaternions(rows[:, :3], rows[:, 3:]))
-    if first < 0.01:
+    if _are_turns(rows[:, :4]):
         return PoseList(from_quaternions(rows[:, 4:], rows[:, [1, 2, 3, 0]]))
     angles = np.linalg.norm(rows[:, 1:4], axis=1, keepdims=True)
     axes = rows[:, 1:4] / np.maximum(angles, 1e-12)

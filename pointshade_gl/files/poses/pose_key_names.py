@@ -1,5 +1,4 @@
-"""Reads poses by the names of their numbers: JSON of Open3D, BOP, Polycam, nerfstudio and others, named numbers in
-texts.
+"""Reads poses by the names of their numbers: JSON of Open3D, BOP, Polycam, nerfstudio and others, and texts.
 
 A new word is a row of _POSE_WORDS, a form of its own a reader in `from_json`.
 """
@@ -73,10 +72,7 @@ def from_json(data: Any, path: Path, max_pixels: float) -> PoseList | None:
 
 
 def _from_parameters(data: Any) -> PoseList | None:
-    """Open3D's PinholeCameraTrajectory and PinholeCameraParameters, world-to-camera; its PoseGraph, camera-to-world.
-
-    Matrices are written by columns.
-    """
+    """Open3D's camera parameters, world-to-camera, and its PoseGraph, camera-to-world; matrices are by columns."""
     if "extrinsic" in data:
         data = {"parameters": [data]}
     if "parameters" in data:
@@ -99,10 +95,8 @@ def _from_cells(data: Any) -> PoseList | None:
 
 def _from_bop(named: Named) -> PoseList | None:
     """BOP's scene_camera.json and T-LESS' info.yml: world-to-camera, millimetres, by number."""
-    groups = [
-        name.rpartition(".")[0] for name, numbers in named.items() if word(name) == "camrw2c" and len(numbers) == 9
-    ]
-    pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in groups}
+    turned = [name.rpartition(".")[0] for name, part in named.items() if word(name) == "camrw2c" and len(part) == 9]
+    pairs = {group: (named[f"{group}.cam_R_w2c"], named.get(f"{group}.cam_t_w2c", ())) for group in turned}
     pairs = {group: pair for group, pair in pairs.items() if len(pair[1]) == 3}
     if not pairs:
         return None

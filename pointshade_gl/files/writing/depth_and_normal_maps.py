@@ -19,10 +19,7 @@ DEPTH_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".npy")
 
 
 def check_depth_path(path: FilePath) -> Path:
-    """The path, if `save_depth` can write there; call it before a long computation.
-
-    Raises ValueError for another suffix and for .exr without the extra `exr`, OSError when the folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if `save_depth` cannot write there."""
     path = check_path(path)
     if path.suffix.lower() not in DEPTH_SUFFIXES:
         raise ValueError(f"cannot write {path}: the suffix of depth must be one of {', '.join(DEPTH_SUFFIXES)}")
@@ -93,11 +90,7 @@ def _millimetres(metres: NDArray[np.float32], path: Path, notes: Note) -> NDArra
 
 
 def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -> Path:
-    """The path, if `save_normals` can write there; call it before a long computation.
-
-    Raises ValueError for unknown axes, for a suffix that names no format or has not so many bits and for .exr without
-    the extra `exr`, OSError when the folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if `save_normals` cannot write there."""
     path = check_path(path)
     if axes is not None:
         check_choice(option("axes"), axes, tuple(AXES))

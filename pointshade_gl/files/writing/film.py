@@ -27,11 +27,7 @@ FILM_SUFFIXES = (".mp4", ".gif")
 
 
 def check_film(path: FilePath) -> Path:
-    """The path, if a `Film` can be written there; call it before a long computation.
-
-    Raises ValueError for another suffix than .mp4 and .gif and for .mp4 without the extra `video`, OSError when the
-    folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if no `Film` can be written there."""
     path = check_path(path)
     if path.suffix.lower() not in FILM_SUFFIXES:
         raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")
@@ -225,9 +221,8 @@ def _palette(pictures: list[Image.Image], looked_at: int = 400_000) -> Image.Ima
     from PIL import Image
 
     side = max(8, math.isqrt(looked_at // len(pictures)))
-    samples = [
-        item.resize((min(side, item.width), min(side, item.height)), Image.Resampling.NEAREST) for item in pictures
-    ]
+    sizes = [(min(side, item.width), min(side, item.height)) for item in pictures]
+    samples = [item.resize(size, Image.Resampling.NEAREST) for item, size in zip(pictures, sizes, strict=True)]
     strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
     for k, sample in enumerate(samples):
         strip.paste(sample, (0, k * sample.height))

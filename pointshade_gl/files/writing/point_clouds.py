@@ -18,10 +18,7 @@ FAR = 1000.0  # sizes of a cloud from the world's origin: beyond, float32 would 
 
 
 def check_points_path(path: FilePath) -> Path:
-    """The path, if `save_points` can write there; call it before a long computation.
-
-    Raises ValueError for another suffix than .ply and without the extra `ply`, OSError when the folder does not exist.
-    """
+    """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
     path = check_path(path)
     if path.suffix.lower() != ".ply":
         raise ValueError(f"cannot write {path}: the suffix of a point cloud must be .ply")

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from .. import __version__
 from ..files.access.folder_listing import Listing
+from ..version import __version__
 from .inputs import Source
 from .jobs import FILMS, Job
 from .manifest import Entry, Manifest, differs, is_whole, told

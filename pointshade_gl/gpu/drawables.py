@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import moderngl
 
 from ..scene.camera import Eye
 from ..scene.mesh import Mesh
+from .core.memory import Owner
 from .core.steps import Steps
 from .core.view_images import Target
 from .meshes.grid_depths import Grid
@@ -27,21 +29,20 @@ Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
 Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
 
 
-class Objects:
+class Objects(Owner):
     """Draws objects, each by the passes of its kind. Those of grids and meshes are made for the first one that is
     drawn."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
-        self._context = context
+        super().__init__(context)
         self._steps = steps
         self._can_compute, self._is_software = rasterizers.can_compute, rasterizers.is_software
-        self.points = PointObjects(context, rasterizers)
-        self._grids: GridObjects | None = None
+        self.points = self._keep(PointObjects(context, rasterizers))
         self._meshes: MeshObjects | None = None
 
     def find_triangles(self, grid: Grid) -> None:
         """Find which triangles of a grid exist, unless that is known."""
-        self._steps.run("triangles", self._grid_objects().find_triangles, grid, of=grid.surface)
+        self._steps.run("triangles", self._grids.find_triangles, grid, of=grid.surface)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> None:
         """Free all other meshes."""
@@ -53,7 +54,7 @@ class Objects:
         if isinstance(shape, PlacedMesh):
             self._mesh_objects().add_shadow(tile, shape, eye)
         elif isinstance(shape, Grid):
-            self._grid_objects().add_shadow(tile, shape, eye)
+            self._grids.add_shadow(tile, shape, eye)
         elif isinstance(shape, TiledPoints):
             for part in shape.each(lit=False):
                 self.points.add_shadow(tile, part.points, eye)
@@ -67,7 +68,7 @@ class Objects:
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
-            self._grid_objects().add_surface(target.surfaces, target.splats, thing, eye, number, lights)
+            self._grids.add_surface(target.surfaces, target.splats, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
         elif isinstance(thing, TiledPoints):
@@ -79,21 +80,16 @@ class Objects:
 
     def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
         """Return the passes that draw such an object when it is alone."""
-        return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
+        return self._grids if isinstance(thing, ShownGrid) else self.points
 
-    def _grid_objects(self) -> GridObjects:
-        self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
-        return self._grids
+    @cached_property
+    def _grids(self) -> GridObjects:
+        return self._keep(GridObjects(self._context, self._can_compute, self._is_software))
 
     def _mesh_objects(self) -> MeshObjects:
-        self._meshes = self._meshes or MeshObjects(self._context)
+        self._meshes = self._meshes or self._keep(MeshObjects(self._context))
         return self._meshes
 
     def _count(self, shape: Shape) -> None:
         several = len(shape.parts) if isinstance(shape, PointSet) else 1
         self._steps.counts["mesh" if isinstance(shape, PlacedMesh | Grid) else "splats"] += several
-
-    def release(self) -> None:
-        for kind in (self._meshes, self._grids, self.points):
-            if kind is not None:
-                kind.release()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.multi_view import importances
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
+from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable, Objects
 from ..gpu.meshes.grid_depths import Grid
@@ -28,21 +31,24 @@ from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
 
 
-class GpuScene:
+class GpuScene(Owner):
     """Keeps on the GPU what the last picture shows or casts shadows in it, for the next one to use again.
 
     drawn  the objects of the last picture, on the GPU
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
-        self._gl = context
+        super().__init__(context)
         self._steps = steps
         self._objects = objects
-        self.frames = FrameStore(context, steps)
-        self.tiles = TileStore(context, steps, self.frames, objects.points)
-        self._consensus: ConsensusPass | None = None  # made for the first set
+        self.frames = self._keep(FrameStore(context, steps))
+        self.tiles = self._keep(TileStore(context, steps, self.frames, objects.points))
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: dict[Placed, Drawable] = {}
+
+    @cached_property
+    def _consensus(self) -> ConsensusPass:
+        return self._keep(ConsensusPass(self._context, self._steps))
 
     def prepare(self, visible: VisibleScene) -> dict[Placed, Drawable]:
         """Put everything that is visible or casts a shadow on the GPU."""
@@ -132,18 +138,11 @@ class GpuScene:
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene) -> ShownSet:
         """Return several frames of one object, each with the others' votes on its points, and its weight in this
         view."""
-        self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
         consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
-
-    def release(self) -> None:
-        if self._consensus is not None:
-            self._consensus.release()
-        self.tiles.release()
-        self.frames.release()
 
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:

@@ -14,7 +14,7 @@ from ..context.saved_state import enabled
 from ..core.frame_textures import PointSurface
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import bind_textures
+from ..core.passes import set_inputs
 from ..core.programs import build_compute, build_program, set_uniforms, source_and_target
 from ..core.view_images import SplatImage
 from ..points.compute_raster import MOST_GROUPS, RimList
@@ -54,11 +54,6 @@ class Grid(NamedTuple):
         return left - 1, top - 1, width + 1, height + 1
 
 
-def _set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
-    bind_textures(program, inputs)
-    set_uniforms(program, **inputs)
-
-
 class ComputedDepths(Owner):
     """Rasterises 1/z of a mesh: squares that lie on planes, then other squares, then the rims at its border."""
 
@@ -80,7 +75,7 @@ class ComputedDepths(Owner):
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
         left, top, columns, rows = grid.squares_in_blocks
         planes = {"plane_map": grid.surface.planes.texture, "squares": (left, top, columns, rows)}
-        _set_inputs(squares, way | listed | planes)
+        set_inputs(squares, way | listed | planes)
         squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
         self._run_list(odd, odd_list, way | listed | grid.maps())
         self._run_list(rims, rim_list, way | {"surface_map": grid.surface.texture})
@@ -91,7 +86,7 @@ class ComputedDepths(Owner):
     def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:
         """Draw what an earlier step has put on a list."""
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
-        _set_inputs(program, inputs)
+        set_inputs(program, inputs)
         program.run_indirect(listed)
 
     def _clear(self, image: SplatImage) -> None:
@@ -153,12 +148,12 @@ class DrawnDepths(Owner):
         image.visible.use()
         image.visible.clear(depth=1.0)
         here = grid.way(eye) | {"target_size": image.size, "near": eye.near / grid.scale}
-        _set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
+        set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
         _, _, columns, rows = grid.squares
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             for first in range(0, columns * rows, TOGETHER):
                 set_uniforms(self._pieces.program, first_square=first)
                 self._pieces.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
-            _set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
+            set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
             self._ends.render(moderngl.POINTS, vertices=grid.source.width * grid.source.height)
         image.raise_version()

@@ -14,8 +14,8 @@ from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.images import check_size
 from ..core.memory import Owner
-from ..core.passes import bind_textures
-from ..core.programs import build_program, set_uniforms
+from ..core.passes import set_inputs
+from ..core.programs import build_program
 from ..core.view_images import SurfaceImage
 from ..shading.shadow_map import Tile
 
@@ -57,13 +57,12 @@ class MeshObjects(Owner):
         else:
             program, array = self._programs.surface, buffers.surface
             inputs["is_lit"] = mesh.shading != "none"
-        bind_textures(program, inputs)
-        set_uniforms(program, **inputs)
+        set_inputs(program, inputs)
         self._draw(surfaces.shared_target, array)
 
     def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
-        set_uniforms(self._programs.shadow, **_camera(eye, np.linalg.inv(eye.pose) @ placed.world))
+        set_inputs(self._programs.shadow, _camera(eye, np.linalg.inv(eye.pose) @ placed.world))
         self._draw(tile.target, self._buffers(placed.mesh).shadow)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> list[Mesh]:

@@ -11,11 +11,11 @@ from ..core.passes import FullscreenPasses
 from ..core.view_images import SampleSums, Target
 
 
-class ResolveSamplesPass:
+class ResolveSamplesPass(FullscreenPasses):
     """Averages samples in linear light, weighted by coverage."""
 
     def __init__(self, context: moderngl.Context):
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
         self._adding = AdditiveBlend(context)
 
     def canvas(self, sums: SampleSums) -> Canvas:
@@ -33,8 +33,5 @@ class ResolveSamplesPass:
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
-        develop = self._passes.get("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
+        develop = self.fullscreen("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
         develop.draw(target.picture, sums, count=float(count), background=behind)
-
-    def release(self) -> None:
-        self._passes.release()

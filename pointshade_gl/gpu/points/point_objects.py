@@ -3,6 +3,7 @@ sees."""
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import moderngl
@@ -11,11 +12,9 @@ import numpy as np
 from ...estimation.multi_view import SetReport, primary_shares
 from ...scene.camera import Camera, Eye
 from ...scene.level_of_detail import bridged_camera
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
-from ..core.images import Box, Fitted, Image, confine
+from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.passes import FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
@@ -106,17 +105,26 @@ class ShownSet(NamedTuple):
         return SetReport(choices, band, gains, points, np.array(distrusted), self.importances)
 
 
-class PointObjects:
+class PointObjects(FullscreenPasses):
     """Draws point objects into views and into shadow maps."""
 
     def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
-        self._context, self._rasterizers = context, rasterizers
-        self._resolve = ResolvePass(context)
-        self._shadow_passes = FullscreenPasses(context)
-        self._lit: LitSplatPass | None = None  # these three are made when they are first needed
-        self._merge: SetMergePass | None = None
-        self._target_normals: TargetNormals | None = None
-        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+        super().__init__(context)
+        self._rasterizers = self._keep(rasterizers)
+        self._resolve = self._keep(ResolvePass(context))
+        self._scratch = self._keep(Fitted(context, SplatImage))  # of the size of a shadow view
+
+    @cached_property
+    def _lit(self) -> LitSplatPass:
+        return self._keep(LitSplatPass(self._context))
+
+    @cached_property
+    def _merge(self) -> SetMergePass:
+        return self._keep(SetMergePass(self._context))
+
+    @cached_property
+    def _target_normals(self) -> TargetNormals:
+        return self._keep(TargetNormals(self._context))
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
         """How far the nearest splat is at each pixel of a view."""
@@ -130,7 +138,6 @@ class PointObjects:
     def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
         """Draw the picture in one pass, for flat shading. lights: inputs of shaders/common/lights.glsl, in the points'
         axes."""
-        self._lit = self._lit or LitSplatPass(self._context)
         self._lit.draw(target, _splats(points, eye), lights | {"color_map": colors.texture})
         target.raise_version()
 
@@ -139,12 +146,7 @@ class PointObjects:
         self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
 
     def draw_lit(
-        self,
-        canvas: Canvas,
-        splats: SplatImage,
-        shown: ShownPoints,
-        eye: Eye,
-        lights: dict[str, Any],
+        self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye, lights: dict[str, Any]
     ) -> None:
         """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: inputs of
         shaders/common/lights.glsl."""
@@ -168,7 +170,6 @@ class PointObjects:
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
         """Draw several frames of one object among others: their splats into one image, their weighted surfaces added
         up."""
-        self._merge = self._merge or SetMergePass(self._context)
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
@@ -178,7 +179,6 @@ class PointObjects:
         self._merge.add_up(target.sums, parts, shown.shading, consensus.band)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
-            self._target_normals = self._target_normals or TargetNormals(self._context)
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
         others = len(parts) - 1 if shown.has_doubts else None
         inputs = look_up, number, (eye.near, points.scale), normals, others
@@ -203,11 +203,8 @@ class PointObjects:
             fragment, (look_up, inputs) = "points/set_shadow.frag", self._set_depths(points, scratch, eye)
         else:
             fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye)
-        left, top, width, height = scratch.window
-        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
-        with enabled(self._context, DEPTH_TEST):
-            self._shadow_passes.get(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
-        confine(tile.target, None)
+        with depth_tested(self._context, tile.target, tile.part(scratch.window)):
+            self.fullscreen(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
 
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
@@ -235,12 +232,6 @@ class PointObjects:
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
-
-    def release(self) -> None:
-        rare = self._lit, self._target_normals, self._merge
-        for item in (self._scratch, self._shadow_passes, *rare, self._resolve, self._rasterizers):
-            if item is not None:
-                item.release()
 
 
 class Posed(Protocol):

@@ -12,8 +12,8 @@ from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import bind_textures
-from ..core.programs import build_program, set_uniforms
+from ..core.passes import set_inputs
+from ..core.programs import build_program
 from ..core.view_images import SplatImage
 from .set_splats import Splats
 
@@ -65,9 +65,8 @@ class PointSplatPass(Owner):
             self._draw(self._rim_array(splats.trust is not None), splats, image)
 
     def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **shape: Any) -> None:
-        inputs = splats.of_set | shape | {"surface_map": splats.surface.texture}
-        bind_textures(array.program, inputs)
-        set_uniforms(array.program, target_size=image.size, near=splats.near, **splats.way, first_id=1, **inputs)
+        inputs = splats.of_set | splats.way | shape | {"surface_map": splats.surface.texture}
+        set_inputs(array.program, inputs | {"target_size": image.size, "near": splats.near, "first_id": 1})
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
 

@@ -9,10 +9,8 @@ import numpy as np
 
 from ...scene.appearance import LIT_EARLY, SHADINGS
 from ...scene.camera import Camera
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.canvas import Canvas
-from ..core.images import confine, empty
+from ..core.images import depth_tested, empty
 from ..core.passes import FullscreenPasses
 from ..core.programs import source_and_target
 from ..core.view_images import SplatImage
@@ -40,13 +38,9 @@ class Looking(NamedTuple):
         return source_and_target(self.source, self.camera, self.view)
 
 
-class ResolvePass:
+class ResolvePass(FullscreenPasses):
     """Turns rasterised splats into surfaces for the light pass, or into the picture. One program for each shading
     model."""
-
-    def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._passes = FullscreenPasses(context)
 
     def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
         """Draw the picture, for the shading models none, flat and gouraud."""
@@ -82,10 +76,8 @@ class ResolvePass:
             empty(image, looking.splats.window)
             self._draw("points/resolve_surfaces.frag", image, looking, shading, uniforms)
             return
-        confine(image, looking.splats.window)
-        with enabled(self._context, DEPTH_TEST):
+        with depth_tested(self._context, image, looking.splats.window):
             self._draw("points/resolve_surfaces.frag", image, looking, shading, uniforms)
-        confine(image, None)
 
     def _draw(
         self,
@@ -109,7 +101,4 @@ class ResolvePass:
             uniforms["first_id"] = 1
             if "view" in uniforms:  # without it, the source id says it all
                 textures["window_depths"], uniforms["depth_scale"] = looking.splats.depth, looking.near
-        self._passes.get(fragment, looking.look_up, **constants).draw(image, textures, **uniforms)
-
-    def release(self) -> None:
-        self._passes.release()
+        self.fullscreen(fragment, looking.look_up, **constants).draw(image, textures, **uniforms)

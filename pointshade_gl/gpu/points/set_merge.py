@@ -9,10 +9,8 @@ from typing import Any, NamedTuple
 import moderngl
 
 from ...scene.appearance import SHADINGS
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.additive_blend import AdditiveBlend
-from ..core.images import Box, Image, confine, empty
+from ..core.images import Box, Image, confine, depth_tested, empty
 from ..core.passes import FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage
 from .resolve import Looking
@@ -28,13 +26,13 @@ class Part(NamedTuple):
     gain: tuple[float, ...]
 
 
-class SetMergePass:
+class SetMergePass(FullscreenPasses):
     """Adds up the surfaces of several frames by weight and divides the sums: one program for each shading model and
     rasteriser."""
 
     def __init__(self, context: moderngl.Context):
-        self._context, self._adding = context, AdditiveBlend(context)
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
+        self._adding = AdditiveBlend(context)
 
     def add_up(self, sums: Image, parts: Sequence[Part], shading: str, band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
@@ -45,7 +43,7 @@ class SetMergePass:
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self._passes.get("points/set_accumulate.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=SHADINGS.index(shading))
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
@@ -72,19 +70,10 @@ class SetMergePass:
         maps |= {} if normals is None else {"target_map": normals}
         inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
         inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
-        confine(surfaces.shared_target, splats.window)
-        with enabled(self._context, DEPTH_TEST):
-            merged = self._passes.get(
-                "points/set_resolve.frag",
-                look_up,
-                AT_TARGET=int(normals is not None),
-                CERTAINTY=int(others is not None),
-            )
+        constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int(others is not None)}
+        merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
+        with depth_tested(self._context, surfaces.shared_target, splats.window):
             merged.draw(surfaces.shared_target, maps, **inputs)
-        confine(surfaces.shared_target, None)
-
-    def release(self) -> None:
-        self._passes.release()
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

@@ -15,13 +15,12 @@ KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # cons
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
-class LightPass:
+class LightPass(FullscreenPasses):
     """Lights the pixels of a view, or the points of a frame for shading models that interpolate light between
     points."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
         self._tables: dict[str, moderngl.Texture] = {}
 
     def draw(
@@ -61,7 +60,7 @@ class LightPass:
         doubtful = has_doubts or certainty is not None
         alone = "only_light" in inputs
         kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
-        light = self._passes.get("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
+        light = self.fullscreen("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
         colors = "albedo_map" if points is None else "color_map"
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 
@@ -95,5 +94,6 @@ class LightPass:
         return table
 
     def release(self) -> None:
-        for item in (*self._tables.values(), self._passes):
-            item.release()
+        for table in self._tables.values():
+            table.release()
+        super().release()

@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from ...scene.shadow_cameras import ShadowView
-from ..core.images import check_size, confine
+from ..core.images import Box, check_size, confine
 from ..core.memory import Owner
 from ..core.steps import Versioned
 
@@ -21,6 +21,10 @@ class Tile(NamedTuple):
     target: moderngl.Framebuffer
     first: tuple[int, int]  # column and row in the map
     side: int
+
+    def part(self, window: Box) -> Box:
+        """Return where a window of the view lies in the map."""
+        return self.first[0] + window[0], self.first[1] + window[1], *window[2:]
 
 
 class ShadowMap(Versioned, Owner):

@@ -9,13 +9,12 @@ import moderngl
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
 from ..core.images import R32F, RGBA32F, Box, Fitted, Image, Images
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 from .flying_pixels import FlyingPixelPass
 from .normals import Estimator, SurfacePass
 
 
-class UpsamplePass(Owner):
+class UpsamplePass(FullscreenPasses):
     """Enlarges surfaces: colour decides to which surface a pixel belongs, its position alone its depth and its normal.
 
     It trusts the colours, and nothing checks them. Near edges of ray-traced scenes with samples of 7.5 pixels, 8 % of
@@ -26,11 +25,7 @@ class UpsamplePass(Owner):
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
         self._images = self._keep(Fitted(context, SampleImages))
-        with self._all_or_nothing():
-            self._find_guide = self._keep(FullscreenPass(context, "surface/upsample_guide.frag"))
-            self._find_calm = self._keep(FullscreenPass(context, "surface/planar_mask.frag"))
-            self._vote = self._keep(FullscreenPass(context, "surface/upsample_vote.frag"))
-            self._snap = self._keep(FlyingPixelPass(context, surface))
+        self._snap = self._keep(FlyingPixelPass(context, surface))
 
     def run(
         self,
@@ -46,13 +41,13 @@ class UpsamplePass(Owner):
         """
         images = self._images.fit(small.size)
         colors = {"color_map": frame.color}
-        self._find_guide.draw(images.guide.target, colors, small_size=small.size)
+        self.fullscreen("surface/upsample_guide.frag").draw(images.guide.target, colors, small_size=small.size)
         snapped = self._snap.run(frame, images.guide.texture, camera, estimator)
         source = {"surface_map": snapped.texture, "source": camera.intrinsics}
-        self._find_calm.draw(images.calm.target, source)
+        self.fullscreen("surface/planar_mask.frag").draw(images.calm.target, source)
         large.confine(_enlarged(small.window, small.size, large.size))
         maps = {"guide_map": images.guide.texture, "calm_map": images.calm.texture}
-        self._vote.draw(large.target, source | colors | maps, large_size=large.size)
+        self.fullscreen("surface/upsample_vote.frag").draw(large.target, source | colors | maps, large_size=large.size)
         large.certainty = small.certainty
         large.raise_version()
 

@@ -132,6 +132,16 @@ def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
     return replace(light, direction=(float(x), float(y), float(z)))
 
 
+def transformed(light: Light, matrix: NDArray[Any]) -> Light:
+    """Return the light after its place and its direction have moved by a (4, 4) matrix."""
+    changes: dict[str, Any] = {}
+    if light.position is not None:
+        changes["position"] = tuple(matrix[:3, :3] @ light.position + matrix[:3, 3])
+    if light.direction is not None:
+        changes["direction"] = tuple(matrix[:3, :3] @ light.direction)
+    return replace(light, **changes)
+
+
 def light_rows(
     lights: Sequence[Light], axes: NDArray[Any], spans: Sequence[tuple[int, int] | None] | None = None
 ) -> NDArray[np.float32]:

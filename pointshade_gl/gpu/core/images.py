@@ -75,14 +75,14 @@ class Image(Images):
 class Fitted(Generic[_Images]):
     """Images of the size that was asked for last. Those of another size are freed before: both might not fit."""
 
-    def __init__(self, context: moderngl.Context, make: Callable[[moderngl.Context, tuple[int, int]], _Images]):
-        self._context, self._make = context, make
+    def __init__(self, context: moderngl.Context, make: Callable[..., _Images], *formats: Format):
+        self._context, self._make, self._formats = context, make, formats
         self._images: _Images | None = None
 
     def fit(self, size: tuple[int, int]) -> _Images:
         if self._images is None or self._images.size != size:
             self.release()
-            self._images = self._make(self._context, size)
+            self._images = self._make(self._context, size, *self._formats)
         return self._images
 
     def release(self) -> None:

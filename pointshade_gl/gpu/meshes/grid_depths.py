@@ -17,7 +17,7 @@ from ..core.memory import Owner
 from ..core.passes import set_inputs
 from ..core.programs import build_compute, build_program, set_uniforms, source_and_target
 from ..core.view_images import SplatImage
-from ..points.compute_raster import MOST_GROUPS, RimList
+from ..points.compute_raster import MOST_GROUPS, RimList, clear_nearest, read_window
 from ..points.point_objects import carried
 
 GROUP, ROWS = 32, 16  # as in grid.comp
@@ -36,7 +36,7 @@ class Grid(NamedTuple):
 
     def way(self, eye: Eye) -> dict[str, Any]:
         """Return the uniforms that project the grid into a view."""
-        return source_and_target(self.source, eye.camera, carried(self, eye))
+        return source_and_target(self.source, eye.camera, carried(self.pose, self.scale, eye))
 
     def maps(self) -> dict[str, Any]:
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
@@ -68,7 +68,8 @@ class ComputedDepths(Owner):
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
         """Fill `nearest` of an image of the view."""
-        self._clear(image)
+        clear_nearest(self._context, image, self._is_software)
+        image.nearest.bind_to_storage_buffer(0)
         squares, odd, rims = self._steps
         odd_list, rim_list = self._empty_lists(grid.surface.size)
         way = grid.way(eye) | {"target_size": image.size}
@@ -80,7 +81,7 @@ class ComputedDepths(Owner):
         self._run_list(odd, odd_list, way | listed | grid.maps())
         self._run_list(rims, rim_list, way | {"surface_map": grid.surface.texture})
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        image.window = self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        image.window = read_window(self._window, *image.size) if self._is_software else (0, 0, *image.size)
         image.raise_version()
 
     def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:
@@ -88,15 +89,6 @@ class ComputedDepths(Owner):
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
         set_inputs(program, inputs)
         program.run_indirect(listed)
-
-    def _clear(self, image: SplatImage) -> None:
-        """Clear `nearest` after everybody has read it: llvmpipe's threads ignore barriers."""
-        if self._is_software:
-            self._context.finish()
-        else:
-            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-        image.nearest.clear()
-        image.nearest.bind_to_storage_buffer(0)
 
     def _empty_lists(self, size: tuple[int, int]) -> list[moderngl.Buffer]:
         """Return empty lists, with room for all squares and for all rims, and reset the window."""
@@ -115,11 +107,6 @@ class ComputedDepths(Owner):
     def _free_lists(self) -> None:
         while self._lists:
             self._lists.pop().release()
-
-    def _read_window(self, width: int, height: int) -> Box:
-        """Return the part of the view that the mesh covers, to which later passes are confined."""
-        to_left, up, right, down = np.frombuffer(self._window.read(16, offset=16), np.int32).tolist()
-        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
     def release(self) -> None:
         self._free_lists()

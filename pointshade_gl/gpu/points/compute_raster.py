@@ -43,21 +43,15 @@ class ComputeSplatPass(Owner):
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view. Sizes and shape are not asked."""
-        self._clear(image)
-        image.window = self._add(image, splats)
-        image.raise_version()
+        (image.window,) = self.draw_set(image, [splats])
 
     def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats. Returns the part of the view that each comes to."""
-        self._clear(image)
+        clear_nearest(self._context, image, self._is_software)
         windows = [self._add(image, part) for part in parts]
         image.window = union(windows)
         image.raise_version()
         return windows
-
-    def _clear(self, image: SplatImage) -> None:
-        self._wait_for_readers()
-        image.nearest.clear()
 
     def _add(self, image: SplatImage, splats: Splats) -> Box:
         points, is_set = splats.surface, splats.trust is not None
@@ -78,7 +72,7 @@ class ComputeSplatPass(Owner):
             self._run_list("points/rims.comp", rims, inputs, is_set)
         if not self._is_empty(self._large):
             self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
-        return self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        return read_window(self._large, *image.size) if self._is_software else (0, 0, *image.size)
 
     def _draw_most(
         self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
@@ -124,22 +118,25 @@ class ComputeSplatPass(Owner):
         """
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
-    def _read_window(self, width: int, height: int) -> Box:
-        """Return the part of the view that has splats, to which later passes are confined."""
-        to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
-        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
-
-    def _wait_for_readers(self) -> None:
-        """Wait until nobody reads `nearest` any more, before it is cleared: llvmpipe's threads ignore barriers."""
-        if self._is_software:
-            self._context.finish()
-        else:
-            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-
     def release(self) -> None:
         if self._rims is not None:
             self._rims.release()
         super().release()
+
+
+def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: bool) -> None:
+    """Clear `nearest` of a view after everybody has read it: llvmpipe's threads ignore barriers."""
+    if is_software:
+        context.finish()
+    else:
+        context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+    image.nearest.clear()
+
+
+def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
+    """Return the part of the view in which the compute shaders have drawn, to which later passes are confined."""
+    to_left, up, right, down = np.frombuffer(drawn.read(16, offset=16), np.int32).tolist()
+    return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
 
 class RimList(Owner):

@@ -4,7 +4,7 @@ sees."""
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -225,31 +225,21 @@ class PointObjects(FullscreenPasses):
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
         points = shown.points
         colors = shown.colors.texture if shown.light is None else shown.light.texture
-        view, look_up = carried(points, eye), self._rasterizer(points).look_up
-        near = eye.near / points.scale
-        where = points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near
-        return Looking(*where, points.surface.certainty)
+        view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+        where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
+        return Looking(points.surface.texture, colors, *where, points.surface.certainty)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
 
 
-class Posed(Protocol):
-    """Points with a pose in the world."""
-
-    @property
-    def pose(self) -> np.ndarray: ...
-    @property
-    def scale(self) -> float: ...
-
-
-def carried(points: Posed, eye: Eye) -> np.ndarray:
-    """Return (4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
-    view = np.linalg.inv(eye.pose) @ points.pose
-    view[:3, 3] /= points.scale
+def carried(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
+    """Return (4, 4) from the axes of a frame's camera to those of the eye, in the frame's own unit."""
+    view = np.linalg.inv(eye.pose) @ pose
+    view[:3, 3] /= scale
     return view
 
 
 def _splats(points: Points, eye: Eye) -> Splats:
-    near = eye.near / points.scale
-    return Splats(points.surface, points.source, eye.camera, carried(points, eye), near, points.sizes, points.splat)
+    view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+    return Splats(points.surface, points.source, eye.camera, view, near, points.sizes, points.splat)

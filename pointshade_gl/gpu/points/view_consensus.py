@@ -41,7 +41,9 @@ class ConsensusPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
-        self._images = self._keep(Fitted(context, JudgeImages))
+        self._votes = self._keep(Fitted(context, Image, RG8))  # in steps of 1/255
+        self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
+        self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
         self._told = Told()
 
@@ -104,37 +106,30 @@ class ConsensusPass(FullscreenPasses):
 
     def _judge(self, member: FrameTextures, surface: PointSurface, voters: tuple[Voter, ...], band: float) -> None:
         """Write the trust in a frame's points, from the votes of other frames."""
-        images, frame = self._images.fit(member.size), _frame_of(member)
+        frame = _frame_of(member)
+        votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
         maps = {"surface_map": surface.texture}
-        empty(images.votes.target)
+        empty(votes.target)
         support = self.fullscreen("points/view_votes.frag")
         with self._adding.on():
             for other, other_surface in voters:
                 others = {"other_map": other_surface.texture}
-                support.draw(images.votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
+                support.draw(votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
         source = {"source": frame.camera.intrinsics}
-        ends, rows, trust = (self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3))
+        stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
         assert member.trust is not None
-        for image in (images.ends, images.rows, member.trust):
+        for image in (ends, rows, member.trust):
             empty(image.target)
-        ends.draw(images.ends.target, maps, **source)
-        rows.draw(images.rows.target, {"ends_map": images.ends.texture})
-        last = maps | {"rows_map": images.rows.texture, "votes_map": images.votes.texture}
-        trust.draw(member.trust.target, last, **source)
+        stages[0].draw(ends.target, maps, **source)
+        stages[1].draw(rows.target, {"ends_map": ends.texture})
+        last = maps | {"rows_map": rows.texture, "votes_map": votes.texture}
+        stages[2].draw(member.trust.target, last, **source)
         member.trust.raise_version()
 
     def _distrust(self, member: FrameTextures, _: PointSurface) -> None:
         assert member.trust is not None
         empty(member.trust.target)
         member.trust.raise_version()
-
-
-class JudgeImages(Images):
-    """Votes, in steps of 1/255, and how far surfaces reach (all RG8), for one size of frame."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.votes, self.ends, self.rows = (self._keep(Image(context, size, RG8)) for _ in range(3))
 
 
 def _frame_of(textures: FrameTextures) -> Frame:

@@ -35,7 +35,7 @@ class TemporalPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._change = self._keep(Fitted(context, _change_image))
+        self._change = self._keep(Fitted(context, Image, RG32F, RGBA32F))  # and the old normals in its axes
 
     def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
         """Average depth over time. Takes and returns depth with its noise as depth_average.frag writes them.
@@ -61,9 +61,8 @@ class TemporalPass(FullscreenPasses):
             maps = {"picture": picture, "history_map": history.depth.texture, "normal_map": history.normals.texture}
             moved = not np.array_equal(view, np.eye(4))
             way = {"intrinsics": camera.intrinsics, "view": view.T.astype("f4").tobytes()} if moved else {}
-            self.fullscreen("surface/temporal_change.frag", MOVED=int(moved)).draw(
-                change.target, maps, rounding=rounding, **way
-            )
+            compare = self.fullscreen("surface/temporal_change.frag", MOVED=int(moved))
+            compare.draw(change.target, maps, rounding=rounding, **way)
         maps = {"picture": picture, "change_map": change.texture}
         mix = self.fullscreen("surface/temporal_depth.frag")
         mix.draw(history.depth.target, maps, intrinsics=camera.intrinsics, rounding=rounding)
@@ -73,9 +72,8 @@ class TemporalPass(FullscreenPasses):
         history, change = stream.history.fit(surface.size), self._change.fit(surface.size)
         maps = {"surface_map": surface.texture, "history_map": history.depth.texture}
         maps |= {"old_normal_map": change.textures[1]}
-        self.fullscreen("surface/temporal_normals.frag").draw(
-            history.normals.target, maps, intrinsics=camera.intrinsics
-        )
+        mix = self.fullscreen("surface/temporal_normals.frag")
+        mix.draw(history.normals.target, maps, intrinsics=camera.intrinsics)
         self._context.copy_framebuffer(surface.target, history.normals.target)
         stream.history.remember(stream.frame, camera)
 
@@ -138,8 +136,3 @@ class HistoryImage(Images):
         super().__init__(context, size)
         self.depth = self._keep(Image(context, size, RGBA32F, RG32F))
         self.normals = self._keep(Image(context, size))
-
-
-def _change_image(context: moderngl.Context, size: tuple[int, int]) -> Image:
-    """Return how a new frame differs from what is remembered, and the old normals in its axes."""
-    return Image(context, size, RG32F, RGBA32F)

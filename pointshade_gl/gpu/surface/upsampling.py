@@ -8,7 +8,7 @@ import moderngl
 
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
-from ..core.images import R32F, RGBA32F, Box, Fitted, Image, Images
+from ..core.images import R32F, RGBA32F, Box, Fitted, Image
 from ..core.passes import FullscreenPasses
 from .flying_pixels import FlyingPixelPass
 from .normals import Estimator, SurfacePass
@@ -24,7 +24,8 @@ class UpsamplePass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
-        self._images = self._keep(Fitted(context, SampleImages))
+        self._guide = self._keep(Fitted(context, Image, RGBA32F))  # mean colour of each sample
+        self._calm = self._keep(Fitted(context, Image, R32F))  # whether its neighbours lie on its plane
         self._snap = self._keep(FlyingPixelPass(context, surface))
 
     def run(
@@ -39,26 +40,17 @@ class UpsamplePass(FullscreenPasses):
 
         camera  took the frame, at the depth's size
         """
-        images = self._images.fit(small.size)
+        guide, calm = self._guide.fit(small.size), self._calm.fit(small.size)
         colors = {"color_map": frame.color}
-        self.fullscreen("surface/upsample_guide.frag").draw(images.guide.target, colors, small_size=small.size)
-        snapped = self._snap.run(frame, images.guide.texture, camera, estimator)
+        self.fullscreen("surface/upsample_guide.frag").draw(guide.target, colors, small_size=small.size)
+        snapped = self._snap.run(frame, guide.texture, camera, estimator)
         source = {"surface_map": snapped.texture, "source": camera.intrinsics}
-        self.fullscreen("surface/planar_mask.frag").draw(images.calm.target, source)
+        self.fullscreen("surface/planar_mask.frag").draw(calm.target, source)
         large.confine(_enlarged(small.window, small.size, large.size))
-        maps = {"guide_map": images.guide.texture, "calm_map": images.calm.texture}
+        maps = {"guide_map": guide.texture, "calm_map": calm.texture}
         self.fullscreen("surface/upsample_vote.frag").draw(large.target, source | colors | maps, large_size=large.size)
         large.certainty = small.certainty
         large.raise_version()
-
-
-class SampleImages(Images):
-    """What the vote needs of each sample: `guide`, its mean colour, and `calm`, whether its neighbours lie on its
-    plane."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.guide, self.calm = (self._keep(Image(context, size, one)) for one in (RGBA32F, R32F))
 
 
 def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:

@@ -10,6 +10,7 @@ import moderngl
 
 from ..scene.camera import Eye
 from ..scene.mesh import Mesh
+from ..scene.placed import Placed
 from .core.memory import Owner
 from .core.steps import Steps
 from .core.view_images import Target
@@ -26,12 +27,12 @@ from .shading.shadow_map import Tile
 # scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
 # point objects.
 Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
+Drawables = dict[Placed, Drawable]
 Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
 
 
 class Objects(Owner):
-    """Draws objects, each by the passes of its kind. Those of grids and meshes are made for the first one that is
-    drawn."""
+    """Draws objects, each by the passes of its kind. Those of grids and meshes are made when first needed."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
         super().__init__(context)
@@ -63,19 +64,18 @@ class Objects(Owner):
         self._count(shape)
 
     def add_surface(self, target: Target, thing: Drawable, eye: Eye, number: int, lights: dict[str, Any]) -> None:
-        """Draw the visible surfaces of an object, with the number of its material. lights: for what is lit as it is
-        drawn."""
+        """Draw an object's visible surfaces, with the number of its material. lights: if it is lit as it is drawn."""
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
-            self._grids.add_surface(target.surfaces, target.splats, thing, eye, number, lights)
+            self._grids.add_surface(target, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
         elif isinstance(thing, TiledPoints):
             for part in thing.each():
-                self.points.add_surface(target.surfaces, target.splats, part, eye, number)
+                self.points.add_surface(target, part, eye, number)
         else:
-            self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
+            self.points.add_surface(target, thing, eye, number)
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
     def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:

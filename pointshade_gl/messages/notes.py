@@ -72,8 +72,7 @@ def silence() -> None:
 
 @contextmanager
 def taken() -> Iterator[list[str]]:
-    """Collect notes in this list instead of printing them, inside and in threads that `prefetched` starts there:
-    another process prints them."""
+    """Collect notes in a list instead, also of threads that `prefetched` starts: another process prints them."""
     notes: list[str] = []
     token = _taken.set(notes)
     try:
@@ -83,8 +82,7 @@ def taken() -> Iterator[list[str]]:
 
 
 def once(note: Note) -> Note:
-    """Wrap a note function so that it passes on each kind of note once, from any thread. Notes that differ only in
-    numbers are of one kind."""
+    """Wrap a note function to pass on each kind of note once, from any thread. Numbers make no other kind."""
     told: set[str] = set()
     lock = threading.Lock()
 

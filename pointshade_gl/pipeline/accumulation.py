@@ -10,11 +10,10 @@ from ..estimation.ground_plane import ground_under, seen_ground
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
-from ..gpu.drawables import Drawable
+from ..gpu.drawables import Drawables
 from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet
-from ..scene.placed import Placed
 from ..scene.render_settings import Finish, Vector
 from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene
@@ -23,8 +22,7 @@ from .light_setup import LightSetup
 
 
 class Accumulator(FullscreenPasses):
-    """Averages samples into finished pictures. A target keeps its sum: more samples of the same picture are added to
-    it."""
+    """Averages samples into finished pictures. A target keeps its sum, for more samples of the same picture."""
 
     def __init__(
         self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup, frame_pass: FramePass
@@ -39,7 +37,7 @@ class Accumulator(FullscreenPasses):
     def _develop(self) -> ResolveSamplesPass:
         return self._keep(ResolveSamplesPass(self._context))
 
-    def draw(self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], finish: Finish) -> None:
+    def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
         """Draw the finished picture: all its samples, averaged."""
         self._add_samples(target, visible, drawables, finish)
         self._develop.develop(target, finish.samples, finish.behind)
@@ -50,9 +48,7 @@ class Accumulator(FullscreenPasses):
         for step in ("up", "ground"):
             self._steps.forget(step)
 
-    def _add_samples(
-        self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], finish: Finish
-    ) -> None:
+    def _add_samples(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye = visible.eye.camera, visible.eye.pose.tobytes()
@@ -75,8 +71,7 @@ class Accumulator(FullscreenPasses):
     def _draw_ground(
         self, target: Target, visible: VisibleScene, light_set: LightSet, up: Vector, height: float | None
     ) -> None:
-        """Draw the shadows on the ground where no surface is visible. Needs lights with shadows: they make `draw` keep
-        surfaces."""
+        """Draw shadows on the ground where no surface is visible. Lights with shadows make `draw` keep surfaces."""
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}

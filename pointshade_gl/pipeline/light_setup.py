@@ -10,7 +10,7 @@ import numpy as np
 from ..gpu.core.images import empty
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawable, Objects, Shape
+from ..gpu.drawables import Drawables, Objects, Shape
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints, ShownSet
@@ -21,7 +21,6 @@ from ..gpu.shading.shadow_map import ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.mesh import Mesh
-from ..scene.placed import Placed
 from ..scene.shadow_cameras import ShadowView, shadow_views
 from ..scene.visible_scene import VisibleScene, material_of
 
@@ -39,7 +38,7 @@ class LightSetup(Owner):
     def _shadow_map(self) -> ShadowMap:
         return self._keep(ShadowMap(self._context))
 
-    def prepare(self, visible: VisibleScene, drawables: dict[Placed, Drawable]) -> LightSet:
+    def prepare(self, visible: VisibleScene, drawables: Drawables) -> LightSet:
         """Return the lights, with the shadow map of those that cast shadows.
 
         Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
@@ -64,9 +63,8 @@ class LightSetup(Owner):
                 for shape in shapes:
                     self._objects.add_shadow(tile, shape, view.eye)
 
-    def light_points(self, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet) -> None:
-        """Light the points themselves, in the axes of their object, for shading models that interpolate light between
-        points."""
+    def light_points(self, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
+        """Light the points themselves, in their object's axes, where shading interpolates light between them."""
         for p in visible.shown:
             thing = drawables[p]
             if isinstance(thing, TiledPoints):

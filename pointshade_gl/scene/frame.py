@@ -156,8 +156,7 @@ class Frame(Preview):
 
     @cached_property
     def _usual_range(self) -> tuple[float, float]:
-        """Return the range of depths of nearly all points: from the 1st to the 99th percentile, extended by as much on
-        both sides."""
+        """Return the range of nearly all depths: from the 1st to the 99th percentile, and as much on both sides."""
         if not self._probed[0].size:
             return 0.0, np.inf
         low, high = np.quantile(self.depth[self._probed], (0.01, 0.99)).tolist()
@@ -200,8 +199,7 @@ class Frame(Preview):
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without
-    any."""
+    """Return left, top, right and bottom of what is not 0, the last two exclusive; all 0 without any."""
     height, width = known.shape
     if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
         return 0, 0, width, height

@@ -124,8 +124,7 @@ def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
 
 
 def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
-    """Return the light; one without position and direction gets a direction from the viewing camera's upper left, world
-    axes."""
+    """Return the light, in world axes: without place and direction, from the viewing camera's upper left."""
     if light.position is not None or light.direction is not None:
         return light
     x, y, z = target_pose[:3, :3] @ UPPER_LEFT

@@ -179,8 +179,7 @@ def _is_there(library: str) -> bool:
 
 
 def _open_egl(device: int, libgl: str) -> Any:
-    """Return an EGL context for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first
-    picture."""
+    """Return an EGL context for moderngl, which would import ctypes.util first: 8 ms of the first picture."""
     egl: Any = import_module("glcontext.egl")
     return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
 

@@ -57,8 +57,7 @@ def is_software(renderer: str) -> bool:
 
 
 def wants_software(context: moderngl.Context) -> bool:
-    """Return whether programs are built for a software driver. POINTSHADE_PROGRAMS=software or =hardware overrides
-    it."""
+    """Return whether to build programs for a software driver; POINTSHADE_PROGRAMS=software or =hardware overrides."""
     told = os.environ.get("POINTSHADE_PROGRAMS")
     return told == "software" if told else is_software(context.info["GL_RENDERER"])
 
@@ -82,8 +81,7 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
 
 
 def by_images(text: str) -> tuple[str, list[str]]:
-    """Return a shader that reads the textures IMAGES as images, and the lines that go before it; none if it reads
-    none."""
+    """Return a shader that reads the textures IMAGES as images, and the lines that go before it, if it reads any."""
     images = {
         f"uniform sampler2D {name};": f"layout({kind}) uniform readonly image2D {name};"
         for name, kind in IMAGES.items()

@@ -37,8 +37,7 @@ class FullscreenPasses(Owner):
         self._passes: dict[Any, FullscreenPass] = {}
 
     def fullscreen(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
-        """Return a pass. look_up: of a shader that finds splats, whether the compute rasteriser drew them (OpenGL
-        4.3)."""
+        """Return a pass. look_up: for shaders that find splats, whether compute shaders drew them (OpenGL 4.3)."""
         constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
         key = fragment, *constants.items()
         if key not in self._passes:

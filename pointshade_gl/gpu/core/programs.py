@@ -1,5 +1,4 @@
-"""Builds programs from shader files: splices includes, and maps line numbers in the driver's errors back to the
-files."""
+"""Builds programs from shader files: splices includes, and names file and line in the driver's errors."""
 
 from __future__ import annotations
 
@@ -57,8 +56,7 @@ def splice(name: str, folder: Path | None = None) -> Spliced:
 
 
 def _begin(context: moderngl.Context, name: str, spliced: Spliced, lines: list[str], version: int = 0) -> Spliced:
-    """Insert more lines after the shader's first one, which is its #version, or set another version; for software
-    drivers see software_driver.py."""
+    """Insert lines after the first, the #version, or change it; for software drivers see software_driver.py."""
     text, origin = spliced
     if reads_images(context):
         text, reads = by_images(text)

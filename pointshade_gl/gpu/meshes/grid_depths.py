@@ -22,7 +22,7 @@ from ..points.point_objects import carried
 
 GROUP, ROWS = 32, 16  # as in grid.comp
 TOGETHER = 1 << 14  # squares that one call draws
-NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # on a list, and where the mesh comes to
+NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # where the mesh comes to
 
 
 class Grid(NamedTuple):
@@ -60,7 +60,7 @@ class ComputedDepths(Owner):
     def __init__(self, context: moderngl.Context, is_software: bool):
         super().__init__(context)
         self._is_software = is_software
-        self._lists: list[RimList] = []  # of rims, and of squares that are drawn in pieces
+        self._rims, self._odd = (self._keep(RimList(context)) for _ in range(2))  # odd squares are drawn in pieces
         names = "meshes/grid.comp", "meshes/odd_squares.comp", "points/rims.comp"
         with self._all_or_nothing():
             self._steps = [self._keep(build_compute(context, name, WINDOW=int(is_software))) for name in names]
@@ -71,7 +71,10 @@ class ComputedDepths(Owner):
         clear_nearest(self._context, image, self._is_software)
         image.nearest.bind_to_storage_buffer(0)
         squares, odd, rims = self._steps
-        odd_list, rim_list = self._empty_lists(grid.surface.size)
+        most = (grid.surface.size[0] + 1) * (grid.surface.size[1] + 1)  # all squares, or all rims
+        odd_list, rim_list = self._odd.emptied(most, place=3), self._rims.emptied(most, place=2)
+        self._window.write(NOTHING_YET)
+        self._window.bind_to_storage_buffer(1)
         way = grid.way(eye) | {"target_size": image.size}
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
         left, top, columns, rows = grid.squares_in_blocks
@@ -89,28 +92,6 @@ class ComputedDepths(Owner):
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
         set_inputs(program, inputs)
         program.run_indirect(listed)
-
-    def _empty_lists(self, size: tuple[int, int]) -> list[moderngl.Buffer]:
-        """Return empty lists, with room for all squares and for all rims, and reset the window."""
-        most = (size[0] + 1) * (size[1] + 1)
-        if not self._lists or self._lists[0].most < most:
-            self._free_lists()
-            for _ in range(2):
-                self._lists.append(RimList(self._context, most))
-        for place, one in zip((3, 2), self._lists, strict=True):
-            one.buffer.write(NOTHING_YET[:5])
-            one.buffer.bind_to_storage_buffer(place)
-        self._window.write(NOTHING_YET)
-        self._window.bind_to_storage_buffer(1)
-        return [one.buffer for one in self._lists]
-
-    def _free_lists(self) -> None:
-        while self._lists:
-            self._lists.pop().release()
-
-    def release(self) -> None:
-        self._free_lists()
-        super().release()
 
 
 class DrawnDepths(Owner):

@@ -13,7 +13,7 @@ from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures
 from ..core.images import Fitted, Image, depth_tested, empty
 from ..core.passes import FullscreenPass, FullscreenPasses
-from ..core.view_images import SplatImage, SurfaceImage
+from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
 from .grid_depths import ComputedDepths, DrawnDepths, Grid
 
@@ -84,19 +84,12 @@ class GridObjects(FullscreenPasses):
         self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
         surfaces.raise_version()
 
-    def add_surface(
-        self,
-        surfaces: SurfaceImage,
-        splats: SplatImage,
-        shown: ShownGrid,
-        eye: Eye,
-        number: int,
-        lights: dict[str, Any],
-    ) -> None:
+    def add_surface(self, target: Target, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]) -> None:
         """Draw the mesh among the surfaces of other objects. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
+        splats, shared = target.splats, target.surfaces.shared_target
         self.draw_splats(splats, shown.points, eye)
         scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
         inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
@@ -105,8 +98,8 @@ class GridObjects(FullscreenPasses):
             passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
         else:
             passed = self._pass("meshes/grid.frag", shown)
-        with depth_tested(self._context, surfaces.shared_target, splats.window):
-            passed.draw(surfaces.shared_target, {}, **inputs)
+        with depth_tested(self._context, shared, splats.window):
+            passed.draw(shared, {}, **inputs)
 
     def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
         """Return the inputs that place the mesh and colour it."""

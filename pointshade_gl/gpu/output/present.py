@@ -14,8 +14,7 @@ from ..core.passes import FullscreenPasses
 
 
 class Marker(NamedTuple):
-    """The marker of the light: position in pixels of the picture, from its upper left corner, radius, sRGB colour 0 to
-    1."""
+    """The marker of the light: pixels of the picture from its upper left corner, and an sRGB colour from 0 to 1."""
 
     x: float
     y: float

@@ -39,7 +39,7 @@ class ComputeSplatPass(Owner):
         self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
-        self._rims: RimList | None = None
+        self._rims = self._keep(RimList(context))
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view. Sizes and shape are not asked."""
@@ -81,22 +81,11 @@ class ComputeSplatPass(Owner):
         indirect = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*indirect, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
-        rims = self._empty_rims(most)
+        rims = self._rims.emptied(most, place=2)
         program.run(*groups)
         barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
         self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
         return rims
-
-    def _empty_rims(self, most: int) -> moderngl.Buffer:
-        """The list of rim pixels, with room for so many."""
-        if self._rims is None or self._rims.most < most:
-            if self._rims is not None:
-                self._rims.release()
-            self._rims = None
-            self._rims = RimList(self._context, most)
-        self._rims.buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
-        self._rims.buffer.bind_to_storage_buffer(2)
-        return self._rims.buffer
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
         """Draw what the first step has put on a list."""
@@ -118,11 +107,6 @@ class ComputeSplatPass(Owner):
         """
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
-    def release(self) -> None:
-        if self._rims is not None:
-            self._rims.release()
-        super().release()
-
 
 def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: bool) -> None:
     """Clear `nearest` of a view after everybody has read it: llvmpipe's threads ignore barriers."""
@@ -140,9 +124,17 @@ def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
 
 
 class RimList(Owner):
-    """Room for so many rim pixels, see compute_raster.glsl."""
+    """A list of rim pixels, see compute_raster.glsl."""
 
-    def __init__(self, context: moderngl.Context, most: int):
-        super().__init__(context)
-        self.most = most
-        self.buffer = self._allocate(context.buffer, reserve=4 * (5 + most))
+    _most = 0  # for which there is room
+
+    def emptied(self, most: int, place: int) -> moderngl.Buffer:
+        """Return the list, empty and with room for so many, where the shaders at this binding find it."""
+        if self._most < most:
+            self._most = 0
+            self.release()
+            self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
+            self._most = most
+        self._buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._buffer.bind_to_storage_buffer(place)
+        return self._buffer

@@ -1,5 +1,4 @@
-"""Draws point objects: rasterises their splats into a view, then resolves the surface and colour that each pixel
-sees."""
+"""Draws point objects: rasterises their splats, then resolves the surface and colour that each pixel sees."""
 
 from __future__ import annotations
 
@@ -143,46 +142,41 @@ class PointObjects(FullscreenPasses):
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the picture from rasterised splats whose colours are known already: for none, flat and gouraud."""
-        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
+        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye))
 
     def draw_lit(
         self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye, lights: dict[str, Any]
     ) -> None:
-        """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: inputs of
-        shaders/common/lights.glsl."""
+        """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: as `draw_lit_splats`."""
         self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
         surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
-        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), shown.shading, 1)
+        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1)
         surfaces.raise_version()
 
-    def add_surface(
-        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye, number: int
-    ) -> None:
+    def add_surface(self, target: Target, shown: ShownPoints, eye: Eye, number: int) -> None:
         """Draw the splats and surfaces of one object among others. number: of its material, counted from 1."""
-        self.draw_splats(splats, shown.points, eye)
-        depth = eye.near, shown.points.scale
-        looking = self._looking(splats, shown, eye)
-        self._resolve.draw_surfaces(surfaces.shared_target, looking, shown.shading, number, depth)
+        self.draw_splats(target.splats, shown.points, eye)
+        looking, depth = self._looking(target.splats, shown, eye), (eye.near, shown.points.scale)
+        self._resolve.draw_surfaces(target.surfaces.shared_target, looking, number, depth)
 
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
-        """Draw several frames of one object among others: their splats into one image, their weighted surfaces added
-        up."""
+        """Draw several frames of one object among others: all splats into one image, then their weighted surfaces."""
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
-        self._merge.add_up(target.sums, parts, shown.shading, consensus.band)
+        self._merge.add_up(target.sums, parts, consensus.band)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
         others = len(parts) - 1 if shown.has_doubts else None
         inputs = look_up, number, (eye.near, points.scale), normals, others
-        self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
+        self._merge.draw_surfaces(target, *inputs)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [
@@ -227,7 +221,7 @@ class PointObjects(FullscreenPasses):
         colors = shown.colors.texture if shown.light is None else shown.light.texture
         view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
         where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
-        return Looking(points.surface.texture, colors, *where, points.surface.certainty)
+        return Looking(points.surface.texture, colors, *where, shown.shading, points.surface.certainty)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

@@ -12,7 +12,7 @@ from ...scene.appearance import SHADINGS
 from ..core.additive_blend import AdditiveBlend
 from ..core.images import Box, Image, confine, depth_tested, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SplatImage, SurfaceImage
+from ..core.view_images import SplatImage, Target
 from .resolve import Looking
 
 
@@ -27,32 +27,30 @@ class Part(NamedTuple):
 
 
 class SetMergePass(FullscreenPasses):
-    """Adds up the surfaces of several frames by weight and divides the sums: one program for each shading model and
-    rasteriser."""
+    """Adds up the surfaces of several frames by weight, and divides the sums."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
 
-    def add_up(self, sums: Image, parts: Sequence[Part], shading: str, band: float) -> None:
+    def add_up(self, sums: Image, parts: Sequence[Part], band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
             looking = part.looking
-            maps = looking.maps(shading) | {"trust_map": part.trust}
+            maps = looking.maps() | {"trust_map": part.trust}
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            shading = SHADINGS.index(looking.shading)
+            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=shading)
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 
     def draw_surfaces(
         self,
-        surfaces: SurfaceImage,
-        sums: Image,
-        splats: SplatImage,
+        target: Target,
         look_up: bool,
         number: int,
         depth: tuple[float, float],
@@ -66,14 +64,14 @@ class SetMergePass(FullscreenPasses):
         normals  estimated in the view; None takes the mean of the frames'
         others   number of frames less one if normals are uncertain; None if they are not
         """
-        maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
+        maps = {"geometry_map": target.sums.textures[0], "albedo_map": target.sums.textures[1]}
         maps |= {} if normals is None else {"target_map": normals}
-        inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
+        inputs = key_inputs(target.splats, look_up) | {"near": depth[0], "scale": depth[1]}
         inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
         constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int(others is not None)}
         merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
-        with depth_tested(self._context, surfaces.shared_target, splats.window):
-            merged.draw(surfaces.shared_target, maps, **inputs)
+        with depth_tested(self._context, target.surfaces.shared_target, target.splats.window):
+            merged.draw(target.surfaces.shared_target, maps, **inputs)
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

@@ -37,15 +37,14 @@ class TargetNormals(FullscreenPasses):
     def find(
         self, sums: Image, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
     ) -> moderngl.Texture:
-        """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel of the view; depth 0 where
-        there is none."""
+        """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel; depth 0 is nothing."""
         view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
         empty(view.target, splats.window)
         maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
         find_depth = self.fullscreen("points/set_resolve_depth.frag", look_up)
         find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
-        self._surface.run(view, camera, *estimator)
+        self._surface.run(view, camera, estimator)
         return view.surface.texture
 
 

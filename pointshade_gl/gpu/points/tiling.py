@@ -109,8 +109,7 @@ def cut_look(look: Look, box: Box) -> Look:
 
 
 def sample_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return pieces of a large depth image beside each other, missing depth between them: enough to measure its
-    noise."""
+    """Return pieces of a large depth image, missing depth between them: enough to measure its noise."""
     rows, columns = (_starts(size) for size in depth.shape)
     sample = np.zeros((len(rows) * (SAMPLE + GAP), len(columns) * (SAMPLE + GAP)), np.float32)
     for j, v in enumerate(rows):
@@ -128,8 +127,7 @@ def _starts(size: int) -> NDArray[np.int64]:
 
 
 def noise_in(box: Box, noise: Noise, shape: tuple[int, ...]) -> Noise:
-    """Return the noise in a tile, when that of its frame was measured on `sample_depth`: its grid between the
-    pieces."""
+    """Return the noise in a tile, from that of its frame's `sample_depth`: its grid between the pieces."""
     if noise.grid is None:
         return noise
     inside, blocks = SAMPLE // GAP, SAMPLE // GAP + 1

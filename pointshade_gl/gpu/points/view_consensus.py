@@ -35,8 +35,7 @@ class Consensus(NamedTuple):
 
 
 class ConsensusPass(FullscreenPasses):
-    """Compares frames in pairs, and lets them vote on each other's points. Independent of the view; only pairs with a
-    new frame are compared again."""
+    """Compares frames in pairs, and lets them vote on each other's points, independent of the view."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
@@ -133,8 +132,7 @@ class ConsensusPass(FullscreenPasses):
 
 
 def _frame_of(textures: FrameTextures) -> Frame:
-    """Return the frame that was uploaded last. Steps get textures, whose version says when they changed, and keep no
-    frame."""
+    """Return the frame that was uploaded last: steps get textures, whose version tells, and keep no frame."""
     assert textures.frame is not None
     return textures.frame
 

@@ -16,8 +16,7 @@ SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
 class LightPass(FullscreenPasses):
-    """Lights the pixels of a view, or the points of a frame for shading models that interpolate light between
-    points."""
+    """Lights the pixels of a view; or the points of a frame, where light is interpolated between them."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
@@ -80,8 +79,7 @@ class LightPass(FullscreenPasses):
         return inputs
 
     def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
-        """Return a texture of rows (n, m, 4), read texel by texel: one row at least; shaders get the true number of
-        rows."""
+        """Return a texture of rows (n, m, 4), read texel by texel. It has one row at least."""
         table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
         if size[1] > SURELY_HELD and size[1] > (limit := self._context.info["GL_MAX_TEXTURE_SIZE"]):
             raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")

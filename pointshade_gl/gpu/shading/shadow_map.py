@@ -56,8 +56,7 @@ class ShadowMap(Versioned, Owner):
         return Tile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
-        """Return (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this
-        pose."""
+        """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
         rows = np.zeros((max(len(views), 1), 5, 4))
         for k, (eye, contact) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]

@@ -36,7 +36,7 @@ class FlyingPixelPass(FullscreenPasses):
         if estimator is None or not self._mixes(frame, images):
             return frame.surface
         images.unmixed.surface.confine(frame.surface.window)
-        self._surface.run(images.unmixed, camera, *estimator)
+        self._surface.run(images.unmixed, camera, estimator)
         maps = {"surface_map": images.unmixed.surface.texture, "mixed_map": frame.surface.texture}
         maps |= {"depth_map": frame.depth, "mixing_map": images.mixing, "guide_map": guide}
         images.snapped.confine(frame.surface.window)

@@ -64,8 +64,7 @@ class FrameStore(Owner):
         return self._keep(HiddenPlanesPass(self._context))
 
     def upload(self, frames: list[Frame]) -> list[FrameTextures]:
-        """Return the textures of each frame; one that comes twice has them twice. Those of all other frames are reused
-        or freed."""
+        """Return the textures of each frame, twice for one that comes twice. All others are reused or freed."""
         known: dict[Frame | None, list[FrameTextures]] = {}
         for textures in self._kept:
             known.setdefault(textures.frame, []).append(textures)
@@ -99,9 +98,8 @@ class FrameStore(Owner):
         """
         if estimator := _estimator(frame, look):
             stream = self.streams.stream_of(frame, place) if look.temporal else None
-            textures.choice = self._steps.run(
-                "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
-            )
+            inputs = textures, frame.camera, estimator, stream
+            textures.choice = self._steps.run("surface", self._surface.run, *inputs, of=textures)
             if stream and textures.choice.method != "adaptive":
                 stream.history.forget()  # it was not filtered
             if look.normals == "auto" and frame.is_sparse:

@@ -12,8 +12,7 @@ class HiddenPlanesPass(FullscreenPasses):
     """Continues planes behind the objects that hide them, see shaders/common/hidden_planes.glsl."""
 
     def run(self, surface: PointSurface, camera: Camera, bridged: PointSurface) -> None:
-        """Write the hidden planes to `bridged`, which has the size of its `bridged_camera`. camera: took the frame, at
-        the surface's size."""
+        """Write the hidden planes to `bridged`, of its `bridged_camera`. camera: the frame's, at the surface's size."""
         bridged.confine((0, 0, *bridged.size))
         inputs = {"source": camera.intrinsics, "stride": bridged_stride(camera)}
         bridge = self.fullscreen("surface/hidden_planes.frag")

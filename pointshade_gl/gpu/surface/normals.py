@@ -22,8 +22,8 @@ from .noise_measurement import NoisePass
 from .sparse_normals import SparsePass
 from .temporal_filter import Stream
 
-Told = np.ndarray | NoiseWords | None
-Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
+Told = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
+Estimator = tuple[str, Step, Told, str]  # method, beyond which step a neighbour is another surface, noise, flying
 
 
 class SurfacePass(FullscreenPasses):
@@ -37,23 +37,12 @@ class SurfacePass(FullscreenPasses):
         self._scratch = self._keep(Fitted(context, Image))  # normal and residual, or the caller's normals
         self._decisions = Decisions()
 
-    def run(
-        self,
-        frame: DepthTextures,
-        camera: Camera,
-        method: str,
-        max_step: Step,
-        noise: Told,
-        flying: str,
-        stream: Stream | None = None,
-    ) -> Choice:
+    def run(self, frame: DepthTextures, camera: Camera, estimator: Estimator, stream: Stream | None = None) -> Choice:
         """Estimate the normals of a frame. Returns which method ran, and for "auto" and "adaptive" why.
 
-        max_step  (metres, share of the depth) beyond which a neighbour is another surface, for the methods that ask
-        noise     the caller's, (1, 1) or (h, w) metres or in words; None measures it
-        flying    as in Look
-        stream    if noisy depth is filtered over time
+        stream  if noisy depth is filtered over time
         """
+        method, max_step, noise, flying = estimator
         frame.surface.raise_version()
         frame.surface.certainty = None
         if method in ("auto", "adaptive"):
@@ -90,8 +79,7 @@ class SurfacePass(FullscreenPasses):
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
     ) -> Noise:
-        """Return the noise that the caller has described, or that of the frame: for a stream, one estimate serves all
-        frames."""
+        """Return the noise that the caller has described, or the frame's: of a stream, one estimate for all."""
         if words:
             return self._noise.read(frame, words)
         if frame.noise:
@@ -122,8 +110,7 @@ class SurfacePass(FullscreenPasses):
         return Choice("adaptive", noise, is_told)
 
     def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
-        """Fit planes, as wide as the noise requires, to smoothed depth. calm: depth and noise, see
-        `NoisePass.calm_depth`."""
+        """Fit planes, as wide as the noise requires, to the depth of `NoisePass.calm_depth`."""
         surface = frame.surface
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):

@@ -54,8 +54,7 @@ class UpsamplePass(FullscreenPasses):
 
 
 def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:
-    """Return the window of a larger picture in which the samples of a smaller picture's window may be visible: one
-    sample more."""
+    """Return the window of a larger picture that may show a smaller one's window: one sample more on each side."""
     edges = []
     for axis in (0, 1):
         low, high = window[axis] - 1, window[axis] + window[axis + 2] + 1

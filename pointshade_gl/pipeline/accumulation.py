@@ -63,7 +63,7 @@ class Accumulator(FullscreenPasses):
             if is_soft or light_set is None:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
-            self._frame_pass.draw(target, self._develop.canvas(sums), sample, drawables, light_set)
+            self._frame_pass.draw(target, self._develop.canvas(sums.surfaces), sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
                 self._draw_ground(target, sample, light_set, finish.up, finish.ground_height)
         sums.content, sums.count = content, finish.samples
@@ -75,6 +75,6 @@ class Accumulator(FullscreenPasses):
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
-        with self._develop.ground_canvas(target.samples).opened((0, 0, *target.size)) as image:
+        with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
             shadows = self.fullscreen("shading/ground.frag")
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)

@@ -17,16 +17,13 @@ from ..scene.noise import Choice
 
 def findings(drawn: Drawables) -> list[tuple[str, Choice | SetReport]]:
     """Return, by point object, which method estimated its normals, or what its several frames agree on."""
-    return [
-        (
-            p.node.name,
-            thing.report()
-            if isinstance(thing, ShownSet)
-            else (thing if isinstance(thing, TiledPoints) else thing.textures).choice,
-        )
-        for p, thing in drawn.items()
-        if not isinstance(thing, PlacedMesh)
-    ]
+    found: list[tuple[str, Choice | SetReport]] = []
+    for p, thing in drawn.items():
+        if isinstance(thing, ShownSet):
+            found.append((p.node.name, thing.report()))
+        elif not isinstance(thing, PlacedMesh):
+            found.append((p.node.name, (thing if isinstance(thing, TiledPoints) else thing.textures).choice))
+    return found
 
 
 def lights(drawn: Drawables) -> list[tuple[str, FoundLight]]:

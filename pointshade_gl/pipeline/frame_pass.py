@@ -72,9 +72,8 @@ class FramePass:
         if thing.shading != "phong":
             always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
-            lights = self._light.inputs(light_set.seen_from(eye.pose), True) | {
-                "material": visible.materials[0].strengths
-            }
+            lights = self._light.inputs(light_set.seen_from(eye.pose), True)
+            lights["material"] = visible.materials[0].strengths
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)

@@ -17,22 +17,11 @@ SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (
     "apple software renderer", "gdi generic",
 )  # fmt: skip
 IMAGES = {  # pictures that are read texel by texel, and their formats
-    "depth_map": "r32f",
-    "triangle_map": "r32f",
-    "plane_map": "rgba32f",
-    "patches": "rgba32f",
-    "planes": "rgba32f",
-    "patch_steps": "rgba32f",
-    "surface_map": "rgba32f",
-    "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
-    "mixed_map": "rgba32f",
-    "calm_depth": "rg32f",
-    "strength_map": "rg32f",
-    "lights": "rgba32f",
-    "views": "rgba32f",
-    "materials": "rgba32f",
-    "light_map": "rgba32f",
-    "albedo_map": "rgba32f",
+    **dict.fromkeys(("depth_map", "triangle_map"), "r32f"),
+    **dict.fromkeys(("calm_depth", "strength_map"), "rg32f"),
+    **dict.fromkeys(("patches", "planes", "patch_steps", "lights", "views", "materials"), "rgba32f"),
+    **dict.fromkeys(("plane_map", "light_map", "albedo_map", "surface_map"), "rgba32f"),
+    **dict.fromkeys(("other_map", "mixed_map"), "rgba32f"),  # what is passed on as a surface_map is one, too
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0

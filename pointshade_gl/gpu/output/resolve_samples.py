@@ -6,9 +6,9 @@ import moderngl
 
 from ..core.additive_blend import AdditiveBlend
 from ..core.canvas import Canvas
-from ..core.images import empty
+from ..core.images import Image, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SampleSums, Target
+from ..core.view_images import Target
 
 
 class ResolveSamplesPass(FullscreenPasses):
@@ -18,13 +18,9 @@ class ResolveSamplesPass(FullscreenPasses):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
 
-    def canvas(self, sums: SampleSums) -> Canvas:
-        """What samples are drawn on, to be added up."""
-        return Canvas(sums.surfaces.target, self._adding)
-
-    def ground_canvas(self, sums: SampleSums) -> Canvas:
-        """The same of the ground."""
-        return Canvas(sums.ground.target, self._adding)
+    def canvas(self, sums: Image) -> Canvas:
+        """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
+        return Canvas(sums.target, self._adding)
 
     def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
         """Average `count` samples into the picture. background: linear RGB, None for a transparent one."""

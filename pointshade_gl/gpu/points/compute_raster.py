@@ -101,10 +101,7 @@ class ComputeSplatPass(Owner):
         return self._programs[name, is_set]
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
-        """Return whether a list is known to be empty.
-
-        A software driver runs compute shaders at once, so there is nothing to wait for.
-        """
+        """Return whether a list is known to be empty: a software driver has run its shaders, nobody waits for them."""
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -25,7 +26,6 @@ class LitSplatPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._rim_array: moderngl.VertexArray | None = None  # made when it is first needed
         with self._all_or_nothing():
             program = self._keep(build_program(context, "points/splats.vert", "points/splats.frag", LIT=1))
             self._vertices = Vertices(context, program, np.ones(1, np.float32))
@@ -42,15 +42,14 @@ class LitSplatPass(Owner):
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=count)
             if splats.has_rims:
-                array = self._rims()
+                array = self._rims
                 set_inputs(array.program, inputs)
                 array.render(moderngl.POINTS, vertices=count)
 
+    @cached_property
     def _rims(self) -> moderngl.VertexArray:
-        if self._rim_array is None:
-            program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", LIT=1))
-            self._rim_array = self._allocate(self._context.vertex_array, program, [])
-        return self._rim_array
+        program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", LIT=1))
+        return self._allocate(self._context.vertex_array, program, [])
 
     def release(self) -> None:
         self._vertices.release()

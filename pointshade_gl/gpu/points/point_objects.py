@@ -174,9 +174,9 @@ class PointObjects(FullscreenPasses):
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
-        others = len(parts) - 1 if shown.has_doubts else None
-        inputs = look_up, number, (eye.near, points.scale), normals, others
-        self._merge.draw_surfaces(target, *inputs)
+        inputs = {"near": eye.near, "scale": points.scale, "material_number": float(number)}
+        inputs |= {"others": len(parts) - 1} if shown.has_doubts else {}
+        self._merge.draw_surfaces(target, look_up, inputs, normals)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [

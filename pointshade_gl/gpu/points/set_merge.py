@@ -49,29 +49,19 @@ class SetMergePass(FullscreenPasses):
         confine(sums.target, None)
 
     def draw_surfaces(
-        self,
-        target: Target,
-        look_up: bool,
-        number: int,
-        depth: tuple[float, float],
-        normals: moderngl.Texture | None,
-        others: int | None,
+        self, target: Target, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None
     ) -> None:
         """Divide the sums, and draw the resulting surfaces among those of other objects.
 
-        number   of the material
-        depth    (near, scale)
+        inputs   near, scale, material_number; and others, the number of frames less one, if normals are uncertain
         normals  estimated in the view; None takes the mean of the frames'
-        others   number of frames less one if normals are uncertain; None if they are not
         """
         maps = {"geometry_map": target.sums.textures[0], "albedo_map": target.sums.textures[1]}
         maps |= {} if normals is None else {"target_map": normals}
-        inputs = key_inputs(target.splats, look_up) | {"near": depth[0], "scale": depth[1]}
-        inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
-        constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int(others is not None)}
+        constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int("others" in inputs)}
         merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
         with depth_tested(self._context, target.surfaces.shared_target, target.splats.window):
-            merged.draw(target.surfaces.shared_target, maps, **inputs)
+            merged.draw(target.surfaces.shared_target, maps, **key_inputs(target.splats, look_up), **inputs)
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

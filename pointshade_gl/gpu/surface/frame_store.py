@@ -74,7 +74,10 @@ class FrameStore(Owner):
         for frame, textures in zip(frames, found, strict=True):
             wanted.append(textures or self._take_or_make(free, frame))
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
-        self._free(free)
+        for textures in free:
+            self._kept.remove(textures)
+            self._steps.forget(of=textures.images)
+            textures.release()
         return wanted
 
     def _take_or_make(self, free: list[FrameTextures], frame: Frame) -> FrameTextures:
@@ -84,12 +87,6 @@ class FrameStore(Owner):
                 return textures
         self._kept.append(FrameTextures(self._context, frame))
         return self._kept[-1]
-
-    def _free(self, unused: list[FrameTextures]) -> None:
-        for textures in unused:
-            self._kept.remove(textures)
-            self._steps.forget(of=textures.images)
-            textures.release()
 
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
         """Write the surface of a frame's points, with estimated normals or the caller's own.

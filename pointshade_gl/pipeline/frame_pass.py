@@ -43,8 +43,7 @@ class FramePass:
             self._light_pixels(target, canvas, visible, light_set)
 
     def draw_lit_splats(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> bool:
-        """Draw a single flat-shaded point object in one pass, each splat lit in the vertex shader. Return whether it
-        was drawn.
+        """Draw a single flat-shaded point object in one pass, lit in the vertex shader. Return whether it was drawn.
 
         It is drawn so only when its points, its colours or the view are new: most views are seen under one light. False
         leaves it to `draw`: for all other objects, and for the same view under another light, for which its splats are

@@ -36,6 +36,11 @@ class DepthTextures(Images):
             self.depth = self._texture(1, "f4")
             self.surface = self._keep(PointSurface(context, size))
 
+    @cached_property
+    def depth_target(self) -> moderngl.Framebuffer:
+        """For depth that is rendered instead of uploaded."""
+        return self._framebuffer(self.depth)
+
 
 class FrameTextures(DepthTextures):
     """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
@@ -96,9 +101,8 @@ class LargePoints(Images):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.surface = self._keep(PointSurface(context, size))
-            self.lit = self._keep(Image(context, size))
+        self.surface = self._keep(PointSurface(context, size))
+        self.lit = self._keep(Image(context, size))
 
     @property
     def images(self) -> list[Images]:

@@ -130,13 +130,11 @@ class PointObjects(FullscreenPasses):
         self._rasterizer(points).draw(image, _splats(points, eye))
 
     def can_light(self, points: Points) -> bool:
-        """Return whether `draw_lit_splats` draws these as the separate steps would. Not for the compute rasteriser,
-        which has no vertices, nor for uncertain normals, which splats ignore."""
+        """Return whether `draw_lit_splats` draws these as separate steps would: vertices, and normals are certain."""
         return not self._rasterizer(points).look_up and points.surface.certainty is None
 
     def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
-        """Draw the picture in one pass, for flat shading. lights: inputs of shaders/common/lights.glsl, in the points'
-        axes."""
+        """Draw the picture in one pass: for flat. lights: those of shaders/common/lights.glsl, in the points' axes."""
         self._lit.draw(target, _splats(points, eye), lights | {"color_map": colors.texture})
         target.raise_version()
 

@@ -32,7 +32,7 @@ class TargetNormals(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._surface = self._keep(SurfacePass(context))
-        self._view = self._keep(Fitted(context, ViewDepth))
+        self._view = self._keep(Fitted(context, DepthTextures))
 
     def find(
         self, sums: Image, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
@@ -40,18 +40,9 @@ class TargetNormals(FullscreenPasses):
         """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel; depth 0 is nothing."""
         view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
-        empty(view.target, splats.window)
+        empty(view.depth_target, splats.window)
         maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
         find_depth = self.fullscreen("points/set_resolve_depth.frag", look_up)
-        find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
+        find_depth.draw(view.depth_target, maps, **key_inputs(splats, look_up))
         self._surface.run(view, camera, estimator)
         return view.surface.texture
-
-
-class ViewDepth(DepthTextures):
-    """A depth texture that is rendered instead of uploaded, and its surface."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.target = self._framebuffer(self.depth)

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.images import Box
 from ..core.memory import Owner
 from ..core.passes import set_inputs
-from ..core.programs import build_compute
+from ..core.programs import build_compute, set_uniforms
 from ..core.view_images import SplatImage
 from .set_splats import Splats, union
 
@@ -61,7 +61,8 @@ class ComputeSplatPass(Owner):
         inputs |= splats.way | splats.of_set
         listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
         program = self._program("points/splats.comp", is_set)
-        set_inputs(program, inputs | listed | {"corner": corner, "most_groups": MOST_GROUPS})
+        set_inputs(program, inputs)  # binds the textures for the lists' programs, too
+        set_uniforms(program, **listed, corner=corner, most_groups=MOST_GROUPS)
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
@@ -90,7 +91,7 @@ class ComputeSplatPass(Owner):
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
         """Draw what the first step has put on a list."""
         program = self._program(name, is_set)
-        set_inputs(program, inputs)
+        set_uniforms(program, **inputs)
         program.run_indirect(listed)
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
 

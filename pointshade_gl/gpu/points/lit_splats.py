@@ -12,7 +12,7 @@ from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.memory import Owner
 from ..core.passes import set_inputs
-from ..core.programs import build_program
+from ..core.programs import build_program, set_uniforms
 from ..core.view_images import Target
 from .point_raster import Vertices
 from .set_splats import Splats
@@ -36,14 +36,15 @@ class LitSplatPass(Owner):
         array, count = self._vertices.array, splats.source.width * splats.source.height
         inputs = {"surface_map": splats.surface.texture, "target_size": target.size, "near": splats.near}
         inputs |= splats.way | lights
-        set_inputs(array.program, inputs | self._vertices.shape(splats))
+        set_inputs(array.program, inputs)
+        set_uniforms(array.program, **self._vertices.shape(splats))
         target.shared_picture.use()
         target.shared_picture.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=count)
             if splats.has_rims:
                 array = self._rims
-                set_inputs(array.program, inputs)
+                set_uniforms(array.program, **inputs)
                 array.render(moderngl.POINTS, vertices=count)
 
     @cached_property

@@ -13,7 +13,7 @@ from ..context.saved_state import enabled
 from ..core.images import Box
 from ..core.memory import Owner
 from ..core.passes import set_inputs
-from ..core.programs import build_program
+from ..core.programs import build_program, set_uniforms
 from ..core.view_images import SplatImage
 from .set_splats import Splats
 
@@ -58,8 +58,8 @@ class PointSplatPass(Owner):
         return self._vertices[is_set]
 
     def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **shape: Any) -> None:
-        inputs = splats.of_set | splats.way | shape | {"surface_map": splats.surface.texture}
-        set_inputs(array.program, inputs | {"target_size": image.size, "near": splats.near, "first_id": 1})
+        set_inputs(array.program, splats.of_set | {"surface_map": splats.surface.texture})
+        set_uniforms(array.program, target_size=image.size, near=splats.near, first_id=1, **splats.way, **shape)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
 

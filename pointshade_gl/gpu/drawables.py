@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import moderngl
 
 from ..scene.camera import Eye
 from ..scene.mesh import Mesh
+from ..scene.placed import Placed
+from .core.memory import Owner
 from .core.steps import Steps
 from .core.view_images import Target
 from .meshes.grid_depths import Grid
@@ -24,24 +27,23 @@ from .shading.shadow_map import Tile
 # scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
 # point objects.
 Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
+Drawables = dict[Placed, Drawable]
 Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
 
 
-class Objects:
-    """Draws objects, each by the passes of its kind. Those of grids and meshes are made for the first one that is
-    drawn."""
+class Objects(Owner):
+    """Draws objects, each by the passes of its kind. Those of grids and meshes are made when first needed."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, rasterizers: Rasterizers):
-        self._context = context
+        super().__init__(context)
         self._steps = steps
         self._can_compute, self._is_software = rasterizers.can_compute, rasterizers.is_software
-        self.points = PointObjects(context, rasterizers)
-        self._grids: GridObjects | None = None
+        self.points = self._keep(PointObjects(context, rasterizers))
         self._meshes: MeshObjects | None = None
 
     def find_triangles(self, grid: Grid) -> None:
         """Find which triangles of a grid exist, unless that is known."""
-        self._steps.run("triangles", self._grid_objects().find_triangles, grid, of=grid.surface)
+        self._steps.run("triangles", self._grids.find_triangles, grid, of=grid.surface)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> None:
         """Free all other meshes."""
@@ -53,7 +55,7 @@ class Objects:
         if isinstance(shape, PlacedMesh):
             self._mesh_objects().add_shadow(tile, shape, eye)
         elif isinstance(shape, Grid):
-            self._grid_objects().add_shadow(tile, shape, eye)
+            self._grids.add_shadow(tile, shape, eye)
         elif isinstance(shape, TiledPoints):
             for part in shape.each(lit=False):
                 self.points.add_shadow(tile, part.points, eye)
@@ -62,38 +64,32 @@ class Objects:
         self._count(shape)
 
     def add_surface(self, target: Target, thing: Drawable, eye: Eye, number: int, lights: dict[str, Any]) -> None:
-        """Draw the visible surfaces of an object, with the number of its material. lights: for what is lit as it is
-        drawn."""
+        """Draw an object's visible surfaces, with the number of its material. lights: if it is lit as it is drawn."""
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
         elif isinstance(thing, ShownGrid):
-            self._grid_objects().add_surface(target.surfaces, target.splats, thing, eye, number, lights)
+            self._grids.add_surface(target, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
             self.points.add_set(target, thing, eye, number)
         elif isinstance(thing, TiledPoints):
             for part in thing.each():
-                self.points.add_surface(target.surfaces, target.splats, part, eye, number)
+                self.points.add_surface(target, part, eye, number)
         else:
-            self.points.add_surface(target.surfaces, target.splats, thing, eye, number)
+            self.points.add_surface(target, thing, eye, number)
         self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
 
     def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
         """Return the passes that draw such an object when it is alone."""
-        return self._grid_objects() if isinstance(thing, ShownGrid) else self.points
+        return self._grids if isinstance(thing, ShownGrid) else self.points
 
-    def _grid_objects(self) -> GridObjects:
-        self._grids = self._grids or GridObjects(self._context, self._can_compute, self._is_software)
-        return self._grids
+    @cached_property
+    def _grids(self) -> GridObjects:
+        return self._keep(GridObjects(self._context, self._can_compute, self._is_software))
 
     def _mesh_objects(self) -> MeshObjects:
-        self._meshes = self._meshes or MeshObjects(self._context)
+        self._meshes = self._meshes or self._keep(MeshObjects(self._context))
         return self._meshes
 
     def _count(self, shape: Shape) -> None:
         several = len(shape.parts) if isinstance(shape, PointSet) else 1
         self._steps.counts["mesh" if isinstance(shape, PlacedMesh | Grid) else "splats"] += several
-
-    def release(self) -> None:
-        for kind in (self._meshes, self._grids, self.points):
-            if kind is not None:
-                kind.release()

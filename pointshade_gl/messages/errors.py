@@ -1,5 +1,4 @@
-"""The package's own exceptions, for OpenGL contexts and shaders. All other errors are ValueError, TypeError or
-OSError."""
+"""The package's own exceptions, for OpenGL contexts and shaders. All others are built-in ones."""
 
 
 class ContextError(RuntimeError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import reprlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 _LONGEST = 120  # characters of a value that a message shows
 
@@ -36,18 +36,14 @@ def all_of_them() -> str:
     return "; `pointshade render INPUT -o %04d.png` draws all" if _is_typed else "; open_source gives all"
 
 
-@contextmanager
-def as_command_line() -> Iterator[None]:
+def as_command_line() -> AbstractContextManager[None]:
     """Name options in messages as the command line has them, inside the context."""
-    with _speaking(True, typed=True):
-        yield
+    return _speaking(True, typed=True)
 
 
-@contextmanager
-def as_python() -> Iterator[None]:
+def as_python() -> AbstractContextManager[None]:
     """Name options in messages as Python has them, inside the context. Files use these names, too."""
-    with _speaking(False, typed=_is_typed):
-        yield
+    return _speaking(False, typed=_is_typed)
 
 
 @contextmanager

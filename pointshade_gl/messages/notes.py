@@ -13,22 +13,9 @@ Note = Callable[[str], None]
 MOST = 5  # notes that a command prints
 
 
-class _Told:
-    """The different notes of the running command, including those that were not printed. Threads share it."""
-
-    def __init__(self, most: int):
-        self.most, self.lock = most, threading.Lock()
-        self.texts: set[str] = set()
-
-    def passes(self, text: str) -> bool:
-        """Remember a note, and return whether to print it: each is printed once, and only the first ones."""
-        with self.lock:
-            is_new = text not in self.texts
-            self.texts.add(text)
-            return is_new and len(self.texts) <= self.most
-
-
-_told: _Told | None = None  # in Python all notes are printed
+_told: set[str] | None = None  # all notes of the running command; in Python each is printed
+_most = MOST
+_lock = threading.Lock()  # threads share these two
 _renamed: set[tuple[str, str]] = set()  # what was said already
 _taken: ContextVar[list[str] | None] = ContextVar("taken", default=None)  # instead of being printed
 
@@ -38,20 +25,31 @@ def print_note(text: str) -> None:
     taken = _taken.get()
     if taken is not None:
         taken.append(text)
-    elif _told is None or _told.passes(text):
+    elif _passes(text):
         sys.stderr.write(f"note: {text}\n")
+
+
+def _passes(text: str) -> bool:
+    """Remember a note, and return whether to print it: of a command each once, and only the first ones."""
+    with _lock:
+        if _told is None:
+            return True
+        is_new = text not in _told
+        _told.add(text)
+        return is_new and len(_told) <= _most
 
 
 @contextmanager
 def few_notes() -> Iterator[None]:
     """Print only the first notes inside, each once; a last one says how many more there were."""
-    global _told
-    told = _told = _Told(MOST)
+    global _told, _most
+    told, _most = set[str](), MOST
+    _told = told
     try:
         yield
     finally:
         _told = None
-        more = len(told.texts) - told.most if told.most else 0
+        more = len(told) - _most if _most else 0
         if more > 0:
             tail = "see all with pointshade info INPUT, none with --quiet"
             print_note(f"{more} more note{'s' if more > 1 else ''}: {tail}")
@@ -66,14 +64,14 @@ def note_new_name(old: str, new: str) -> None:
 
 def silence() -> None:
     """Print no more notes, until `few_notes` ends."""
+    global _most
     if _told is not None:
-        _told.most = 0
+        _most = 0
 
 
 @contextmanager
 def taken() -> Iterator[list[str]]:
-    """Collect notes in this list instead of printing them, inside and in threads that `prefetched` starts there:
-    another process prints them."""
+    """Collect notes in a list instead, also of threads that `prefetched` starts: another process prints them."""
     notes: list[str] = []
     token = _taken.set(notes)
     try:
@@ -83,8 +81,7 @@ def taken() -> Iterator[list[str]]:
 
 
 def once(note: Note) -> Note:
-    """Wrap a note function so that it passes on each kind of note once, from any thread. Notes that differ only in
-    numbers are of one kind."""
+    """Wrap a note function to pass on each kind of note once, from any thread. Numbers make no other kind."""
     told: set[str] = set()
     lock = threading.Lock()
 

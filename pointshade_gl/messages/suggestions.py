@@ -36,8 +36,7 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
 
 
 def meant_option(typed: str, known: Collection[str]) -> str:
-    """Return the same for an option: one that other programs call so, that contains the word, or that is spelt nearly
-    so."""
+    """Return the same for an option: what other programs call so, or one with the word, or spelt nearly so."""
     word = typed.lstrip("-").lower()
     elsewhere = _ELSEWHERE.get(word, "")
     names = [name.removeprefix("--") for name in known if name.startswith("--")]

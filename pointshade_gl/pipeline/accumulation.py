@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 
 from ..estimation.ground_plane import ground_under, seen_ground
-from ..gpu.core.canvas import Canvas
-from ..gpu.core.passes import FullscreenPass
+from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
-from ..gpu.drawables import Drawable
+from ..gpu.drawables import Drawables
 from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet
-from ..scene.placed import Placed
 from ..scene.render_settings import Finish, Vector
 from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene
@@ -21,25 +21,25 @@ from .frame_pass import FramePass
 from .light_setup import LightSetup
 
 
-class Accumulator:
-    """Averages samples into finished pictures. A target keeps its sum: more samples of the same picture are added to
-    it."""
+class Accumulator(FullscreenPasses):
+    """Averages samples into finished pictures. A target keeps its sum, for more samples of the same picture."""
 
     def __init__(
         self, context: moderngl.Context, steps: Steps, light: LightPass, light_setup: LightSetup, frame_pass: FramePass
     ):
-        self._gl = context
+        super().__init__(context)
         self._steps = steps
         self._light = light
         self._light_setup = light_setup
         self._frame_pass = frame_pass
-        self._develop: ResolveSamplesPass | None = None  # these two are made for the first picture that needs them
-        self._ground: FullscreenPass | None = None
 
-    def draw(self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], finish: Finish) -> None:
+    @cached_property
+    def _develop(self) -> ResolveSamplesPass:
+        return self._keep(ResolveSamplesPass(self._context))
+
+    def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
         """Draw the finished picture: all its samples, averaged."""
-        self._develop = self._develop or ResolveSamplesPass(self._gl)
-        self._add_samples(target, visible, drawables, self._develop, finish)
+        self._add_samples(target, visible, drawables, finish)
         self._develop.develop(target, finish.samples, finish.behind)
 
     def forget(self, target: Target) -> None:
@@ -48,24 +48,11 @@ class Accumulator:
         for step in ("up", "ground"):
             self._steps.forget(step)
 
-    def _add_samples(
-        self,
-        target: Target,
-        visible: VisibleScene,
-        drawables: dict[Placed, Drawable],
-        develop: ResolveSamplesPass,
-        finish: Finish,
-    ) -> None:
+    def _add_samples(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
-        content = (
-            visible.scene,
-            tuple(visible.lights),
-            visible.eye.camera,
-            visible.eye.pose.tobytes(),
-            finish.ground,
-            finish.ground_height,
-        )
+        eye = visible.eye.camera, visible.eye.pose.tobytes()
+        content = visible.scene, tuple(visible.lights), *eye, finish.ground, finish.ground_height
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
             sums.clear(has_ground)
@@ -76,32 +63,18 @@ class Accumulator:
             if is_soft or light_set is None:
                 light_set = self._light_setup.prepare(sample, drawables)
                 self._light_setup.light_points(sample, drawables, light_set)
-            self._frame_pass.draw(target, develop.canvas(sums), sample, drawables, light_set)
+            self._frame_pass.draw(target, self._develop.canvas(sums.surfaces), sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
-                self._draw_ground(
-                    target, sample, light_set, develop.ground_canvas(sums), finish.up, finish.ground_height
-                )
+                self._draw_ground(target, sample, light_set, finish.up, finish.ground_height)
         sums.content, sums.count = content, finish.samples
 
     def _draw_ground(
-        self,
-        target: Target,
-        visible: VisibleScene,
-        light_set: LightSet,
-        canvas: Canvas,
-        up: Vector,
-        height: float | None,
+        self, target: Target, visible: VisibleScene, light_set: LightSet, up: Vector, height: float | None
     ) -> None:
-        """Draw the shadows on the ground where no surface is visible. Needs lights with shadows: they make `draw` keep
-        surfaces."""
-        self._ground = self._ground or FullscreenPass(self._gl, "shading/ground.frag")
+        """Draw shadows on the ground where no surface is visible. Lights with shadows make `draw` keep surfaces."""
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
         inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
-        with canvas.opened((0, 0, *target.size)) as image:
-            self._ground.draw(image, {}, material=visible.materials[0].strengths, **inputs)
-
-    def release(self) -> None:
-        for item in (self._develop, self._ground):
-            if item is not None:
-                item.release()
+        with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
+            shadows = self.fullscreen("shading/ground.frag")
+            shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)

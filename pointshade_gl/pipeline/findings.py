@@ -1,48 +1,42 @@
-"""Collects what was estimated about the objects in a picture: normal methods, agreement of frames, light in
-photographs."""
+"""Collects what was estimated about a picture's objects: normal methods, agreement of frames, light, highlights."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 from ..estimation.highlight_fit import FoundHighlights
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import SetReport
 from ..gpu.core.frame_textures import FrameTextures
-from ..gpu.drawables import Drawable
+from ..gpu.drawables import Drawables
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..scene.frame import Frame
 from ..scene.noise import Choice
-from ..scene.placed import Placed
-
-Drawn = Mapping[Placed, Drawable]  # what a picture shows, on the GPU
 
 
-def findings(drawn: Drawn) -> list[tuple[str, Choice | SetReport]]:
-    """Return, for each point object by name, which method estimated its normals, or what its several frames agree
-    on."""
-    return [
-        (p.node.name, thing.report() if isinstance(thing, ShownSet) else _choice_of(thing))
-        for p, thing in drawn.items()
-        if not isinstance(thing, PlacedMesh)
-    ]
+def findings(drawn: Drawables) -> list[tuple[str, Choice | SetReport]]:
+    """Return, by point object, which method estimated its normals, or what its several frames agree on."""
+    found: list[tuple[str, Choice | SetReport]] = []
+    for p, thing in drawn.items():
+        if isinstance(thing, ShownSet):
+            found.append((p.node.name, thing.report()))
+        elif not isinstance(thing, PlacedMesh):
+            found.append((p.node.name, (thing if isinstance(thing, TiledPoints) else thing.textures).choice))
+    return found
 
 
-def lights(drawn: Drawn) -> list[tuple[str, FoundLight]]:
+def lights(drawn: Drawables) -> list[tuple[str, FoundLight]]:
     """Return the light that was found in each frame whose shading is to be removed, by the name of its object."""
     return [(name, textures.light) for name, textures in _frames(drawn) if textures.light]
 
 
-def highlights(drawn: Drawn) -> list[tuple[str, FoundHighlights]]:
-    """Return the highlights that were found in each frame from which they are to be removed, by the name of its
-    object."""
+def highlights(drawn: Drawables) -> list[tuple[str, FoundHighlights]]:
+    """Return the highlights that were found in each frame from which they are removed, by the object's name."""
     return [(name, textures.highlights) for name, textures in _frames(drawn) if textures.highlights]
 
 
-def weights(drawn: Drawn) -> dict[Frame, float]:
+def weights(drawn: Drawables) -> dict[Frame, float]:
     """Return the weight of each frame where several show the same surface: 1 if it is a primary view."""
     found: dict[Frame | None, float] = {}
     for thing in drawn.values():
@@ -55,11 +49,7 @@ def weights(drawn: Drawn) -> dict[Frame, float]:
     return {frame: weight for frame, weight in found.items() if frame}
 
 
-def _choice_of(thing: ShownPoints | ShownGrid | TiledPoints) -> Choice:
-    return thing.choice if isinstance(thing, TiledPoints) else thing.textures.choice
-
-
-def _frames(drawn: Drawn) -> list[tuple[str, FrameTextures]]:
+def _frames(drawn: Drawables) -> list[tuple[str, FrameTextures]]:
     """Return the frames that are on the GPU as a whole, by object: in others no light is looked for."""
     return [
         (p.node.name, view.textures)

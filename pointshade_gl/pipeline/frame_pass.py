@@ -9,7 +9,7 @@ import numpy as np
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import SurfaceImage, Target
-from ..gpu.drawables import Drawable, Objects
+from ..gpu.drawables import Drawable, Drawables, Objects
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints
@@ -17,7 +17,6 @@ from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet
 from ..scene.appearance import LIT_EARLY
 from ..scene.camera import Eye, view_matrix
-from ..scene.placed import Placed
 from ..scene.visible_scene import VisibleScene, material_of
 
 
@@ -34,12 +33,7 @@ class FramePass:
         self._light = light
 
     def draw(
-        self,
-        target: Target,
-        canvas: Canvas,
-        visible: VisibleScene,
-        drawables: dict[Placed, Drawable],
-        light_set: LightSet,
+        self, target: Target, canvas: Canvas, visible: VisibleScene, drawables: Drawables, light_set: LightSet
     ) -> None:
         """Draw one sample of the picture onto a canvas."""
         if single := _single(visible, drawables, light_set):
@@ -48,11 +42,8 @@ class FramePass:
             self.draw_surfaces(target, visible, drawables, light_set)
             self._light_pixels(target, canvas, visible, light_set)
 
-    def draw_lit_splats(
-        self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
-    ) -> bool:
-        """Draw a single flat-shaded point object in one pass, each splat lit in the vertex shader. Return whether it
-        was drawn.
+    def draw_lit_splats(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> bool:
+        """Draw a single flat-shaded point object in one pass, lit in the vertex shader. Return whether it was drawn.
 
         It is drawn so only when its points, its colours or the view are new: most views are seen under one light. False
         leaves it to `draw`: for all other objects, and for the same view under another light, for which its splats are
@@ -72,8 +63,7 @@ class FramePass:
     def _draw_single(
         self, target: Target, canvas: Canvas, thing: ShownPoints | ShownGrid, visible: VisibleScene, light_set: LightSet
     ) -> None:
-        """Draw the picture of a single point object. A new view is lit in the same pass, because most views see only
-        one light."""
+        """Draw a single point object. A new view is lit in the same pass: most views see only one light."""
         run, always, points, eye = self._steps.run, self._steps.always, self._objects.kind_of(thing), visible.eye
         before = target.splats.version
         run("splats", points.draw_splats, target.splats, thing.points, eye)
@@ -81,17 +71,14 @@ class FramePass:
         if thing.shading != "phong":
             always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
-            lights = self._light.inputs(light_set.seen_from(eye.pose), True) | {
-                "material": visible.materials[0].strengths
-            }
+            lights = self._light.inputs(light_set.seen_from(eye.pose), True)
+            lights["material"] = visible.materials[0].strengths
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)
             self._light_pixels(target, canvas, visible, light_set)
 
-    def draw_surfaces(
-        self, target: Target, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
-    ) -> None:
+    def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials."""
         shown, materials = tuple(drawables[p] for p in visible.shown), visible.materials
         numbers = tuple(1 + materials.index(material_of(p)) for p in visible.shown)
@@ -120,9 +107,7 @@ class FramePass:
             self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear, surfaces.has_doubts)
 
 
-def _single(
-    visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet
-) -> ShownPoints | ShownGrid | None:
+def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
     """Return the only object in view if it can be drawn and lit alone: points at their own scale, without spots and
     shadows.
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.multi_view import importances
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
+from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawable, Objects
+from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.grid_depths import Grid
 from ..gpu.meshes.grid_objects import ShownGrid, depth_step
 from ..gpu.meshes.mesh_objects import PlacedMesh
@@ -28,29 +31,32 @@ from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
 
 
-class GpuScene:
+class GpuScene(Owner):
     """Keeps on the GPU what the last picture shows or casts shadows in it, for the next one to use again.
 
     drawn  the objects of the last picture, on the GPU
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
-        self._gl = context
+        super().__init__(context)
         self._steps = steps
         self._objects = objects
-        self.frames = FrameStore(context, steps)
-        self.tiles = TileStore(context, steps, self.frames, objects.points)
-        self._consensus: ConsensusPass | None = None  # made for the first set
+        self.frames = self._keep(FrameStore(context, steps))
+        self.tiles = self._keep(TileStore(context, steps, self.frames, objects.points))
         self._coarse: dict[tuple[Frame, int], Frame] = {}
-        self.drawn: dict[Placed, Drawable] = {}
+        self.drawn: Drawables = {}
 
-    def prepare(self, visible: VisibleScene) -> dict[Placed, Drawable]:
+    @cached_property
+    def _consensus(self) -> ConsensusPass:
+        return self._keep(ConsensusPass(self._context, self._steps))
+
+    def prepare(self, visible: VisibleScene) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU."""
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
         used = [p for p in visible.scene.things if p in visible.shown or p in visible.casting]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
         self._objects.keep_only(p.content for p in meshes)
-        drawables: dict[Placed, Drawable] = {p: PlacedMesh(p.content, p.world) for p in meshes}
+        drawables: Drawables = {p: PlacedMesh(p.content, p.world) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
         large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
         self.tiles.keep_only(list(large.values()))
@@ -89,8 +95,7 @@ class GpuScene:
     def _prepare_points(
         self, singles: list[Placed], visible: VisibleScene, alone: set[Placed]
     ) -> dict[Placed, ShownPoints | ShownGrid]:
-        """Return the points of each frame. Those of objects with one frame are as coarse or as fine as the view
-        needs."""
+        """Return the points of each frame; of objects with one frame as coarse or as fine as the view needs."""
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
         places = _places(visible) if any(p.content.look.temporal for p in singles) else {}
         if places:
@@ -130,20 +135,12 @@ class GpuScene:
         return ShownGrid(grid, textures, colors, look.shading, light, material)
 
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene) -> ShownSet:
-        """Return several frames of one object, each with the others' votes on its points, and its weight in this
-        view."""
-        self._consensus = self._consensus or ConsensusPass(self._gl, self._steps)
+        """Return several frames of one object, with the votes on their points and their weights in this view."""
         consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
-
-    def release(self) -> None:
-        if self._consensus is not None:
-            self._consensus.release()
-        self.tiles.release()
-        self.frames.release()
 
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cached_property, partial
 
 import moderngl
 import numpy as np
 
 from ..gpu.core.images import empty
+from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawable, Objects, Shape
+from ..gpu.drawables import Drawables, Objects, Shape
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints, ShownSet
@@ -20,22 +21,24 @@ from ..gpu.shading.shadow_map import ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
 from ..scene.mesh import Mesh
-from ..scene.placed import Placed
 from ..scene.shadow_cameras import ShadowView, shadow_views
 from ..scene.visible_scene import VisibleScene, material_of
 
 
-class LightSetup:
+class LightSetup(Owner):
     """Draws shadow maps and lights points, before the view is drawn."""
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects, light: LightPass):
-        self._gl = context
+        super().__init__(context)
         self._steps = steps
         self._objects = objects
         self._light = light
-        self._shadow_map: ShadowMap | None = None  # made for the first lights that need it
 
-    def prepare(self, visible: VisibleScene, drawables: dict[Placed, Drawable]) -> LightSet:
+    @cached_property
+    def _shadow_map(self) -> ShadowMap:
+        return self._keep(ShadowMap(self._context))
+
+    def prepare(self, visible: VisibleScene, drawables: Drawables) -> LightSet:
         """Return the lights, with the shadow map of those that cast shadows.
 
         Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
@@ -44,13 +47,12 @@ class LightSetup:
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
         if not (early or any(light.shadow or light.is_spot for light in lights)):
             return LightSet(lights, visible.scene.ambient)
-        shadow_map = self._shadow_map = self._shadow_map or ShadowMap(self._gl)
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:
             drawn = (drawables[p] for p in visible.casting)
             shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
-            self._steps.run("shadows", self._fill_shadow_map, shadow_map, views, shapes)
-        return LightSet(lights, visible.scene.ambient, views, spans, shadow_map)
+            self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
+        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):
@@ -61,9 +63,8 @@ class LightSetup:
                 for shape in shapes:
                     self._objects.add_shadow(tile, shape, view.eye)
 
-    def light_points(self, visible: VisibleScene, drawables: dict[Placed, Drawable], light_set: LightSet) -> None:
-        """Light the points themselves, in the axes of their object, for shading models that interpolate light between
-        points."""
+    def light_points(self, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
+        """Light the points themselves, in their object's axes, where shading interpolates light between them."""
         for p in visible.shown:
             thing = drawables[p]
             if isinstance(thing, TiledPoints):
@@ -85,7 +86,3 @@ class LightSetup:
             np.array([material.strengths]), (viewer, points.scale), certainty=points.surface.certainty,
         )  # fmt: skip
         light.raise_version()
-
-    def release(self) -> None:
-        if self._shadow_map is not None:
-            self._shadow_map.release()

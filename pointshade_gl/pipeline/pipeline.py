@@ -12,7 +12,7 @@ from ..gpu.core.canvas import Canvas
 from ..gpu.core.images import Box
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
-from ..gpu.drawables import Drawable, Objects
+from ..gpu.drawables import Drawables, Objects
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
@@ -20,7 +20,7 @@ from ..gpu.shading.light_pass import LightPass
 from ..scene.camera import Camera
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.placed import Matrix, Placed
+from ..scene.placed import Matrix
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.visible_scene import compose
 from .accumulation import Accumulator
@@ -110,7 +110,7 @@ class Pipeline:
         assert isinstance(thing, ShownPoints)
         return thing.textures.surface.read(), thing.textures.lit.read()
 
-    def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> dict[Placed, Drawable]:
+    def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> Drawables:
         """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""
         return self.gpu_scene.prepare(compose(scene, (), camera, pose)._replace(shown=scene.things))
 

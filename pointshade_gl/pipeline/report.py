@@ -61,14 +61,11 @@ def _explain_normals(choices: Sequence[Choice]) -> list[str]:
     """Describe each method that ran in a line, with the frame whose noise is the median."""
     lines = []
     for method in dict.fromkeys(choice.method for choice in choices):
-        same = sorted((one for one in choices if one.method == method), key=_noise_of)
+        same = [one for one in choices if one.method == method]
+        same.sort(key=lambda one: one.noise.relative if one.noise else 0.0)
         middle = "typical of " if same[0].noise else ""
         lines.append(f"{describe(same[len(same) // 2])} ({middle}{counted(len(same), 'frame')})")
     return lines
-
-
-def _noise_of(choice: Choice) -> float:
-    return choice.noise.relative if choice.noise else 0.0
 
 
 def _explain_gains(gains: NDArray[np.float64], names: Sequence[str]) -> str:

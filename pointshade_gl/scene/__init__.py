@@ -1,2 +1,1 @@
-"""The data model: frames, cameras, lights, meshes, their appearance and views of them. Plain values: no GL, no
-files."""
+"""The data model: frames, cameras, lights, meshes, looks and views. Plain values: no GL, no files."""

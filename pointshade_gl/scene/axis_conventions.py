@@ -1,5 +1,4 @@
-"""Converts camera poses from other conventions: axes of OpenGL, AirSim and ROS, quaternions, rows of a matrix,
-world-to-camera."""
+"""Converts camera poses: axes of OpenGL, AirSim and ROS, quaternions, rows of a matrix, world-to-camera."""
 
 from __future__ import annotations
 

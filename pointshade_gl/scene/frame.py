@@ -146,20 +146,20 @@ class Frame(Preview):
         return self._corners(_box_of(usual), (float(depths.min()), float(depths.max())))
 
     @cached_property
-    def _probe(self) -> NDArray[np.float32]:
-        """Return the known depths among about PROBE pixels, or all known depths if these have none."""
+    def _probed(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return rows and columns of what is known among about PROBE pixels, or of all that is if these have none."""
         step = max(1, round((self.depth.size / PROBE) ** 0.5))
-        known = self.depth[::step, ::step]
-        known = known[known > 0]
-        return known if known.size else self.depth[self.depth > 0]
+        v, u = np.nonzero(self.depth[::step, ::step])
+        if not v.size:
+            step, (v, u) = 1, np.nonzero(self.depth)
+        return step * v, step * u
 
     @cached_property
     def _usual_range(self) -> tuple[float, float]:
-        """Return the range of depths of nearly all points: from the 1st to the 99th percentile, extended by as much on
-        both sides."""
-        if not self._probe.size:
+        """Return the range of nearly all depths: from the 1st to the 99th percentile, and as much on both sides."""
+        if not self._probed[0].size:
             return 0.0, np.inf
-        low, high = np.quantile(self._probe, (0.01, 0.99)).tolist()
+        low, high = np.quantile(self.depth[self._probed], (0.01, 0.99)).tolist()
         reach = STRAY * (high - low) + 0.1 * high
         return max(low - reach, low / 4), high + reach
 
@@ -186,28 +186,20 @@ class Frame(Preview):
 
         Its distance is the frame's scale: near plane and orbit follow it, so that any unit works.
         """
-        h, w = self.depth.shape
-        step = max(1, round((h * w / PROBE) ** 0.5))
-        v, u = np.mgrid[0:h:step, 0:w:step]
-        z = self.depth[::step, ::step].astype(np.float64)
-        if not z.any():
-            v, u = np.nonzero(self.depth)
-            z = self.depth[v, u].astype(np.float64)
-        known = z > 0
-        if not known.any():
+        v, u = self._probed
+        if not v.size:
             return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
-        (x, y), z = self.camera.ray_at(u[known], v[known]), z[known]
+        (x, y), z = self.camera.ray_at(u, v), self.depth[v, u].astype(np.float64)
         return self.pose[:3, :3] @ [median(x * z), median(y * z), median(z)] + self.pose[:3, 3]
 
     @cached_property
     def scale(self) -> float:
         """Return the median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
-        return median(self._probe) if self._probe.size else 1.0  # that of the pivot
+        return median(self.depth[self._probed]) if self._probed[0].size else 1.0  # that of the pivot
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom of the pixels (h, w) that are not 0, the last two exclusive; all 0 without
-    any."""
+    """Return left, top, right and bottom of what is not 0, the last two exclusive; all 0 without any."""
     height, width = known.shape
     if all(edge.any() for edge in (known[0], known[-1], known[:, 0], known[:, -1])):
         return 0, 0, width, height

@@ -18,7 +18,7 @@ from ..messages.formatting import counted
 from ..messages.validation import check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
-from .light import Light
+from .light import Light, transformed
 from .mesh import Mesh
 from .node import Node, check_nodes
 from .placed import Matrix, Placed, Way
@@ -167,16 +167,7 @@ class Scene(Preview):
     @cached_property
     def lights(self) -> list[Light]:
         """Return the lights of the visible nodes, in world axes."""
-        found: list[Light] = []
-        for p in self.placed():
-            if isinstance(p.content, Light):
-                light, turn, changes = p.content, p.world[:3, :3], {}
-                if light.position is not None:
-                    changes["position"] = tuple(turn @ light.position + p.world[:3, 3])
-                if light.direction is not None:
-                    changes["direction"] = tuple(turn @ light.direction)
-                found.append(replace(light, **changes))
-        return found
+        return [transformed(p.content, p.world) for p in self._placed if isinstance(p.content, Light)]
 
     @property
     def light_names(self) -> list[str]:
@@ -215,17 +206,14 @@ class Scene(Preview):
         ValueError
             If there is no such node.
         """
-        nodes = self.nodes
-        for k in path:
-            if not 0 <= k < len(nodes):
-                raise ValueError(f"the scene has no node at the path {path}")
-            nodes = nodes[k].children
-        if not path:
-            raise ValueError(f"the scene has no node at the path {path}")
         levels = [self.nodes]
-        for k in path[:-1]:
+        for k in path:
+            if not 0 <= k < len(levels[-1]):
+                break
             levels.append(levels[-1][k].children)
-        for nodes, k in zip(levels[::-1], path[::-1], strict=True):
+        if not 0 < len(path) < len(levels):
+            raise ValueError(f"the scene has no node at the path {path}")
+        for nodes, k in zip(levels[-2::-1], path[::-1], strict=True):
             new = replace(nodes[k], **changes)
             changes = {"children": (*nodes[:k], new, *nodes[k + 1 :])}
         return replace(self, nodes=changes["children"])
@@ -239,14 +227,8 @@ class Scene(Preview):
             Given a node, returns the new values of its fields by name.
         """
         made: dict[int, Node] = {}
-        stack = [*self.nodes]
-        while stack:
-            node = stack[-1]
-            waiting = [child for child in node.children if id(child) not in made]
-            if id(node) in made or not waiting:
-                stack.pop()
-                if id(node) not in made:
-                    children = tuple(made[id(child)] for child in node.children)
-                    made[id(node)] = replace(node, children=children, **changes(node))
-            stack.extend(waiting if id(node) not in made else [])
+        for node in reversed([node for _, node in self.every_node()]):  # children before their parents
+            if id(node) not in made:
+                children = tuple(made[id(child)] for child in node.children)
+                made[id(node)] = replace(node, children=children, **changes(node))
         return replace(self, nodes=tuple(made[id(node)] for node in self.nodes))

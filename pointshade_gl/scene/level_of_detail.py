@@ -1,5 +1,4 @@
-"""Level of detail: chooses how many points of a frame to draw, so that splats are about as fine as the view's
-pixels."""
+"""Level of detail: draws so many points of a frame that splats are about as fine as the view's pixels."""
 
 from __future__ import annotations
 

@@ -140,12 +140,21 @@ def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
 
 
 def at_upper_left(light: Light, target_pose: NDArray[Any]) -> Light:
-    """Return the light; one without position and direction gets a direction from the viewing camera's upper left, world
-    axes."""
+    """Return the light, in world axes: without place and direction, from the viewing camera's upper left."""
     if light.position is not None or light.direction is not None:
         return light
     x, y, z = target_pose[:3, :3] @ UPPER_LEFT
     return replace(light, direction=(float(x), float(y), float(z)))
+
+
+def transformed(light: Light, matrix: NDArray[Any]) -> Light:
+    """Return the light after its place and its direction have moved by a (4, 4) matrix."""
+    changes: dict[str, Any] = {}
+    if light.position is not None:
+        changes["position"] = tuple(matrix[:3, :3] @ light.position + matrix[:3, 3])
+    if light.direction is not None:
+        changes["direction"] = tuple(matrix[:3, :3] @ light.direction)
+    return replace(light, **changes)
 
 
 def light_rows(

@@ -34,9 +34,8 @@ class NoiseWords:
             return CLEAN
         words = [f"{_short(100 * self.level)}%" if self.is_share else _length(self.level)]
         words += [f"shared={_short(self.shared)}"] if self.shared else []
-        words += (
-            [f"steps={_length(self.step) if self.domain == 'z' else _short(self.step) + '/m'}"] if self.step else []
-        )
+        steps = _length(self.step) if self.domain == "z" else f"{_short(self.step)}/m"
+        words += [f"steps={steps}"] if self.step else []
         words += [f"repeated={_short(self.repeated)}"] if self.repeated else []
         return ",".join(words)
 
@@ -47,29 +46,21 @@ def noise_words(text: str) -> NoiseWords | None:
         return NoiseWords()
     found: dict[str, tuple[float, str]] = {}
     for k, word in enumerate(text.split(",")):
-        match = re.fullmatch(r"\s*(?:(\w+)=)?([0-9.]+(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
+        match = re.fullmatch(r"\s*(?:(\w+)=)?((?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
         if match is None or (k == 0) != (match[1] is None):
             return None
         name, unit = match[1] or "noise", match[3]
         if name in found or unit not in _ALLOWED.get(name, ()):
             return None
-        number = _number(match[2])
+        number = float(match[2])
         if not 0 < number < math.inf:
             return None
         found[name] = number * _UNITS[unit], unit
     level, unit = found["noise"]
     step, step_unit = found.get("steps", (0.0, ""))
     domain = "" if not step else "1/z" if step_unit == "/m" else "z"
-    return NoiseWords(
-        level, unit == "%", found.get("shared", (0.0,))[0], step, domain, found.get("repeated", (0.0,))[0]
-    )
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:  # 1.2.3
-        return math.nan
+    shared, repeated = (found.get(name, (0.0, ""))[0] for name in ("shared", "repeated"))
+    return NoiseWords(level, unit == "%", shared, step, domain, repeated)
 
 
 def _short(number: float) -> str:

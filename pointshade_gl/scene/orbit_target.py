@@ -26,8 +26,7 @@ class Stage:
 
     @classmethod
     def of(cls, frame: Frame | Scene) -> Stage:
-        """Return the stage of a frame or scene. The light moves outside most of the object, but not behind the
-        camera."""
+        """Return the stage of a frame or scene. The light moves outside most of it, but not behind the camera."""
         if isinstance(frame, Scene):
             return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])

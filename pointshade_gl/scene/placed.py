@@ -79,8 +79,7 @@ class Placed:
         return self.content.scale * self.rigid_axes[1] / (0.5 * (abs(camera.fx) + abs(camera.fy)))
 
     def seen_from(self, pose: Matrix) -> Matrix:
-        """Return a world pose as a rigid pose, (4, 4), in the axes in which the frames of a point object have
-        theirs."""
+        """Return a world pose as a rigid pose, (4, 4), in the axes of a point object's frames."""
         seen = np.linalg.inv(self.world) @ pose
         seen[:3, :3] /= np.cbrt(np.linalg.det(seen[:3, :3]))
         return seen

@@ -1,5 +1,4 @@
-"""Sample positions for antialiasing and soft shadows: offsets within a pixel, and points on the surface of area
-lights."""
+"""Sample positions for antialiasing and soft shadows: within a pixel, and on the surface of area lights."""
 
 from __future__ import annotations
 

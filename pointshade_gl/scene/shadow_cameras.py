@@ -1,5 +1,4 @@
-"""Computes the cameras from which shadow maps are rendered: for each light, the views that show all that casts
-shadows."""
+"""Computes the cameras of shadow maps: for each light, the views that show all that casts shadows."""
 
 from __future__ import annotations
 
@@ -82,8 +81,7 @@ def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64],
 def _narrowest(
     position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the unit direction to the middle of all corners (n, 3), found from a direction near it, and half the angle
-    that shows them."""
+    """Return the unit direction, near a given one, to the middle of all corners (n, 3), and half their angle."""
     for _ in range(TURNS):
         turn, places = _places(position, direction, corners)
         ends = np.arctan([places.min(0), places.max(0)])
@@ -93,16 +91,14 @@ def _narrowest(
 
 
 def _places(position: NDArray[np.float64], direction: NDArray[np.float64], corners: Matrix) -> tuple[Matrix, Matrix]:
-    """Return the rotation (3, 3) of a camera that looks in a direction, and where it sees the corners: (n, 2) at depth
-    1."""
+    """Return the rotation (3, 3) of a camera that looks so, and where it sees corners: (n, 2) at depth 1."""
     turn = _looking(position, direction)[:3, :3]
     seen = (corners - position) @ turn
     return turn, seen[:, :2] / seen[:, 2:]
 
 
 def _eye(light: Light, direction: NDArray[np.float64], half: float, extent: Extent, side: int) -> Eye:
-    """Return the shadow camera of a light in a direction: side x side pixels, its near plane close to the nearest
-    object."""
+    """Return a light's shadow camera: side x side pixels, its near plane close to the nearest object."""
     corners, centre, radius, _ = extent
     if light.position is None:
         across = _looking(centre, direction)[:3, :2]

@@ -1,5 +1,4 @@
-"""Decides whether a depth image is sparse: single known pixels far apart, such as LiDAR points projected into an
-image."""
+"""Decides whether a depth image is sparse: single known pixels far apart, such as projected LiDAR points."""
 
 from __future__ import annotations
 

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .camera import orbit_pose
 from .frame import Frame
 from .graph import Scene
-from .light import Light
+from .light import Light, transformed
 from .view import View, upright_of
 
 TURN = 75  # pictures of a turn: three seconds at 25 per second
@@ -34,7 +33,7 @@ def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
     lights = view.lights or (frame.lights if isinstance(frame, Scene) else [])
     start = pivot + frame.scale * pose[:3, :3] @ _FRONT
     own = Light(position=tuple(start), shadow=view.finish.ground is not False)
-    return replace(view, lights=[_turned(light, turn) for light in lights or [own]])
+    return replace(view, lights=[transformed(light, turn) for light in lights or [own]])
 
 
 def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
@@ -45,11 +44,3 @@ def with_camera_turned(view: View, frame: Frame | Scene, degrees: float) -> View
 
 
 TURNTABLES = {"light": with_light_turned, "camera": with_camera_turned}
-
-
-def _turned(light: Light, turn: NDArray[np.float64]) -> Light:
-    if light.position is not None:
-        light = replace(light, position=tuple(turn[:3, :3] @ light.position + turn[:3, 3]))
-    if light.direction is not None:
-        light = replace(light, direction=tuple(turn[:3, :3] @ light.direction))
-    return light

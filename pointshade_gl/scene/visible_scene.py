@@ -51,8 +51,7 @@ def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix)
 
 
 def is_alone(things: Sequence[Placed]) -> bool:
-    """Return whether this is a single point object: it is always drawn from all of its points, whatever the picture's
-    size."""
+    """Return whether this is a single point object, which is always drawn from all of its points."""
     return len(things) == 1 and isinstance(things[0].content, PointObject)
 
 
@@ -71,8 +70,7 @@ def looking_distance(scene: Scene, pose: Matrix) -> float:
 
 
 def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
-    """Return whether a box (8, 3), world, may be visible: False only if it lies completely outside one side of the
-    picture."""
+    """Return whether a box (8, 3), world, may be visible: not if it lies outside one side of the picture."""
     if not len(corners):
         return False
     view, camera = np.linalg.inv(eye.pose), eye.camera

@@ -22,7 +22,6 @@ from .software_driver import is_software
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
-_first_process: int | None = None  # that used OpenGL; its forks have none of the driver's threads
 
 
 class Context:
@@ -34,11 +33,14 @@ class Context:
     Raises ContextError with what to install when no OpenGL 3.3 can be had, and in a forked process.
     """
 
+    _first_process: int | None = None  # that used OpenGL; its forks have none of the driver's threads
+
     def __init__(self, context: moderngl.Context | None = None, device: int = 0):
-        _refuse_fork()
+        if Context._first_process not in (None, os.getpid()):  # a driver would wait for threads that a fork lacks
+            raise ContextError(f"OpenGL was used before a fork, and hangs after it: {SPAWN}")
         self.owned = context is None
         self.gl = _create(device) if context is None else context
-        _note_process()
+        Context._first_process = os.getpid()
         self._thread, self._process = threading.get_ident(), os.getpid()
         self._is_released = self._is_in_use = False
         self._identity: tuple[str, int] | None = None
@@ -154,17 +156,6 @@ class Context:
         self._is_released = True
 
 
-def _note_process() -> None:
-    global _first_process
-    _first_process = os.getpid()
-
-
-def _refuse_fork() -> None:
-    """Raise ContextError where a driver would wait for threads that a fork has left behind."""
-    if _first_process not in (None, os.getpid()):
-        raise ContextError(f"OpenGL was used before a fork, and hangs after it: {SPAWN}")
-
-
 def _keep_freed_memory() -> None:
     """Ask glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
 
@@ -188,8 +179,7 @@ def _is_there(library: str) -> bool:
 
 
 def _open_egl(device: int, libgl: str) -> Any:
-    """Return an EGL context for moderngl. By itself moderngl would import ctypes.util first: 8 ms of the first
-    picture."""
+    """Return an EGL context for moderngl, which would import ctypes.util first: 8 ms of the first picture."""
     egl: Any = import_module("glcontext.egl")
     return egl.create_context(mode="standalone", glversion=330, libgl=libgl, libegl="libEGL.so.1", device_index=device)
 

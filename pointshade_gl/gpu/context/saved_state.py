@@ -62,8 +62,7 @@ class CallersState:
 
 @contextmanager
 def enabled(context: moderngl.Context, *switches: int) -> Iterator[None]:
-    """Enable switches of GL inside and disable them afterwards; what moderngl has noted of the caller's switches
-    stays."""
+    """Enable switches of GL inside, and disable them afterwards. What moderngl has noted of them stays."""
     for switch in switches:
         context.enable_direct(switch)
     try:

@@ -17,22 +17,11 @@ SOFTWARE = (  # drivers that draw on the CPU, also under zink: "zink (llvmpipe (
     "apple software renderer", "gdi generic",
 )  # fmt: skip
 IMAGES = {  # pictures that are read texel by texel, and their formats
-    "depth_map": "r32f",
-    "triangle_map": "r32f",
-    "plane_map": "rgba32f",
-    "patches": "rgba32f",
-    "planes": "rgba32f",
-    "patch_steps": "rgba32f",
-    "surface_map": "rgba32f",
-    "other_map": "rgba32f",  # what is passed on as a surface_map is one, too
-    "mixed_map": "rgba32f",
-    "calm_depth": "rg32f",
-    "strength_map": "rg32f",
-    "lights": "rgba32f",
-    "views": "rgba32f",
-    "materials": "rgba32f",
-    "light_map": "rgba32f",
-    "albedo_map": "rgba32f",
+    **dict.fromkeys(("depth_map", "triangle_map"), "r32f"),
+    **dict.fromkeys(("calm_depth", "strength_map"), "rg32f"),
+    **dict.fromkeys(("patches", "planes", "patch_steps", "lights", "views", "materials"), "rgba32f"),
+    **dict.fromkeys(("plane_map", "light_map", "albedo_map", "surface_map"), "rgba32f"),
+    **dict.fromkeys(("other_map", "mixed_map"), "rgba32f"),  # what is passed on as a surface_map is one, too
 }
 IMAGE_2D = 0x904D  # type of a uniform
 READS = (  # of an image; outside of it, imageLoad gives 0
@@ -57,8 +46,7 @@ def is_software(renderer: str) -> bool:
 
 
 def wants_software(context: moderngl.Context) -> bool:
-    """Return whether programs are built for a software driver. POINTSHADE_PROGRAMS=software or =hardware overrides
-    it."""
+    """Return whether to build programs for a software driver; POINTSHADE_PROGRAMS=software or =hardware overrides."""
     told = os.environ.get("POINTSHADE_PROGRAMS")
     return told == "software" if told else is_software(context.info["GL_RENDERER"])
 
@@ -82,8 +70,7 @@ def by_flat_inputs(vertex: str, fragment: str) -> tuple[str, str, list[str]]:
 
 
 def by_images(text: str) -> tuple[str, list[str]]:
-    """Return a shader that reads the textures IMAGES as images, and the lines that go before it; none if it reads
-    none."""
+    """Return a shader that reads the textures IMAGES as images, and the lines that go before it, if it reads any."""
     images = {
         f"uniform sampler2D {name};": f"layout({kind}) uniform readonly image2D {name};"
         for name, kind in IMAGES.items()

@@ -67,7 +67,7 @@ def all_parts(gl: GL, context: moderngl.Context) -> list[Part]:
         switches(gl, [*SWITCHES.values(), *[PRIMITIVE_RESTART_FIXED_INDEX] * is_430]),
         scissor_test(gl), numbers(gl, SET_BY_US, None), numbers(gl, NEEDED_BY_US, NEEDED),
         *(vector(gl, *names) for names in VECTORS),
-        blending(gl), color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl),
+        color_masks(gl), polygon_mode(gl), program(gl), texture_units(gl),
     ]  # fmt: skip
     if is_430:
         parts += storage_buffers(gl), image_units(gl)
@@ -108,17 +108,19 @@ def set_if_needed(ask: Callable[[], Any], write: Callable[[Any], None], needed: 
 
 
 def switches(gl: GL, names: list[int]) -> Part:
-    is_enabled = gl.IsEnabled
+    """The switches of these names, and blending, which each draw buffer has."""
+    each = [(partial(gl.IsEnabled, name), name, partial(gl.Enable, name)) for name in names]
+    each += [(partial(gl.IsEnabledi, BLEND, k), BLEND, partial(gl.Enablei, BLEND, k)) for k in range(DRAW_BUFFERS)]
 
-    def take() -> list[int]:
-        on = [name for name in names if is_enabled(name)]
-        for name in on:
+    def take() -> list[Callable[[], None]]:
+        on = [(name, enable) for is_enabled, name, enable in each if is_enabled()]
+        for name, _ in on:
             gl.Disable(name)
-        return on
+        return [enable for _, enable in on]
 
-    def put_back(on: list[int]) -> None:
-        for name in on:
-            gl.Enable(name)
+    def put_back(on: list[Callable[[], None]]) -> None:
+        for enable in on:
+            enable()
 
     return Part(take, put_back)
 
@@ -128,19 +130,14 @@ def scissor_test(gl: GL) -> Part:
     return Part(partial(gl.IsEnabled, name), lambda on: gl.Enable(name) if on else gl.Disable(name))
 
 
-def setting(gl: GL, table: tuple[tuple[Any, ...], ...]) -> Callable[[list[int]], None]:
-    """Return a function that sets the numbers of a table."""
+def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> Part:
     setters = [partial(getattr(gl, setter), *on) for _, setter, *on in table]
 
     def write(values: list[int]) -> None:
         for setter, value in zip(setters, values, strict=True):
             setter(value)
 
-    return write
-
-
-def numbers(gl: GL, table: tuple[tuple[Any, ...], ...], needed: list[int] | None) -> Part:
-    return set_if_needed(asking(gl, *(name for name, *_ in table)), setting(gl, table), needed)
+    return set_if_needed(asking(gl, *(name for name, *_ in table)), write, needed)
 
 
 def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[float] | None) -> Part:
@@ -151,22 +148,6 @@ def vector(gl: GL, name: int, kind: Any, count: int, setter: str, needed: list[f
         return answer[:]
 
     return set_if_needed(ask, lambda value: write(*value), needed)
-
-
-def blending(gl: GL) -> Part:
-    is_enabled = gl.IsEnabledi
-
-    def take() -> list[int]:
-        on = [k for k in range(DRAW_BUFFERS) if is_enabled(BLEND, k)]
-        if on:
-            gl.Disable(BLEND)
-        return on
-
-    def put_back(on: list[int]) -> None:
-        for k in on:
-            gl.Enablei(BLEND, k)
-
-    return Part(take, put_back)
 
 
 def color_masks(gl: GL) -> Part:

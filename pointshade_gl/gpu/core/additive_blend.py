@@ -17,8 +17,7 @@ BUFFERS = 2  # colours of a target that are added to
 
 
 class AdditiveBlend:
-    """Additive blending, and the caller's own blend factors and equations restored afterwards: no other pass changes
-    them."""
+    """Additive blending. Afterwards the caller's own factors and equations are back: no other pass changes them."""
 
     def __init__(self, context: moderngl.Context):
         self._context, self._gl = context, GL(context)

@@ -16,9 +16,7 @@ class Canvas(NamedTuple):
     """The image that receives the light of a picture."""
 
     image: moderngl.Framebuffer
-    adding: AdditiveBlend | None = (
-        None  # None: the picture, sRGB, emptied first; else it is added, linear, to what is there
-    )
+    adding: AdditiveBlend | None = None  # None: sRGB, emptied first; else linear light is added to what is there
 
     @property
     def linear(self) -> bool:

@@ -36,6 +36,11 @@ class DepthTextures(Images):
             self.depth = self._texture(1, "f4")
             self.surface = self._keep(PointSurface(context, size))
 
+    @cached_property
+    def depth_target(self) -> moderngl.Framebuffer:
+        """For depth that is rendered instead of uploaded."""
+        return self._framebuffer(self.depth)
+
 
 class FrameTextures(DepthTextures):
     """Depth and colour (RGB8 or RGBA8) of one frame, as uploaded, and what is made from them.
@@ -55,7 +60,7 @@ class FrameTextures(DepthTextures):
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
         self.filled: LargePoints | None = None
-        self.bridged: PointSurface | None = None  # made when the frame casts a shadow
+        self.bridged: LargePoints | None = None  # never lit: made when the frame casts a shadow
         self.trust: Image | None = None  # RG8: made when the frame is one of several of the same thing
         self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
@@ -80,8 +85,8 @@ class FrameTextures(DepthTextures):
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
-        made = [image for image in (self.trust, self.matte, self.albedo, self.bridged) if image]
-        points = [image for made in (self.large, self.filled) if made for image in made.images]
+        made = [image for image in (self.trust, self.matte, self.albedo) if image]
+        points = [image for made in (self.large, self.filled, self.bridged) if made for image in made.images]
         return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
@@ -96,9 +101,8 @@ class LargePoints(Images):
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
-        with self._all_or_nothing():
-            self.surface = self._keep(PointSurface(context, size))
-            self.lit = self._keep(Image(context, size))
+        self.surface = self._keep(PointSurface(context, size))
+        self.lit = self._keep(Image(context, size))
 
     @property
     def images(self) -> list[Images]:

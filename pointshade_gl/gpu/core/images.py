@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import moderngl
 import numpy as np
 
+from ..context.raw_gl import DEPTH_TEST
+from ..context.saved_state import enabled
 from .memory import Owner, check_memory
 from .steps import Versioned
 
@@ -72,14 +75,14 @@ class Image(Images):
 class Fitted(Generic[_Images]):
     """Images of the size that was asked for last. Those of another size are freed before: both might not fit."""
 
-    def __init__(self, context: moderngl.Context, make: Callable[[moderngl.Context, tuple[int, int]], _Images]):
-        self._context, self._make = context, make
+    def __init__(self, context: moderngl.Context, make: Callable[..., _Images], *formats: Format):
+        self._context, self._make, self._formats = context, make, formats
         self._images: _Images | None = None
 
     def fit(self, size: tuple[int, int]) -> _Images:
         if self._images is None or self._images.size != size:
             self.release()
-            self._images = self._make(self._context, size)
+            self._images = self._make(self._context, size, *self._formats)
         return self._images
 
     def release(self) -> None:
@@ -99,6 +102,15 @@ def empty(target: moderngl.Framebuffer, window: Box | None = None) -> None:
 def confine(target: moderngl.Framebuffer, window: Box | None) -> None:
     """From now on only a window of the target is drawn to, or all of it."""
     target.scissor = window  # type: ignore[assignment]  # None is allowed, its annotation forgets it
+
+
+@contextmanager
+def depth_tested(context: moderngl.Context, target: moderngl.Framebuffer, window: Box) -> Iterator[None]:
+    """Draw on a window of the target inside, where only the nearest stays."""
+    confine(target, window)
+    with enabled(context, DEPTH_TEST):
+        yield
+    confine(target, None)
 
 
 def check_size(context: moderngl.Context, width: int, height: int) -> None:

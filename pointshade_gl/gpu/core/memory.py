@@ -25,8 +25,7 @@ class Owner:
             self._made.pop().release()
 
     def _allocate(self, make: Callable[_P, _Item], *args: _P.args, **options: _P.kwargs) -> _Item:
-        """Return make(...), a texture or buffer, framebuffer or vertex array. Raises MemoryError where it does not
-        fit."""
+        """Return make(...), such as a texture or a buffer. Raises MemoryError where it does not fit."""
         return self._keep(allocate(self._context, make, *args, **options))
 
     def _keep(self, item: _Item) -> _Item:

@@ -24,23 +24,20 @@ class FullscreenPass(Owner):
 
     def draw(self, target: moderngl.Framebuffer, textures: dict[str, moderngl.Texture], /, **uniforms: Any) -> None:
         """Draw onto the target. textures: by the names of their samplers; they may also be among the uniforms."""
-        inputs = textures | uniforms
-        bind_textures(self._program, inputs)
-        set_uniforms(self._program, **inputs)
+        set_inputs(self._program, textures | uniforms)
         target.use()
         self._array.render(moderngl.TRIANGLES, 3)
 
 
 class FullscreenPasses(Owner):
-    """Full-screen passes, each made when it is first asked for."""
+    """Whatever draws full-screen passes: each is made when it is first asked for."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._passes: dict[Any, FullscreenPass] = {}
 
-    def get(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
-        """Return a pass. look_up: of a shader that finds splats, whether the compute rasteriser drew them (OpenGL
-        4.3)."""
+    def fullscreen(self, fragment: str, look_up: bool | None = None, **constants: int) -> FullscreenPass:
+        """Return a pass. look_up: for shaders that find splats, whether compute shaders drew them (OpenGL 4.3)."""
         constants |= {} if look_up is None else {"LOOK_UP": int(look_up)}
         key = fragment, *constants.items()
         if key not in self._passes:
@@ -49,13 +46,14 @@ class FullscreenPasses(Owner):
         return self._passes[key]
 
 
-def bind_textures(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
-    """Bind every texture among the inputs and put the number of its unit in its place."""
+def set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
+    """Set uniforms by name. Every texture among them is bound, and the number of its unit put in its place."""
     names = [name for name, value in inputs.items() if isinstance(value, moderngl.Texture)]
     assert len(names) <= UNITS, "more textures than a caller's state is kept for"
     for unit, name in enumerate(names):
         bind_texture(program, name, inputs[name], unit)
         inputs[name] = unit
+    set_uniforms(program, **inputs)
 
 
 def bind_texture(

@@ -1,5 +1,4 @@
-"""Builds programs from shader files: splices includes, and maps line numbers in the driver's errors back to the
-files."""
+"""Builds programs from shader files: splices includes, and names file and line in the driver's errors."""
 
 from __future__ import annotations
 
@@ -15,6 +14,7 @@ from ...messages.errors import ShaderError
 from ...scene.camera import Camera
 from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
 
+Spliced = tuple[str, list[tuple[str, int]]]  # text, and for each line of it (file, line)
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
 # Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
 _DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
@@ -30,7 +30,7 @@ def shader_folder() -> Path:
     raise ShaderError(f"no folder 'shaders' in {package} or beside it: the installation is incomplete")
 
 
-def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, int]]]:
+def splice(name: str, folder: Path | None = None) -> Spliced:
     """Return the text of a shader with its includes in place, and for each line of it (file, line)."""
     folder = folder or shader_folder()
     lines: list[str] = []
@@ -55,11 +55,13 @@ def splice(name: str, folder: Path | None = None) -> tuple[str, list[tuple[str, 
     return "\n".join(lines) + "\n", origin
 
 
-def _begin(
-    name: str, spliced: tuple[str, list[tuple[str, int]]], lines: list[str], version: int = 0
-) -> tuple[str, list[tuple[str, int]]]:
-    """Insert more lines after the shader's first one, which is its #version, or set another version."""
-    (first, rest), origin = spliced[0].split("\n", 1), spliced[1]
+def _begin(context: moderngl.Context, name: str, spliced: Spliced, lines: list[str], version: int = 0) -> Spliced:
+    """Insert lines after the first, the #version, or change it; for software drivers see software_driver.py."""
+    text, origin = spliced
+    if reads_images(context):
+        text, reads = by_images(text)
+        lines, version = [*lines, *reads], 430 if reads else version
+    first, rest = text.split("\n", 1)
     first = f"#version {version} core" if version else first
     return "\n".join([first, *lines, rest]), [origin[0], *[(name, 1)] * len(lines), *origin[1:]]
 
@@ -81,16 +83,11 @@ def build_program(
     defines = [f"#define {constant} {value}" for constant, value in constants.items()]
     (vertex_text, vertex_origin), (fragment_text, fragment_origin) = splice(vertex, folder), splice(fragment, folder)
     flat: list[str] = []
-    vertex_reads: list[str] = []
-    fragment_reads: list[str] = []
     if wants_software(context) and vertex == "fullscreen.vert":
         vertex_text, fragment_text, flat = by_flat_inputs(vertex_text, fragment_text)
-    if reads_images(context):
-        (vertex_text, vertex_reads), (fragment_text, fragment_reads) = by_images(vertex_text), by_images(fragment_text)
-    versions = 430 if vertex_reads else 330, 430 if fragment_reads else version
-    vertex_text, vertex_origin = _begin(vertex, (vertex_text, vertex_origin), defines + vertex_reads, versions[0])
-    before = defines + flat + fragment_reads
-    fragment_text, fragment_origin = _begin(fragment, (fragment_text, fragment_origin), before, versions[1])
+    vertex_text, vertex_origin = _begin(context, vertex, (vertex_text, vertex_origin), defines, 330)
+    spliced = fragment_text, fragment_origin
+    fragment_text, fragment_origin = _begin(context, fragment, spliced, defines + flat, version)
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
     except moderngl.Error as error:
@@ -101,12 +98,8 @@ def build_program(
 
 def build_compute(context: moderngl.Context, name: str, **constants: int) -> moderngl.ComputeShader:
     """A compute program from one shader file. Raises ShaderError with file and line of the driver's complaints."""
-    text, origin = splice(name)
-    before = [f"#define {constant} {value}" for constant, value in constants.items()]
-    if reads_images(context):
-        text, reads = by_images(text)
-        before += reads
-    text, origin = _begin(name, (text, origin), before)
+    defines = [f"#define {constant} {value}" for constant, value in constants.items()]
+    text, origin = _begin(context, name, splice(name), defines)
     try:
         return context.compute_shader(text)
     except moderngl.Error as error:

@@ -64,8 +64,7 @@ class Steps:
         return before[1]
 
     def is_new(self, name: str, *arguments: Any, of: Any = None) -> bool:
-        """Return whether a step would run; from now on it counts as done with these arguments. For parts of a step's
-        work."""
+        """Return whether a step would run with these arguments, and count it as done. For parts of a step's work."""
         before, now = self._done.pop((name, of), None), _state(arguments)
         self._done[name, of] = _kept(now), None
         return before is None or not _same(before[0], now)
@@ -87,8 +86,7 @@ class Steps:
                 del self._done[key]
 
     def _time(self, name: str, work: Callable[..., _Result], arguments: tuple[Any, ...]) -> _Result:
-        """Run a step and time it. For a step inside another one only the wall time: the GPU's timer is already
-        running."""
+        """Run a step and time it; of a step inside another one only the wall time, as the GPU's timer is running."""
         query = None if self._is_timing else self._query or self._context.query(time=True)
         self._context.finish()
         start = time.perf_counter()

@@ -14,15 +14,15 @@ from ..context.saved_state import enabled
 from ..core.frame_textures import PointSurface
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import bind_textures
+from ..core.passes import set_inputs
 from ..core.programs import build_compute, build_program, set_uniforms, source_and_target
 from ..core.view_images import SplatImage
-from ..points.compute_raster import MOST_GROUPS, RimList
+from ..points.compute_raster import MOST_GROUPS, RimList, clear_nearest, read_window
 from ..points.point_objects import carried
 
 GROUP, ROWS = 32, 16  # as in grid.comp
 TOGETHER = 1 << 14  # squares that one call draws
-NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # on a list, and where the mesh comes to
+NOTHING_YET = np.array([0, 1, 1, 0, 0, 0, 0, 0], np.int32)  # where the mesh comes to
 
 
 class Grid(NamedTuple):
@@ -36,7 +36,7 @@ class Grid(NamedTuple):
 
     def way(self, eye: Eye) -> dict[str, Any]:
         """Return the uniforms that project the grid into a view."""
-        return source_and_target(self.source, eye.camera, carried(self, eye))
+        return source_and_target(self.source, eye.camera, carried(self.pose, self.scale, eye))
 
     def maps(self) -> dict[str, Any]:
         return {"surface_map": self.surface.texture, "triangle_map": self.surface.triangles.texture}
@@ -54,18 +54,13 @@ class Grid(NamedTuple):
         return left - 1, top - 1, width + 1, height + 1
 
 
-def _set_inputs(program: moderngl.Program | moderngl.ComputeShader, inputs: dict[str, Any]) -> None:
-    bind_textures(program, inputs)
-    set_uniforms(program, **inputs)
-
-
 class ComputedDepths(Owner):
     """Rasterises 1/z of a mesh: squares that lie on planes, then other squares, then the rims at its border."""
 
     def __init__(self, context: moderngl.Context, is_software: bool):
         super().__init__(context)
         self._is_software = is_software
-        self._lists: list[RimList] = []  # of rims, and of squares that are drawn in pieces
+        self._rims, self._odd = (self._keep(RimList(context)) for _ in range(2))  # odd squares are drawn in pieces
         names = "meshes/grid.comp", "meshes/odd_squares.comp", "points/rims.comp"
         with self._all_or_nothing():
             self._steps = [self._keep(build_compute(context, name, WINDOW=int(is_software))) for name in names]
@@ -73,62 +68,30 @@ class ComputedDepths(Owner):
 
     def draw(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
         """Fill `nearest` of an image of the view."""
-        self._clear(image)
+        clear_nearest(self._context, image, self._is_software)
+        image.nearest.bind_to_storage_buffer(0)
         squares, odd, rims = self._steps
-        odd_list, rim_list = self._empty_lists(grid.surface.size)
+        most = (grid.surface.size[0] + 1) * (grid.surface.size[1] + 1)  # all squares, or all rims
+        odd_list, rim_list = self._odd.emptied(most, place=3), self._rims.emptied(most, place=2)
+        self._window.write(NOTHING_YET)
+        self._window.bind_to_storage_buffer(1)
         way = grid.way(eye) | {"target_size": image.size}
         listed = {"near": eye.near / grid.scale, "most_groups": MOST_GROUPS}
         left, top, columns, rows = grid.squares_in_blocks
         planes = {"plane_map": grid.surface.planes.texture, "squares": (left, top, columns, rows)}
-        _set_inputs(squares, way | listed | planes)
+        set_inputs(squares, way | listed | planes)
         squares.run(-(-columns // (2 * GROUP)), -(-rows // ROWS))
         self._run_list(odd, odd_list, way | listed | grid.maps())
         self._run_list(rims, rim_list, way | {"surface_map": grid.surface.texture})
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT)
-        image.window = self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        image.window = read_window(self._window, *image.size) if self._is_software else (0, 0, *image.size)
         image.raise_version()
 
     def _run_list(self, program: moderngl.ComputeShader, listed: moderngl.Buffer, inputs: dict[str, Any]) -> None:
         """Draw what an earlier step has put on a list."""
         self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.COMMAND_BARRIER_BIT)
-        _set_inputs(program, inputs)
+        set_inputs(program, inputs)
         program.run_indirect(listed)
-
-    def _clear(self, image: SplatImage) -> None:
-        """Clear `nearest` after everybody has read it: llvmpipe's threads ignore barriers."""
-        if self._is_software:
-            self._context.finish()
-        else:
-            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
-        image.nearest.clear()
-        image.nearest.bind_to_storage_buffer(0)
-
-    def _empty_lists(self, size: tuple[int, int]) -> list[moderngl.Buffer]:
-        """Return empty lists, with room for all squares and for all rims, and reset the window."""
-        most = (size[0] + 1) * (size[1] + 1)
-        if not self._lists or self._lists[0].most < most:
-            self._free_lists()
-            for _ in range(2):
-                self._lists.append(RimList(self._context, most))
-        for place, one in zip((3, 2), self._lists, strict=True):
-            one.buffer.write(NOTHING_YET[:5])
-            one.buffer.bind_to_storage_buffer(place)
-        self._window.write(NOTHING_YET)
-        self._window.bind_to_storage_buffer(1)
-        return [one.buffer for one in self._lists]
-
-    def _free_lists(self) -> None:
-        while self._lists:
-            self._lists.pop().release()
-
-    def _read_window(self, width: int, height: int) -> Box:
-        """Return the part of the view that the mesh covers, to which later passes are confined."""
-        to_left, up, right, down = np.frombuffer(self._window.read(16, offset=16), np.int32).tolist()
-        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
-
-    def release(self) -> None:
-        self._free_lists()
-        super().release()
 
 
 class DrawnDepths(Owner):
@@ -153,12 +116,12 @@ class DrawnDepths(Owner):
         image.visible.use()
         image.visible.clear(depth=1.0)
         here = grid.way(eye) | {"target_size": image.size, "near": eye.near / grid.scale}
-        _set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
+        set_inputs(self._pieces.program, grid.maps() | here | {"window_of_squares": grid.squares})
         _, _, columns, rows = grid.squares
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             for first in range(0, columns * rows, TOGETHER):
                 set_uniforms(self._pieces.program, first_square=first)
                 self._pieces.render(moderngl.TRIANGLES, vertices=24 * min(TOGETHER, columns * rows - first))
-            _set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
+            set_inputs(self._ends.program, here | {"surface_map": grid.surface.texture, "first_id": 1})
             self._ends.render(moderngl.POINTS, vertices=grid.source.width * grid.source.height)
         image.raise_version()

@@ -9,14 +9,11 @@ import moderngl
 from ...scene.appearance import SHADINGS, Look
 from ...scene.camera import Eye
 from ...scene.normal_methods import Step, parse_max_depth_step
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures
-from ..core.images import Fitted, Image, confine, empty
-from ..core.memory import Owner
+from ..core.images import Fitted, Image, depth_tested, empty
 from ..core.passes import FullscreenPass, FullscreenPasses
-from ..core.view_images import SplatImage, SurfaceImage
+from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
 from .grid_depths import ComputedDepths, DrawnDepths, Grid
 
@@ -39,7 +36,7 @@ class ShownGrid(NamedTuple):
         return self.shading == "phong" and self.points.surface.certainty is not None
 
 
-class GridObjects(Owner):
+class GridObjects(FullscreenPasses):
     """Draws the meshes between the pixels of frames into views and into shadow maps, both sides of each triangle.
 
     First it rasterises 1/z of the mesh, by a compute shader where there is one, else as depth; then each pixel of the
@@ -48,21 +45,20 @@ class GridObjects(Owner):
 
     def __init__(self, context: moderngl.Context, can_compute: bool, is_software: bool):
         super().__init__(context)
-        self._passes = FullscreenPasses(context)
-        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
-        self._depths = ComputedDepths(context, is_software) if can_compute else DrawnDepths(context)
+        self._scratch = self._keep(Fitted(context, SplatImage))  # of the size of a shadow view
+        self._depths = self._keep(ComputedDepths(context, is_software) if can_compute else DrawnDepths(context))
         self._look_up = can_compute
 
     def find_triangles(self, grid: Grid) -> None:
         """Find which triangles exist, and how far pixels reach beside them, by shaders/common/grid.glsl."""
         target, surface = grid.surface.triangles.target, {"surface_map": grid.surface.texture}
         empty(target, grid.surface.window)
-        finding = self._passes.get("meshes/grid_triangles.frag")
+        finding = self.fullscreen("meshes/grid_triangles.frag")
         finding.draw(target, surface, intrinsics=grid.source.intrinsics, max_step=grid.max_step)
         if self._look_up:
             target, (left, top, width, height) = grid.surface.planes.target, grid.surface.window
             empty(target, (left, top, width + 1, height + 1))
-            self._passes.get("meshes/grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
+            self.fullscreen("meshes/grid_planes.frag").draw(target, grid.maps(), intrinsics=grid.source.intrinsics)
 
     def draw_splats(self, image: SplatImage, grid: Grid, eye: Eye) -> None:
         """Rasterise the depth of the mesh in a view."""
@@ -75,10 +71,8 @@ class GridObjects(Owner):
     def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
         """Draw the picture of a mesh, lit in the same pass: for phong. lights: inputs of shaders/common/lights.glsl."""
         constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
-        inputs, passed = (
-            lights | self._inputs(splats, shown, eye),
-            self._pass("meshes/grid_picture.frag", shown, **constants),
-        )
+        inputs = lights | self._inputs(splats, shown, eye)
+        passed = self._pass("meshes/grid_picture.frag", shown, **constants)
         with canvas.opened(splats.window) as image:
             passed.draw(image, {}, **inputs)
 
@@ -90,31 +84,22 @@ class GridObjects(Owner):
         self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
         surfaces.raise_version()
 
-    def add_surface(
-        self,
-        surfaces: SurfaceImage,
-        splats: SplatImage,
-        shown: ShownGrid,
-        eye: Eye,
-        number: int,
-        lights: dict[str, Any],
-    ) -> None:
+    def add_surface(self, target: Target, shown: ShownGrid, eye: Eye, number: int, lights: dict[str, Any]) -> None:
         """Draw the mesh among the surfaces of other objects. number: of the material, counted from 1.
 
         lights: inputs of shaders/common/shadowed_lights.glsl, for flat shading.
         """
+        splats, shared = target.splats, target.surfaces.shared_target
         self.draw_splats(splats, shown.points, eye)
         scale, inputs = shown.points.scale, self._inputs(splats, shown, eye)
         inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
-            passed = self._passes.get("meshes/grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
+            passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
         else:
             passed = self._pass("meshes/grid.frag", shown)
-        confine(surfaces.shared_target, splats.window)
-        with enabled(self._context, DEPTH_TEST):
-            passed.draw(surfaces.shared_target, {}, **inputs)
-        confine(surfaces.shared_target, None)
+        with depth_tested(self._context, shared, splats.window):
+            passed.draw(shared, {}, **inputs)
 
     def _inputs(self, splats: SplatImage, shown: ShownGrid, eye: Eye) -> dict[str, Any]:
         """Return the inputs that place the mesh and colour it."""
@@ -129,27 +114,19 @@ class GridObjects(Owner):
 
     def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
         constants |= {"SHADING": SHADINGS.index(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
-        return self._passes.get(fragment, self._look_up, **constants)
+        return self.fullscreen(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
         image = self._scratch.fit((tile.side, tile.side))
         self._depths.draw(image, grid, eye)
-        left, top, width, height = image.window
-        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
-        with enabled(self._context, DEPTH_TEST):
+        with depth_tested(self._context, tile.target, tile.part(image.window)):
             if self._look_up:
-                shadow, near = self._passes.get("shading/shadow.frag", True), eye.near / grid.scale
+                shadow, near = self.fullscreen("shading/shadow.frag", True), eye.near / grid.scale
                 shadow.draw(tile.target, {}, first=tile.first, side=tile.side, near=near)
             else:
-                shadow = self._passes.get("meshes/grid_shadow.frag")
+                shadow = self.fullscreen("meshes/grid_shadow.frag")
                 shadow.draw(tile.target, {"window_depths": image.depth}, first=tile.first)
-        confine(tile.target, None)
-
-    def release(self) -> None:
-        for item in (self._scratch, self._depths, self._passes):
-            item.release()
-        super().release()
 
 
 def depth_step(look: Look) -> Step:

@@ -14,10 +14,16 @@ from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.images import check_size
 from ..core.memory import Owner
-from ..core.passes import bind_textures
-from ..core.programs import build_program, set_uniforms
+from ..core.passes import set_inputs
+from ..core.programs import build_program
 from ..core.view_images import SurfaceImage
 from ..shading.shadow_map import Tile
+
+DRAWS = {  # to be lit later, lit at its corners, or its depth only: shaders, and what they read of `mesh_vertices`
+    "surface": ("meshes/mesh.vert", "meshes/mesh.frag", "3f 3f 2f 12x", "position", "normal", "uv"),
+    "lit": ("meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "3f 3f 2f 3f", "position", "normal", "uv", "lit_at"),
+    "shadow": ("meshes/mesh.vert", "meshes/mesh_shadow.frag", "3f 32x", "position"),
+}
 
 
 class PlacedMesh(NamedTuple):
@@ -33,11 +39,10 @@ class MeshObjects(Owner):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         with self._all_or_nothing():
-            self._programs = MeshPrograms(
-                self._keep(build_program(context, "meshes/mesh.vert", "meshes/mesh.frag")),
-                self._keep(build_program(context, "meshes/mesh_lit.vert", "meshes/mesh_lit.frag")),
-                self._keep(build_program(context, "meshes/mesh.vert", "meshes/mesh_shadow.frag")),
-            )
+            self._programs = {
+                name: self._keep(build_program(context, vertex, fragment))
+                for name, (vertex, fragment, *_) in DRAWS.items()
+            }
         self._kept: dict[Mesh, MeshBuffers] = {}
 
     def add_surface(
@@ -52,19 +57,17 @@ class MeshObjects(Owner):
         inputs = _camera(eye, view) | {"base_color": mesh.color, "material_number": float(number)}
         inputs |= {"picture": buffers.picture, "normal_view": np.linalg.inv(view[:3, :3]).astype("f4").tobytes()}
         if mesh.shading in ("flat", "gouraud"):
-            program, array = self._programs.lit, buffers.lit
+            array = buffers.arrays["lit"]
             inputs |= lights | {"material": mesh.material.strengths}
         else:
-            program, array = self._programs.surface, buffers.surface
+            array = buffers.arrays["surface"]
             inputs["is_lit"] = mesh.shading != "none"
-        bind_textures(program, inputs)
-        set_uniforms(program, **inputs)
-        self._draw(surfaces.shared_target, array)
+        self._draw(surfaces.shared_target, array, inputs)
 
     def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:
         """Draw the mesh's depth into a shadow map. eye: the light's camera."""
-        set_uniforms(self._programs.shadow, **_camera(eye, np.linalg.inv(eye.pose) @ placed.world))
-        self._draw(tile.target, self._buffers(placed.mesh).shadow)
+        inputs = _camera(eye, np.linalg.inv(eye.pose) @ placed.world)
+        self._draw(tile.target, self._buffers(placed.mesh).arrays["shadow"], inputs)
 
     def keep_only(self, meshes: Iterable[Mesh]) -> list[Mesh]:
         """Free the meshes that are not among these, and return them."""
@@ -74,7 +77,8 @@ class MeshObjects(Owner):
             self._kept.pop(mesh).release()
         return unused
 
-    def _draw(self, target: moderngl.Framebuffer, array: moderngl.VertexArray) -> None:
+    def _draw(self, target: moderngl.Framebuffer, array: moderngl.VertexArray, inputs: dict[str, Any]) -> None:
+        set_inputs(array.program, inputs)
         target.use()
         with enabled(self._context, DEPTH_TEST):
             array.render(moderngl.TRIANGLES)
@@ -89,31 +93,20 @@ class MeshObjects(Owner):
         super().release()
 
 
-class MeshPrograms(NamedTuple):
-    """The programs that draw a mesh: to be lit later, lit at its corners, or its depth only."""
-
-    surface: moderngl.Program
-    lit: moderngl.Program
-    shadow: moderngl.Program
-
-
 class MeshBuffers(Owner):
     """One mesh on the GPU."""
 
-    def __init__(self, context: moderngl.Context, mesh: Mesh, programs: MeshPrograms):
+    def __init__(self, context: moderngl.Context, mesh: Mesh, programs: dict[str, moderngl.Program]):
         super().__init__(context)
         vertices, faces = mesh_vertices(mesh)
         with self._all_or_nothing():
-            self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(44))
-            self._faces = self._allocate(context.buffer, np.ascontiguousarray(faces).tobytes() or bytes(12))
-            self.surface = self._array(programs.surface, "3f 3f 2f 12x", "position", "normal", "uv")
-            self.lit = self._array(programs.lit, "3f 3f 2f 3f", "position", "normal", "uv", "lit_at")
-            self.shadow = self._array(programs.shadow, "3f 32x", "position")
+            corners = self._allocate(context.buffer, vertices.tobytes() or bytes(44))
+            order = self._allocate(context.buffer, np.ascontiguousarray(faces).tobytes() or bytes(12))
+            self.arrays = {
+                name: self._allocate(context.vertex_array, programs[name], [(corners, *layout)], order)
+                for name, (_, _, *layout) in DRAWS.items()
+            }
             self.picture = self._texture(np.full((1, 1, 3), 255, np.uint8) if mesh.texture is None else mesh.texture)
-
-    def _array(self, program: moderngl.Program, layout: str, *names: str) -> moderngl.VertexArray:
-        content = [(self._vertices, layout, *names)]
-        return self._allocate(self._context.vertex_array, program, content, self._faces)
 
     def _texture(self, pixels: np.ndarray) -> moderngl.Texture:
         height, width, components = pixels.shape
@@ -137,9 +130,8 @@ def mesh_vertices(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
         faces = np.arange(len(positions), dtype=np.uint32)
     else:
         normals = mesh.normals
-    normals = np.where(
-        normals.any(-1, keepdims=True), normals, np.array((0, 0, 1), np.float32)
-    )  # of triangles without area
+    ahead = np.array((0, 0, 1), np.float32)  # of triangles without area
+    normals = np.where(normals.any(-1, keepdims=True), normals, ahead)
     middle = positions
     if mesh.shading == "flat":
         middle = positions.reshape(-1, 3, 3).mean(1).repeat(3, 0)

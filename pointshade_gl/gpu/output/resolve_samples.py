@@ -6,25 +6,21 @@ import moderngl
 
 from ..core.additive_blend import AdditiveBlend
 from ..core.canvas import Canvas
-from ..core.images import empty
+from ..core.images import Image, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SampleSums, Target
+from ..core.view_images import Target
 
 
-class ResolveSamplesPass:
+class ResolveSamplesPass(FullscreenPasses):
     """Averages samples in linear light, weighted by coverage."""
 
     def __init__(self, context: moderngl.Context):
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
         self._adding = AdditiveBlend(context)
 
-    def canvas(self, sums: SampleSums) -> Canvas:
-        """What samples are drawn on, to be added up."""
-        return Canvas(sums.surfaces.target, self._adding)
-
-    def ground_canvas(self, sums: SampleSums) -> Canvas:
-        """The same of the ground."""
-        return Canvas(sums.ground.target, self._adding)
+    def canvas(self, sums: Image) -> Canvas:
+        """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
+        return Canvas(sums.target, self._adding)
 
     def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
         """Average `count` samples into the picture. background: linear RGB, None for a transparent one."""
@@ -33,8 +29,5 @@ class ResolveSamplesPass:
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
-        develop = self._passes.get("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
+        develop = self.fullscreen("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
         develop.draw(target.picture, sums, count=float(count), background=behind)
-
-    def release(self) -> None:
-        self._passes.release()

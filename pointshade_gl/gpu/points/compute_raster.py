@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import bind_textures
+from ..core.passes import set_inputs
 from ..core.programs import build_compute, set_uniforms
 from ..core.view_images import SplatImage
 from .set_splats import Splats, union
@@ -39,25 +39,19 @@ class ComputeSplatPass(Owner):
         self._programs: dict[tuple[str, bool], moderngl.ComputeShader] = {}  # made when they are first needed
         with self._all_or_nothing():
             self._large = self._allocate(context.buffer, reserve=4 * (9 + LIST_LENGTH))
-        self._rims: RimList | None = None
+        self._rims = self._keep(RimList(context))
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view. Sizes and shape are not asked."""
-        self._clear(image)
-        image.window = self._add(image, splats)
-        image.raise_version()
+        (image.window,) = self.draw_set(image, [splats])
 
     def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats. Returns the part of the view that each comes to."""
-        self._clear(image)
+        clear_nearest(self._context, image, self._is_software)
         windows = [self._add(image, part) for part in parts]
         image.window = union(windows)
         image.raise_version()
         return windows
-
-    def _clear(self, image: SplatImage) -> None:
-        self._wait_for_readers()
-        image.nearest.clear()
 
     def _add(self, image: SplatImage, splats: Splats) -> Box:
         points, is_set = splats.surface, splats.trust is not None
@@ -67,8 +61,8 @@ class ComputeSplatPass(Owner):
         inputs |= splats.way | splats.of_set
         listed = {"near": splats.near, "tolerance": self._tolerance, "list_length": LIST_LENGTH}
         program = self._program("points/splats.comp", is_set)
-        bind_textures(program, inputs)
-        set_uniforms(program, **inputs, **listed, corner=corner, most_groups=MOST_GROUPS)
+        set_inputs(program, inputs)  # binds the textures for the lists' programs, too
+        set_uniforms(program, **listed, corner=corner, most_groups=MOST_GROUPS)
         image.nearest.bind_to_storage_buffer(0)
         across, down = -(-(left + width - corner[0]) // (GROUP * BLOCK)), -(-(top + height - corner[1]) // BLOCK)
         pixels = points.size[0] * points.size[1]
@@ -79,7 +73,7 @@ class ComputeSplatPass(Owner):
             self._run_list("points/rims.comp", rims, inputs, is_set)
         if not self._is_empty(self._large):
             self._run_list("points/large_splats.comp", self._large, inputs | listed, is_set)
-        return self._read_window(*image.size) if self._is_software else (0, 0, *image.size)
+        return read_window(self._large, *image.size) if self._is_software else (0, 0, *image.size)
 
     def _draw_most(
         self, program: moderngl.ComputeShader, groups: tuple[int, int], image: SplatImage, most: int
@@ -88,22 +82,11 @@ class ComputeSplatPass(Owner):
         indirect = 0, 1 + image.size[0] * image.size[1] // PIXELS_A_GROUP, 1, 0
         self._large.write(np.array([*indirect, *[0] * 5], np.int32))
         self._large.bind_to_storage_buffer(1)
-        rims = self._empty_rims(most)
+        rims = self._rims.emptied(most, place=2)
         program.run(*groups)
         barriers = moderngl.SHADER_STORAGE_BARRIER_BIT | moderngl.BUFFER_UPDATE_BARRIER_BIT
         self._context.memory_barrier(barriers | moderngl.COMMAND_BARRIER_BIT)  # the lists say how many groups draw them
         return rims
-
-    def _empty_rims(self, most: int) -> moderngl.Buffer:
-        """The list of rim pixels, with room for so many."""
-        if self._rims is None or self._rims.most < most:
-            if self._rims is not None:
-                self._rims.release()
-            self._rims = None
-            self._rims = RimList(self._context, most)
-        self._rims.buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
-        self._rims.buffer.bind_to_storage_buffer(2)
-        return self._rims.buffer
 
     def _run_list(self, name: str, listed: moderngl.Buffer, inputs: dict[str, Any], is_set: bool) -> None:
         """Draw what the first step has put on a list."""
@@ -119,34 +102,37 @@ class ComputeSplatPass(Owner):
         return self._programs[name, is_set]
 
     def _is_empty(self, listed: moderngl.Buffer) -> bool:
-        """Return whether a list is known to be empty.
-
-        A software driver runs compute shaders at once, so there is nothing to wait for.
-        """
+        """Return whether a list is known to be empty: a software driver has run its shaders, nobody waits for them."""
         return self._is_software and np.frombuffer(listed.read(4), np.int32)[0] == 0
 
-    def _read_window(self, width: int, height: int) -> Box:
-        """Return the part of the view that has splats, to which later passes are confined."""
-        to_left, up, right, down = np.frombuffer(self._large.read(16, offset=16), np.int32).tolist()
-        return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
-    def _wait_for_readers(self) -> None:
-        """Wait until nobody reads `nearest` any more, before it is cleared: llvmpipe's threads ignore barriers."""
-        if self._is_software:
-            self._context.finish()
-        else:
-            self._context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+def clear_nearest(context: moderngl.Context, image: SplatImage, is_software: bool) -> None:
+    """Clear `nearest` of a view after everybody has read it: llvmpipe's threads ignore barriers."""
+    if is_software:
+        context.finish()
+    else:
+        context.memory_barrier(moderngl.SHADER_STORAGE_BARRIER_BIT)
+    image.nearest.clear()
 
-    def release(self) -> None:
-        if self._rims is not None:
-            self._rims.release()
-        super().release()
+
+def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
+    """Return the part of the view in which the compute shaders have drawn, to which later passes are confined."""
+    to_left, up, right, down = np.frombuffer(drawn.read(16, offset=16), np.int32).tolist()
+    return width - to_left, height - up, max(right + to_left - width, 0), max(down + up - height, 0)
 
 
 class RimList(Owner):
-    """Room for so many rim pixels, see compute_raster.glsl."""
+    """A list of rim pixels, see compute_raster.glsl."""
 
-    def __init__(self, context: moderngl.Context, most: int):
-        super().__init__(context)
-        self.most = most
-        self.buffer = self._allocate(context.buffer, reserve=4 * (5 + most))
+    _most = 0  # for which there is room
+
+    def emptied(self, most: int, place: int) -> moderngl.Buffer:
+        """Return the list, empty and with room for so many, where the shaders at this binding find it."""
+        if self._most < most:
+            self._most = 0
+            self.release()
+            self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
+            self._most = most
+        self._buffer.write(np.array([0, 1, 1, 0, 0], np.int32))
+        self._buffer.bind_to_storage_buffer(place)
+        return self._buffer

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import moderngl
@@ -10,7 +11,7 @@ import numpy as np
 from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.memory import Owner
-from ..core.passes import bind_textures
+from ..core.passes import set_inputs
 from ..core.programs import build_program, set_uniforms
 from ..core.view_images import Target
 from .point_raster import Vertices
@@ -25,7 +26,6 @@ class LitSplatPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._rim_array: moderngl.VertexArray | None = None  # made when it is first needed
         with self._all_or_nothing():
             program = self._keep(build_program(context, "points/splats.vert", "points/splats.frag", LIT=1))
             self._vertices = Vertices(context, program, np.ones(1, np.float32))
@@ -36,22 +36,21 @@ class LitSplatPass(Owner):
         array, count = self._vertices.array, splats.source.width * splats.source.height
         inputs = {"surface_map": splats.surface.texture, "target_size": target.size, "near": splats.near}
         inputs |= splats.way | lights
-        bind_textures(array.program, inputs)
-        set_uniforms(array.program, **self._vertices.shape(splats), **inputs)
+        set_inputs(array.program, inputs)
+        set_uniforms(array.program, **self._vertices.shape(splats))
         target.shared_picture.use()
         target.shared_picture.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=count)
             if splats.has_rims:
-                array = self._rims()
+                array = self._rims
                 set_uniforms(array.program, **inputs)
                 array.render(moderngl.POINTS, vertices=count)
 
+    @cached_property
     def _rims(self) -> moderngl.VertexArray:
-        if self._rim_array is None:
-            program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", LIT=1))
-            self._rim_array = self._allocate(self._context.vertex_array, program, [])
-        return self._rim_array
+        program = self._keep(build_program(self._context, "points/rims.vert", "points/rims.frag", LIT=1))
+        return self._allocate(self._context.vertex_array, program, [])
 
     def release(self) -> None:
         self._vertices.release()

@@ -1,9 +1,9 @@
-"""Draws point objects: rasterises their splats into a view, then resolves the surface and colour that each pixel
-sees."""
+"""Draws point objects: rasterises their splats, then resolves the surface and colour that each pixel sees."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -11,11 +11,9 @@ import numpy as np
 from ...estimation.multi_view import SetReport, primary_shares
 from ...scene.camera import Camera, Eye
 from ...scene.level_of_detail import bridged_camera
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.canvas import Canvas
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
-from ..core.images import Box, Fitted, Image, confine
+from ..core.images import Box, Fitted, Image, depth_tested
 from ..core.passes import FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage, Target
 from ..shading.shadow_map import Tile
@@ -106,83 +104,77 @@ class ShownSet(NamedTuple):
         return SetReport(choices, band, gains, points, np.array(distrusted), self.importances)
 
 
-class PointObjects:
+class PointObjects(FullscreenPasses):
     """Draws point objects into views and into shadow maps."""
 
     def __init__(self, context: moderngl.Context, rasterizers: Rasterizers):
-        self._context, self._rasterizers = context, rasterizers
-        self._resolve = ResolvePass(context)
-        self._shadow_passes = FullscreenPasses(context)
-        self._lit: LitSplatPass | None = None  # these three are made when they are first needed
-        self._merge: SetMergePass | None = None
-        self._target_normals: TargetNormals | None = None
-        self._scratch = Fitted(context, SplatImage)  # of the size of a shadow view
+        super().__init__(context)
+        self._rasterizers = self._keep(rasterizers)
+        self._resolve = self._keep(ResolvePass(context))
+        self._scratch = self._keep(Fitted(context, SplatImage))  # of the size of a shadow view
+
+    @cached_property
+    def _lit(self) -> LitSplatPass:
+        return self._keep(LitSplatPass(self._context))
+
+    @cached_property
+    def _merge(self) -> SetMergePass:
+        return self._keep(SetMergePass(self._context))
+
+    @cached_property
+    def _target_normals(self) -> TargetNormals:
+        return self._keep(TargetNormals(self._context))
 
     def draw_splats(self, image: SplatImage, points: Points, eye: Eye) -> None:
         """How far the nearest splat is at each pixel of a view."""
         self._rasterizer(points).draw(image, _splats(points, eye))
 
     def can_light(self, points: Points) -> bool:
-        """Return whether `draw_lit_splats` draws these as the separate steps would. Not for the compute rasteriser,
-        which has no vertices, nor for uncertain normals, which splats ignore."""
+        """Return whether `draw_lit_splats` draws these as separate steps would: vertices, and normals are certain."""
         return not self._rasterizer(points).look_up and points.surface.certainty is None
 
     def draw_lit_splats(self, target: Target, points: Points, colors: Colors, eye: Eye, lights: dict[str, Any]) -> None:
-        """Draw the picture in one pass, for flat shading. lights: inputs of shaders/common/lights.glsl, in the points'
-        axes."""
-        self._lit = self._lit or LitSplatPass(self._context)
+        """Draw the picture in one pass: for flat. lights: those of shaders/common/lights.glsl, in the points' axes."""
         self._lit.draw(target, _splats(points, eye), lights | {"color_map": colors.texture})
         target.raise_version()
 
     def draw_picture(self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the picture from rasterised splats whose colours are known already: for none, flat and gouraud."""
-        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye), shown.shading)
+        self._resolve.draw_picture(canvas, self._looking(splats, shown, eye))
 
     def draw_lit(
-        self,
-        canvas: Canvas,
-        splats: SplatImage,
-        shown: ShownPoints,
-        eye: Eye,
-        lights: dict[str, Any],
+        self, canvas: Canvas, splats: SplatImage, shown: ShownPoints, eye: Eye, lights: dict[str, Any]
     ) -> None:
-        """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: inputs of
-        shaders/common/lights.glsl."""
+        """Draw the picture from rasterised splats, lit in the same pass: for phong. lights: as `draw_lit_splats`."""
         self._resolve.draw_lit(canvas, self._looking(splats, shown, eye), lights)
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
         surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
-        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), shown.shading, 1)
+        self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1)
         surfaces.raise_version()
 
-    def add_surface(
-        self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye, number: int
-    ) -> None:
+    def add_surface(self, target: Target, shown: ShownPoints, eye: Eye, number: int) -> None:
         """Draw the splats and surfaces of one object among others. number: of its material, counted from 1."""
-        self.draw_splats(splats, shown.points, eye)
-        depth = eye.near, shown.points.scale
-        looking = self._looking(splats, shown, eye)
-        self._resolve.draw_surfaces(surfaces.shared_target, looking, shown.shading, number, depth)
+        self.draw_splats(target.splats, shown.points, eye)
+        looking, depth = self._looking(target.splats, shown, eye), (eye.near, shown.points.scale)
+        self._resolve.draw_surfaces(target.surfaces.shared_target, looking, number, depth)
 
     def add_set(self, target: Target, shown: ShownSet, eye: Eye, number: int) -> None:
-        """Draw several frames of one object among others: their splats into one image, their weighted surfaces added
-        up."""
-        self._merge = self._merge or SetMergePass(self._context)
+        """Draw several frames of one object among others: all splats into one image, then their weighted surfaces."""
         points, splats, consensus = shown.points, target.splats, shown.consensus
         windows = self._draw_set(splats, points, eye, primary_shares(shown.importances))
         looking = [self._looking(splats, view, eye) for view in shown.views]
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
-        self._merge.add_up(target.sums, parts, shown.shading, consensus.band)
+        self._merge.add_up(target.sums, parts, consensus.band)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
-            self._target_normals = self._target_normals or TargetNormals(self._context)
             normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
-        others = len(parts) - 1 if shown.has_doubts else None
-        inputs = look_up, number, (eye.near, points.scale), normals, others
-        self._merge.draw_surfaces(target.surfaces, target.sums, splats, *inputs)
+        inputs = {"near": eye.near, "scale": points.scale, "material_number": float(number)}
+        inputs |= {"others": len(parts) - 1} if shown.has_doubts else {}
+        self._merge.draw_surfaces(target, look_up, inputs, normals)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [
@@ -203,11 +195,8 @@ class PointObjects:
             fragment, (look_up, inputs) = "points/set_shadow.frag", self._set_depths(points, scratch, eye)
         else:
             fragment, (look_up, inputs) = "shading/shadow.frag", self._depths(points, scratch, eye)
-        left, top, width, height = scratch.window
-        confine(tile.target, (tile.first[0] + left, tile.first[1] + top, width, height))
-        with enabled(self._context, DEPTH_TEST):
-            self._shadow_passes.get(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
-        confine(tile.target, None)
+        with depth_tested(self._context, tile.target, tile.part(scratch.window)):
+            self.fullscreen(fragment, look_up).draw(tile.target, {}, first=tile.first, **inputs)
 
     def _depths(self, points: Points, image: SplatImage, eye: Eye) -> tuple[bool, dict[str, Any]]:
         """Draws splats. Returns how and by which inputs shadow.frag finds their depth."""
@@ -228,37 +217,21 @@ class PointObjects:
     def _looking(self, splats: SplatImage, shown: ShownPoints, eye: Eye) -> Looking:
         points = shown.points
         colors = shown.colors.texture if shown.light is None else shown.light.texture
-        view, look_up = carried(points, eye), self._rasterizer(points).look_up
-        near = eye.near / points.scale
-        where = points.surface.texture, colors, points.source, splats, eye.camera, view, look_up, near
-        return Looking(*where, points.surface.certainty)
+        view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+        where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
+        return Looking(points.surface.texture, colors, *where, shown.shading, points.surface.certainty)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)
 
-    def release(self) -> None:
-        rare = self._lit, self._target_normals, self._merge
-        for item in (self._scratch, self._shadow_passes, *rare, self._resolve, self._rasterizers):
-            if item is not None:
-                item.release()
 
-
-class Posed(Protocol):
-    """Points with a pose in the world."""
-
-    @property
-    def pose(self) -> np.ndarray: ...
-    @property
-    def scale(self) -> float: ...
-
-
-def carried(points: Posed, eye: Eye) -> np.ndarray:
-    """Return (4, 4) from the axes of the frame's camera to those of the eye, in the frame's own unit."""
-    view = np.linalg.inv(eye.pose) @ points.pose
-    view[:3, 3] /= points.scale
+def carried(pose: np.ndarray, scale: float, eye: Eye) -> np.ndarray:
+    """Return (4, 4) from the axes of a frame's camera to those of the eye, in the frame's own unit."""
+    view = np.linalg.inv(eye.pose) @ pose
+    view[:3, 3] /= scale
     return view
 
 
 def _splats(points: Points, eye: Eye) -> Splats:
-    near = eye.near / points.scale
-    return Splats(points.surface, points.source, eye.camera, carried(points, eye), near, points.sizes, points.splat)
+    view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
+    return Splats(points.surface, points.source, eye.camera, view, near, points.sizes, points.splat)

@@ -12,7 +12,7 @@ from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
 from ..context.saved_state import enabled
 from ..core.images import Box
 from ..core.memory import Owner
-from ..core.passes import bind_textures
+from ..core.passes import set_inputs
 from ..core.programs import build_program, set_uniforms
 from ..core.view_images import SplatImage
 from .set_splats import Splats
@@ -28,46 +28,38 @@ class PointSplatPass(Owner):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        with self._all_or_nothing():
-            program = self._keep(build_program(context, "points/splats.vert", "points/splats.frag"))
-            self._vertices = Vertices(context, program, np.ones(1, np.float32))
-        self._rims: dict[bool, moderngl.VertexArray] = {}  # of a frame, of one of a set; made when first needed
-        self._set_vertices: Vertices | None = None  # made for the first set of frames
+        self._vertices: dict[bool, Vertices] = {}  # of a frame, of one of a set; made when first needed
+        self._rims: dict[bool, moderngl.VertexArray] = {}  # the same
 
     def draw(self, image: SplatImage, splats: Splats) -> None:
         """Fills an image of the view."""
-        self._vertices = self._vertices.fitted(splats.sizes)
-        self._clear(image)
-        self._add(self._vertices, splats, image)
-        image.raise_version()
+        self.draw_set(image, [splats])
 
     def draw_set(self, image: SplatImage, parts: Sequence[Splats]) -> list[Box]:
         """The keys of several frames' splats, all of one size. Returns the part of the view that each comes to."""
-        if self._set_vertices is None:
-            program = self._keep(build_program(self._context, "points/splats.vert", "points/set_splats.frag"))
-            self._set_vertices = Vertices(self._context, program, parts[0].sizes)
-        self._set_vertices = self._set_vertices.fitted(parts[0].sizes)
-        self._clear(image)
-        for part in parts:
-            self._add(self._set_vertices, part, image)
-        image.raise_version()
-        return [image.window] * len(parts)
-
-    def _clear(self, image: SplatImage) -> None:
+        vertices = self._fit_vertices(parts[0].sizes, parts[0].trust is not None)
         image.window = 0, 0, *image.size
         image.visible.use()
         image.visible.clear(0, depth=1.0)  # id 0 is nothing: the only value that means the same as int and float
 
-    def _add(self, vertices: Vertices, splats: Splats, image: SplatImage) -> None:
-        """Draws the splats, and the rims, which their draw leaves out."""
-        self._draw(vertices.array, splats, image, **vertices.shape(splats))
-        if splats.has_rims:
-            self._draw(self._rim_array(splats.trust is not None), splats, image)
+        for part in parts:
+            self._draw(vertices.array, part, image, **vertices.shape(part))
+            if part.has_rims:
+                self._draw(self._rim_array(part.trust is not None), part, image)
+        image.raise_version()
+        return [image.window] * len(parts)
+
+    def _fit_vertices(self, sizes: np.ndarray, is_set: bool) -> Vertices:
+        if is_set not in self._vertices:
+            fragment = f"points/{'set_' * is_set}splats.frag"
+            program = self._keep(build_program(self._context, "points/splats.vert", fragment))
+            self._vertices[is_set] = Vertices(self._context, program, sizes)
+        self._vertices[is_set] = self._vertices[is_set].fitted(sizes)
+        return self._vertices[is_set]
 
     def _draw(self, array: moderngl.VertexArray, splats: Splats, image: SplatImage, **shape: Any) -> None:
-        inputs = splats.of_set | shape | {"surface_map": splats.surface.texture}
-        bind_textures(array.program, inputs)
-        set_uniforms(array.program, target_size=image.size, near=splats.near, **splats.way, first_id=1, **inputs)
+        set_inputs(array.program, splats.of_set | {"surface_map": splats.surface.texture})
+        set_uniforms(array.program, target_size=image.size, near=splats.near, first_id=1, **splats.way, **shape)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             array.render(moderngl.POINTS, vertices=splats.source.width * splats.source.height)
 
@@ -78,9 +70,8 @@ class PointSplatPass(Owner):
         return self._rims[is_set]
 
     def release(self) -> None:
-        for vertices in (self._set_vertices, self._vertices):
-            if vertices is not None:
-                vertices.release()
+        for vertices in self._vertices.values():
+            vertices.release()
         super().release()
 
 

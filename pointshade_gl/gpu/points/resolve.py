@@ -9,10 +9,8 @@ import numpy as np
 
 from ...scene.appearance import LIT_EARLY, SHADINGS
 from ...scene.camera import Camera
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.canvas import Canvas
-from ..core.images import confine, empty
+from ..core.images import depth_tested, empty
 from ..core.passes import FullscreenPasses
 from ..core.programs import source_and_target
 from ..core.view_images import SplatImage
@@ -29,46 +27,37 @@ class Looking(NamedTuple):
     view: np.ndarray  # (4, 4) source axes to target axes
     look_up: bool  # the splats left the nearest 1/z (compute), not source ids (points)
     near: float  # source units: the splats' depth is 1 - near/z
-    certainty: moderngl.Texture | None = None  # of the frame's normals
+    shading: str
+    certainty: moderngl.Texture | None  # of the frame's normals
 
-    def maps(self, shading: str) -> dict[str, moderngl.Texture]:
+    def maps(self) -> dict[str, moderngl.Texture]:
         """Return the textures of the frame by the names of the shaders' samplers."""
-        return {"surface_map": self.surface, "light_map" if shading in LIT_EARLY else "color_map": self.colors}
+        return {"surface_map": self.surface, "light_map" if self.shading in LIT_EARLY else "color_map": self.colors}
 
     def way(self) -> dict[str, Any]:
         """Return the uniforms that project the frame into the view."""
         return source_and_target(self.source, self.camera, self.view)
 
 
-class ResolvePass:
-    """Turns rasterised splats into surfaces for the light pass, or into the picture. One program for each shading
-    model."""
+class ResolvePass(FullscreenPasses):
+    """Turns rasterised splats into surfaces or into the picture. One program for each shading model."""
 
-    def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._passes = FullscreenPasses(context)
-
-    def draw_picture(self, canvas: Canvas, looking: Looking, shading: str) -> None:
+    def draw_picture(self, canvas: Canvas, looking: Looking) -> None:
         """Draw the picture, for the shading models none, flat and gouraud."""
-        needs_way = looking.look_up or shading == "gouraud"  # else the source id says it all
-        uniforms = looking.way() if needs_way else {}
+        needs_way = looking.look_up or looking.shading == "gouraud"  # else the source id says it all
+        inputs = looking.way() if needs_way else {}
         with canvas.opened(looking.splats.window) as image:
-            self._draw("points/resolve_picture.frag", image, looking, shading, uniforms, LINEAR=int(canvas.linear))
+            self._draw("points/resolve_picture.frag", image, looking, inputs, LINEAR=int(canvas.linear))
 
     def draw_lit(self, canvas: Canvas, looking: Looking, lights: dict[str, Any]) -> None:
         """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
             constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
-            self._draw("points/resolve_lit.frag", image, looking, "phong", inputs, **constants)
+            self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
     def draw_surfaces(
-        self,
-        image: moderngl.Framebuffer,
-        looking: Looking,
-        shading: str,
-        number: int,
-        depth: tuple[float, float] | None = None,
+        self, image: moderngl.Framebuffer, looking: Looking, number: int, depth: tuple[float, float] | None = None
     ) -> None:
         """Draw surfaces: unit normal and depth; albedo and the number of its material. A normal of 0 marks what is lit
         already.
@@ -77,39 +66,27 @@ class ResolvePass:
                and the image is emptied first
         """
         near, scale = depth or (0.0, 1.0)
-        uniforms = looking.way() | {"near": near, "scale": scale, "material_number": float(number)}
+        inputs = looking.way() | {"near": near, "scale": scale, "material_number": float(number)}
         if depth is None:
             empty(image, looking.splats.window)
-            self._draw("points/resolve_surfaces.frag", image, looking, shading, uniforms)
+            self._draw("points/resolve_surfaces.frag", image, looking, inputs)
             return
-        confine(image, looking.splats.window)
-        with enabled(self._context, DEPTH_TEST):
-            self._draw("points/resolve_surfaces.frag", image, looking, shading, uniforms)
-        confine(image, None)
+        with depth_tested(self._context, image, looking.splats.window):
+            self._draw("points/resolve_surfaces.frag", image, looking, inputs)
 
     def _draw(
-        self,
-        fragment: str,
-        image: moderngl.Framebuffer,
-        looking: Looking,
-        shading: str,
-        uniforms: dict[str, Any],
-        **constants: int,
+        self, fragment: str, image: moderngl.Framebuffer, looking: Looking, inputs: dict[str, Any], **constants: int
     ) -> None:
-        doubtful = shading == "phong" and looking.certainty is not None
-        constants |= {"SHADING": SHADINGS.index(shading)} | ({"CERTAINTY": 1} if doubtful else {})
-        textures = looking.maps(shading)
-        if doubtful and looking.certainty:
-            textures["certainty_map"] = looking.certainty
+        constants |= {"SHADING": SHADINGS.index(looking.shading)}
+        textures = looking.maps()
+        if looking.shading == "phong" and looking.certainty is not None:
+            constants["CERTAINTY"], textures["certainty_map"] = 1, looking.certainty
         if looking.look_up:
             looking.splats.nearest.bind_to_storage_buffer(0)
-            uniforms["target_size"] = looking.splats.size
+            inputs["target_size"] = looking.splats.size
         else:
             textures["source_ids"] = looking.splats.source_ids
-            uniforms["first_id"] = 1
-            if "view" in uniforms:  # without it, the source id says it all
-                textures["window_depths"], uniforms["depth_scale"] = looking.splats.depth, looking.near
-        self._passes.get(fragment, looking.look_up, **constants).draw(image, textures, **uniforms)
-
-    def release(self) -> None:
-        self._passes.release()
+            inputs["first_id"] = 1
+            if "view" in inputs:  # without it, the source id says it all
+                textures["window_depths"], inputs["depth_scale"] = looking.splats.depth, looking.near
+        self.fullscreen(fragment, looking.look_up, **constants).draw(image, textures, **inputs)

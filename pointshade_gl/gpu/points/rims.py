@@ -6,6 +6,5 @@ import numpy as np
 
 
 def has_rims(sizes: np.ndarray, splat: str) -> bool:
-    """Return whether splats of these sizes, (1,) or (h*w,) source pixels, and this shape have rims: squares of size 1
-    do."""
+    """Return whether splats of these sizes, (1,) or (h*w,) source pixels, and shape have rims: squares of 1 do."""
     return splat == "footprint" and bool((sizes == 1).all())

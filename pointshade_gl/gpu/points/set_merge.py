@@ -9,12 +9,10 @@ from typing import Any, NamedTuple
 import moderngl
 
 from ...scene.appearance import SHADINGS
-from ..context.raw_gl import DEPTH_TEST
-from ..context.saved_state import enabled
 from ..core.additive_blend import AdditiveBlend
-from ..core.images import Box, Image, confine, empty
+from ..core.images import Box, Image, confine, depth_tested, empty
 from ..core.passes import FullscreenPasses
-from ..core.view_images import SplatImage, SurfaceImage
+from ..core.view_images import SplatImage, Target
 from .resolve import Looking
 
 
@@ -28,63 +26,42 @@ class Part(NamedTuple):
     gain: tuple[float, ...]
 
 
-class SetMergePass:
-    """Adds up the surfaces of several frames by weight and divides the sums: one program for each shading model and
-    rasteriser."""
+class SetMergePass(FullscreenPasses):
+    """Adds up the surfaces of several frames by weight, and divides the sums."""
 
     def __init__(self, context: moderngl.Context):
-        self._context, self._adding = context, AdditiveBlend(context)
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
+        self._adding = AdditiveBlend(context)
 
-    def add_up(self, sums: Image, parts: Sequence[Part], shading: str, band: float) -> None:
+    def add_up(self, sums: Image, parts: Sequence[Part], band: float) -> None:
         """The sums of all parts at each pixel of the view that shows a splat."""
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
             looking = part.looking
-            maps = looking.maps(shading) | {"trust_map": part.trust}
+            maps = looking.maps() | {"trust_map": part.trust}
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            part_pass = self._passes.get("points/set_accumulate.frag", looking.look_up, SHADING=SHADINGS.index(shading))
+            shading = SHADINGS.index(looking.shading)
+            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=shading)
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 
     def draw_surfaces(
-        self,
-        surfaces: SurfaceImage,
-        sums: Image,
-        splats: SplatImage,
-        look_up: bool,
-        number: int,
-        depth: tuple[float, float],
-        normals: moderngl.Texture | None,
-        others: int | None,
+        self, target: Target, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None
     ) -> None:
         """Divide the sums, and draw the resulting surfaces among those of other objects.
 
-        number   of the material
-        depth    (near, scale)
+        inputs   near, scale, material_number; and others, the number of frames less one, if normals are uncertain
         normals  estimated in the view; None takes the mean of the frames'
-        others   number of frames less one if normals are uncertain; None if they are not
         """
-        maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
+        maps = {"geometry_map": target.sums.textures[0], "albedo_map": target.sums.textures[1]}
         maps |= {} if normals is None else {"target_map": normals}
-        inputs = key_inputs(splats, look_up) | {"near": depth[0], "scale": depth[1]}
-        inputs |= {"material_number": float(number)} | ({} if others is None else {"others": others})
-        confine(surfaces.shared_target, splats.window)
-        with enabled(self._context, DEPTH_TEST):
-            merged = self._passes.get(
-                "points/set_resolve.frag",
-                look_up,
-                AT_TARGET=int(normals is not None),
-                CERTAINTY=int(others is not None),
-            )
-            merged.draw(surfaces.shared_target, maps, **inputs)
-        confine(surfaces.shared_target, None)
-
-    def release(self) -> None:
-        self._passes.release()
+        constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int("others" in inputs)}
+        merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
+        with depth_tested(self._context, target.surfaces.shared_target, target.splats.window):
+            merged.draw(target.surfaces.shared_target, maps, **key_inputs(target.splats, look_up), **inputs)
 
 
 def key_inputs(splats: SplatImage, look_up: bool) -> dict[str, Any]:

@@ -26,37 +26,23 @@ def target_estimator(look: Look) -> Estimator | None:
     return look.normals, parse_max_depth_step(look.max_depth_step), None, "keep"
 
 
-class TargetNormals:
+class TargetNormals(FullscreenPasses):
     """Estimates normals of the merged depth in a view, with the passes for frames."""
 
     def __init__(self, context: moderngl.Context):
-        self._context, self._surface = context, SurfacePass(context)
-        self._passes = FullscreenPasses(context)
-        self._view = Fitted(context, ViewDepth)
+        super().__init__(context)
+        self._surface = self._keep(SurfacePass(context))
+        self._view = self._keep(Fitted(context, DepthTextures))
 
     def find(
         self, sums: Image, splats: SplatImage, look_up: bool, camera: Camera, estimator: Estimator
     ) -> moderngl.Texture:
-        """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel of the view; depth 0 where
-        there is none."""
+        """Turn the sums of set_accumulate.frag into unit normal and depth at each pixel; depth 0 is nothing."""
         view = self._view.fit(sums.size)
         view.surface.confine(splats.window)
-        empty(view.target, splats.window)
+        empty(view.depth_target, splats.window)
         maps = {"geometry_map": sums.textures[0], "albedo_map": sums.textures[1]}
-        find_depth = self._passes.get("points/set_resolve_depth.frag", look_up)
-        find_depth.draw(view.target, maps, **key_inputs(splats, look_up))
-        self._surface.run(view, camera, *estimator)
+        find_depth = self.fullscreen("points/set_resolve_depth.frag", look_up)
+        find_depth.draw(view.depth_target, maps, **key_inputs(splats, look_up))
+        self._surface.run(view, camera, estimator)
         return view.surface.texture
-
-    def release(self) -> None:
-        for item in (self._view, self._passes, self._surface):
-            item.release()
-
-
-class ViewDepth(DepthTextures):
-    """A depth texture that is rendered instead of uploaded, and its surface."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        with self._all_or_nothing():
-            self.target = self._framebuffer(self.depth)

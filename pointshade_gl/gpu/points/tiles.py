@@ -84,9 +84,8 @@ class TiledPoints(Versioned):
         self.choice = textures.choice
         sizes = look.sizes_for(frame.depth)
         points = Points(drawn.surface, drawn.camera, self.pose, self.scale, sizes, look.splat)
-        return ShownPoints(
-            points, textures, drawn.colors, drawn.lit if look.shading in LIT_EARLY else None, look.shading
-        )
+        light = drawn.lit if look.shading in LIT_EARLY else None
+        return ShownPoints(points, textures, drawn.colors, light, look.shading)
 
     def _measured(self) -> Noise | None:
         """Return the noise of the whole frame, for estimators that depend on it; None for others."""

@@ -88,9 +88,8 @@ def cut_frame(frame: Frame, box: Box) -> Frame:
     """Return a part of a frame. Its arrays are views of the whole frame's."""
     (left, top, width, height), part = box, object.__new__(Frame)
     cut = np.s_[top : top + height, left : left + width]
-    camera = replace(
-        frame.camera, cx=frame.camera.cx - left, cy=frame.camera.cy - top, width=width, height=height
-    )  # fmt: skip
+    camera = frame.camera
+    camera = replace(camera, cx=camera.cx - left, cy=camera.cy - top, width=width, height=height)
     color = None if frame.color is None else frame.color[cut]
     for name, value in (("color", color), ("depth", frame.depth[cut]), ("camera", camera), ("pose", frame.pose)):
         object.__setattr__(part, name, value)
@@ -100,17 +99,13 @@ def cut_frame(frame: Frame, box: Box) -> Frame:
 def cut_look(look: Look, box: Box) -> Look:
     """Return the look for a part of a frame: options that are arrays are cut, too."""
     left, top, width, height = box
-    cuts = {
-        name: array[top : top + height, left : left + width]
-        for name, array in look.options.items()
-        if isinstance(array, np.ndarray)
-    }
+    cut, arrays = np.s_[top : top + height, left : left + width], look.options.items()
+    cuts = {name: array[cut] for name, array in arrays if isinstance(array, np.ndarray)}
     return replace(look, **cuts) if cuts else look
 
 
 def sample_depth(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return pieces of a large depth image beside each other, missing depth between them: enough to measure its
-    noise."""
+    """Return pieces of a large depth image, missing depth between them: enough to measure its noise."""
     rows, columns = (_starts(size) for size in depth.shape)
     sample = np.zeros((len(rows) * (SAMPLE + GAP), len(columns) * (SAMPLE + GAP)), np.float32)
     for j, v in enumerate(rows):
@@ -128,8 +123,7 @@ def _starts(size: int) -> NDArray[np.int64]:
 
 
 def noise_in(box: Box, noise: Noise, shape: tuple[int, ...]) -> Noise:
-    """Return the noise in a tile, when that of its frame was measured on `sample_depth`: its grid between the
-    pieces."""
+    """Return the noise in a tile, from that of its frame's `sample_depth`: its grid between the pieces."""
     if noise.grid is None:
         return noise
     inside, blocks = SAMPLE // GAP, SAMPLE // GAP + 1

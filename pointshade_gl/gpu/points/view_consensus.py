@@ -17,11 +17,12 @@ from ...scene.frame import Frame
 from ..core.additive_blend import AdditiveBlend
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RG8, Fitted, Image, Images, empty
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 from ..core.steps import Steps
 from .pose_notes import Told
 
+Seen = tuple[FrameTextures, PointSurface, Colors]
+Voter = tuple[FrameTextures, PointSurface]
 STRIDE = 8  # pixels, as in view_difference.frag
 
 
@@ -33,22 +34,17 @@ class Consensus(NamedTuple):
     wrong: frozenset[int]  # the numbers of frames that contradict the others
 
 
-class ConsensusPass(Owner):
-    """Compares frames in pairs, and lets them vote on each other's points. Independent of the view; only pairs with a
-    new frame are compared again."""
+class ConsensusPass(FullscreenPasses):
+    """Compares frames in pairs, and lets them vote on each other's points, independent of the view."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps, self._adding = steps, AdditiveBlend(context)
-        self._images = self._keep(Fitted(context, JudgeImages))
+        self._votes = self._keep(Fitted(context, Image, RG8))  # in steps of 1/255
+        self._ends = self._keep(Fitted(context, Image, RG8))  # how far surfaces reach, these two
+        self._rows = self._keep(Fitted(context, Image, RG8))
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
         self._told = Told()
-        with self._all_or_nothing():
-            self._compare = self._keep(FullscreenPass(context, "points/view_difference.frag", STRIDE=STRIDE))
-            self._support = self._keep(FullscreenPass(context, "points/view_votes.frag"))
-            self._stages = [
-                self._keep(FullscreenPass(context, "points/point_confidence.frag", STAGE=stage)) for stage in range(3)
-            ]
 
     def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors]) -> Consensus:
         """Find what frames with estimated normals agree on, and write the trust in each point to their textures.
@@ -65,7 +61,7 @@ class ConsensusPass(Owner):
         seen = [(*one, color) for one, color in zip(inputs, colors, strict=True)]
         others = nearest_others(frames)
         comparisons = {
-            (i, j): self._steps.run("agreement", self._compare_two, *seen[i], *seen[j], of=(members[i], members[j]))
+            (i, j): self._steps.run("agreement", self._compare_two, seen[i], seen[j], of=(members[i], members[j]))
             for i, known in enumerate(others)
             for j in known
         }
@@ -91,51 +87,42 @@ class ConsensusPass(Owner):
                 return band
         return None
 
-    def _compare_two(
-        self,
-        one: FrameTextures,
-        surface: PointSurface,
-        colors: Colors,
-        other: FrameTextures,
-        other_surface: PointSurface,
-        other_colors: Colors,
-    ) -> Comparison:
-        size = max(one.size[0] // STRIDE, 1), max(one.size[1] // STRIDE, 1)
+    def _compare_two(self, one: Seen, other: Seen) -> Comparison:
+        (textures, surface, colors), (_, other_surface, other_colors) = one, other
         maps = {"surface_map": surface.texture, "color_map": colors.texture}
         maps |= {"other_map": other_surface.texture, "other_color_map": other_colors.texture}
-        image = Image(self._context, size)
+        frame, other_frame = _frame_of(one[0]), _frame_of(other[0])
+        width, height = (max(side // STRIDE, 1) for side in textures.size)
+        image = Image(self._context, (width, height))
         try:
             empty(image.target)
-            self._compare.draw(image.target, maps, **_way(_frame_of(one), _frame_of(other)))
-            samples = image.read().reshape(-1, 4)
-            colored = _frame_of(one).color is not None and _frame_of(other).color is not None
-            return compared(samples, colored)
+            compare = self.fullscreen("points/view_difference.frag", STRIDE=STRIDE)
+            compare.draw(image.target, maps, **_way(frame, other_frame))
+            colored = frame.color is not None and other_frame.color is not None
+            return compared(image.read().reshape(-1, 4), colored)
         finally:
             image.release()
 
-    def _judge(
-        self,
-        member: FrameTextures,
-        surface: PointSurface,
-        voters: tuple[tuple[FrameTextures, PointSurface], ...],
-        band: float,
-    ) -> None:
+    def _judge(self, member: FrameTextures, surface: PointSurface, voters: tuple[Voter, ...], band: float) -> None:
         """Write the trust in a frame's points, from the votes of other frames."""
-        images, frame = self._images.fit(member.size), _frame_of(member)
+        frame = _frame_of(member)
+        votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
         maps = {"surface_map": surface.texture}
-        empty(images.votes.target)
+        empty(votes.target)
+        support = self.fullscreen("points/view_votes.frag")
         with self._adding.on():
             for other, other_surface in voters:
                 others = {"other_map": other_surface.texture}
-                self._support.draw(images.votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
+                support.draw(votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
         source = {"source": frame.camera.intrinsics}
+        stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
         assert member.trust is not None
-        for image in (images.ends, images.rows, member.trust):
+        for image in (ends, rows, member.trust):
             empty(image.target)
-        self._stages[0].draw(images.ends.target, maps, **source)
-        self._stages[1].draw(images.rows.target, {"ends_map": images.ends.texture})
-        last = maps | {"rows_map": images.rows.texture, "votes_map": images.votes.texture}
-        self._stages[2].draw(member.trust.target, last, **source)
+        stages[0].draw(ends.target, maps, **source)
+        stages[1].draw(rows.target, {"ends_map": ends.texture})
+        last = maps | {"rows_map": rows.texture, "votes_map": votes.texture}
+        stages[2].draw(member.trust.target, last, **source)
         member.trust.raise_version()
 
     def _distrust(self, member: FrameTextures, _: PointSurface) -> None:
@@ -144,17 +131,8 @@ class ConsensusPass(Owner):
         member.trust.raise_version()
 
 
-class JudgeImages(Images):
-    """Votes, in steps of 1/255, and how far surfaces reach (all RG8), for one size of frame."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.votes, self.ends, self.rows = (self._keep(Image(context, size, RG8)) for _ in range(3))
-
-
 def _frame_of(textures: FrameTextures) -> Frame:
-    """Return the frame that was uploaded last. Steps get textures, whose version says when they changed, and keep no
-    frame."""
+    """Return the frame that was uploaded last: steps get textures, whose version tells, and keep no frame."""
     assert textures.frame is not None
     return textures.frame
 

@@ -15,13 +15,11 @@ KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # cons
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
-class LightPass:
-    """Lights the pixels of a view, or the points of a frame for shading models that interpolate light between
-    points."""
+class LightPass(FullscreenPasses):
+    """Lights the pixels of a view; or the points of a frame, where light is interpolated between them."""
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._passes = FullscreenPasses(context)
+        super().__init__(context)
         self._tables: dict[str, moderngl.Texture] = {}
 
     def draw(
@@ -61,7 +59,7 @@ class LightPass:
         doubtful = has_doubts or certainty is not None
         alone = "only_light" in inputs
         kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
-        light = self._passes.get("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
+        light = self.fullscreen("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
         colors = "albedo_map" if points is None else "color_map"
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 
@@ -81,8 +79,7 @@ class LightPass:
         return inputs
 
     def _table(self, name: str, rows: np.ndarray) -> moderngl.Texture:
-        """Return a texture of rows (n, m, 4), read texel by texel: one row at least; shaders get the true number of
-        rows."""
+        """Return a texture of rows (n, m, 4), read texel by texel. It has one row at least."""
         table, size = self._tables.get(name), (rows.shape[1], max(len(rows), 1))
         if size[1] > SURELY_HELD and size[1] > (limit := self._context.info["GL_MAX_TEXTURE_SIZE"]):
             raise ValueError(f"{len(rows)} {name} are too many: this GPU's textures have {limit} rows")
@@ -95,5 +92,6 @@ class LightPass:
         return table
 
     def release(self) -> None:
-        for item in (*self._tables.values(), self._passes):
-            item.release()
+        for table in self._tables.values():
+            table.release()
+        super().release()

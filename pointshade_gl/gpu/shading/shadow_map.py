@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from ...scene.shadow_cameras import ShadowView
-from ..core.images import check_size, confine
+from ..core.images import Box, check_size, confine
 from ..core.memory import Owner
 from ..core.steps import Versioned
 
@@ -21,6 +21,10 @@ class Tile(NamedTuple):
     target: moderngl.Framebuffer
     first: tuple[int, int]  # column and row in the map
     side: int
+
+    def part(self, window: Box) -> Box:
+        """Return where a window of the view lies in the map."""
+        return self.first[0] + window[0], self.first[1] + window[1], *window[2:]
 
 
 class ShadowMap(Versioned, Owner):
@@ -52,8 +56,7 @@ class ShadowMap(Versioned, Owner):
         return Tile(self._target, first, side)
 
     def rows(self, views: Sequence[ShadowView], axes: np.ndarray) -> np.ndarray:
-        """Return (n, 5, 4) as shaders/common/shadow.glsl reads them, for points in the axes of a camera with this
-        pose."""
+        """Return (n, 5, 4) for shaders/common/shadow.glsl. axes: the pose of the camera in whose axes points are."""
         rows = np.zeros((max(len(views), 1), 5, 4))
         for k, (eye, contact) in enumerate(views):
             rows[k, :3] = (np.linalg.inv(eye.pose) @ axes)[:3]

@@ -8,36 +8,25 @@ from ...estimation.noise_model import flat_grid
 from ...scene.camera import Camera
 from ...scene.noise import Noise
 from ..core.frame_textures import DepthTextures
-from ..core.images import Fitted, Image, Images
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.images import Fitted, Image
+from ..core.passes import FullscreenPasses
 
 
-class FlatCellsPass(Owner):
+class FlatCellsPass(FullscreenPasses):
     """Writes the surface of pixels on wide planes of rounded depth, and leaves all others to later passes."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._images = self._keep(Fitted(context, FlatImages))
-        with self._all_or_nothing():
-            self._windows = self._keep(FullscreenPass(context, "surface/flat_cells.frag"))
-            self._spread = self._keep(FullscreenPass(context, "surface/flat_cells.frag", SPREAD=1))
-            self._answer = self._keep(FullscreenPass(context, "surface/normals_flat.frag"))
+        self._windows = self._keep(Fitted(context, Image))  # one plane for each cell,
+        self._planes = self._keep(Fitted(context, Image))  # and with those that neighbours lend
 
     def run(self, frame: DepthTextures, noise: Noise, camera: Camera) -> None:
         """Write the surface of flat pixels. noise: with a rounding step."""
         cells, first = flat_grid(*frame.size)
-        images = self._images.fit(cells)
+        windows, planes = self._windows.fit(cells), self._planes.fit(cells)
         common = {"depth_map": frame.depth, "first": first, "rounding": noise.rounding}
-        self._windows.draw(images.windows.target, {}, **common)
-        self._spread.draw(images.planes.target, {"planes": images.windows.texture}, **common)
-        textures = {"planes": images.planes.texture}
-        self._answer.draw(frame.surface.staged_target, textures, intrinsics=camera.intrinsics, **common)
-
-
-class FlatImages(Images):
-    """One plane for each cell: of the windows, and with those that neighbours lend."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.windows, self.planes = (self._keep(Image(context, size)) for _ in range(2))
+        self.fullscreen("surface/flat_cells.frag").draw(windows.target, {}, **common)
+        spread = self.fullscreen("surface/flat_cells.frag", SPREAD=1)
+        spread.draw(planes.target, {"planes": windows.texture}, **common)
+        common |= {"planes": planes.texture, "intrinsics": camera.intrinsics}
+        self.fullscreen("surface/normals_flat.frag").draw(frame.surface.staged_target, {}, **common)

@@ -7,8 +7,7 @@ import moderngl
 from ...scene.camera import Camera
 from ..core.frame_textures import DepthTextures, FrameTextures, PointSurface
 from ..core.images import RG32F, Fitted, Image, Images
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 from .normals import Estimator, SurfacePass
 
 COUNTED = 16  # as in flying_pixel_mixing.glsl
@@ -18,17 +17,13 @@ MIXES = 0.95
 FEWEST = 50  # samples at steps that are enough to tell
 
 
-class FlyingPixelPass(Owner):
+class FlyingPixelPass(FullscreenPasses):
     """Moves mixed samples onto the plane of one side, chosen by their colour; they do not count for normals."""
 
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
         self._surface = surface
         self._images = self._keep(Fitted(context, SnapImages))
-        self._snap: FullscreenPass | None = None  # made for the first sensor that mixes
-        with self._all_or_nothing():
-            self._find = self._keep(FullscreenPass(context, "surface/flying_pixels.frag"))
-            self._count = self._keep(FullscreenPass(context, "surface/flying_pixel_counts.frag"))
 
     def run(
         self, frame: FrameTextures, guide: moderngl.Texture, camera: Camera, estimator: Estimator | None
@@ -41,18 +36,19 @@ class FlyingPixelPass(Owner):
         if estimator is None or not self._mixes(frame, images):
             return frame.surface
         images.unmixed.surface.confine(frame.surface.window)
-        self._surface.run(images.unmixed, camera, *estimator)
+        self._surface.run(images.unmixed, camera, estimator)
         maps = {"surface_map": images.unmixed.surface.texture, "mixed_map": frame.surface.texture}
         maps |= {"depth_map": frame.depth, "mixing_map": images.mixing, "guide_map": guide}
         images.snapped.confine(frame.surface.window)
-        self._snap = self._snap or self._keep(FullscreenPass(self._context, "surface/flying_pixel_snap.frag"))
-        self._snap.draw(images.snapped.target, maps, source=camera.intrinsics)
+        snap = self.fullscreen("surface/flying_pixel_snap.frag")
+        snap.draw(images.snapped.target, maps, source=camera.intrinsics)
         return images.snapped
 
     def _mixes(self, frame: FrameTextures, images: SnapImages) -> bool:
         """Return whether the sensor mixes surfaces: nearly all steps in depth have samples between their two sides."""
-        self._find.draw(images.mixing_target, {"depth_map": frame.depth})
-        self._count.draw(images.counts.target, {"mixing_map": images.mixing})
+        find, count = (self.fullscreen(f"surface/{name}.frag") for name in ("flying_pixels", "flying_pixel_counts"))
+        find.draw(images.mixing_target, {"depth_map": frame.depth})
+        count.draw(images.counts.target, {"mixing_map": images.mixing})
         mixed, sharp = images.counts.read().reshape(-1, 2).sum(0)
         return mixed + sharp >= FEWEST and mixed > MIXES * (mixed + sharp)
 

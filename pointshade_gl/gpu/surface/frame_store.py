@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import moderngl
@@ -15,6 +16,7 @@ from ...scene.noise import Choice, Noise, parse_noise
 from ...scene.normal_methods import parse_max_depth_step
 from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoints, PointSurface
 from ..core.images import Image
+from ..core.memory import Owner
 from ..core.steps import Steps
 from .gap_filling import GapFillingPass
 from .hidden_planes import HiddenPlanesPass
@@ -33,7 +35,7 @@ class DrawnPoints(NamedTuple):
     colors: Colors
 
 
-class FrameStore:
+class FrameStore(Owner):
     """Keeps the textures of the frames in use.
 
     choice   which method estimated the last normals, and why
@@ -41,19 +43,28 @@ class FrameStore:
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps):
-        self._context, self._steps = context, steps
-        self._surface = SurfacePass(context)
-        self._upsample: UpsamplePass | None = None  # made for the first frame with colours larger than its depth
-        self._fill: GapFillingPass | None = None  # and for the first whose gaps are filled
-        self._bridge: HiddenPlanesPass | None = None  # and for the first that casts a shadow
-        self._colors = SourceColors(context, steps)
-        self.streams = Streams(context, steps)
+        super().__init__(context)
+        self._steps = steps
+        self._surface = self._keep(SurfacePass(context))
+        self._colors = self._keep(SourceColors(context, steps))
+        self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
 
+    @cached_property
+    def _upsample(self) -> UpsamplePass:
+        return self._keep(UpsamplePass(self._context, self._surface))
+
+    @cached_property
+    def _fill(self) -> GapFillingPass:
+        return self._keep(GapFillingPass(self._context))
+
+    @cached_property
+    def _bridge(self) -> HiddenPlanesPass:
+        return self._keep(HiddenPlanesPass(self._context))
+
     def upload(self, frames: list[Frame]) -> list[FrameTextures]:
-        """Return the textures of each frame; one that comes twice has them twice. Those of all other frames are reused
-        or freed."""
+        """Return the textures of each frame, twice for one that comes twice. All others are reused or freed."""
         known: dict[Frame | None, list[FrameTextures]] = {}
         for textures in self._kept:
             known.setdefault(textures.frame, []).append(textures)
@@ -63,7 +74,10 @@ class FrameStore:
         for frame, textures in zip(frames, found, strict=True):
             wanted.append(textures or self._take_or_make(free, frame))
             self._steps.run("upload", wanted[-1].upload, frame, of=wanted[-1])
-        self._free(free)
+        for textures in free:
+            self._kept.remove(textures)
+            self._steps.forget(of=textures.images)
+            textures.release()
         return wanted
 
     def _take_or_make(self, free: list[FrameTextures], frame: Frame) -> FrameTextures:
@@ -74,12 +88,6 @@ class FrameStore:
         self._kept.append(FrameTextures(self._context, frame))
         return self._kept[-1]
 
-    def _free(self, unused: list[FrameTextures]) -> None:
-        for textures in unused:
-            self._kept.remove(textures)
-            self._steps.forget(of=textures.images)
-            textures.release()
-
     def find_normals(self, textures: FrameTextures, frame: Frame, look: Look, place: int = 0) -> None:
         """Write the surface of a frame's points, with estimated normals or the caller's own.
 
@@ -87,9 +95,8 @@ class FrameStore:
         """
         if estimator := _estimator(frame, look):
             stream = self.streams.stream_of(frame, place) if look.temporal else None
-            textures.choice = self._steps.run(
-                "surface", self._surface.run, textures, frame.camera, *estimator, stream, of=textures
-            )
+            inputs = textures, frame.camera, estimator, stream
+            textures.choice = self._steps.run("surface", self._surface.run, *inputs, of=textures)
             if stream and textures.choice.method != "adaptive":
                 stream.history.forget()  # it was not filtered
             if look.normals == "auto" and frame.is_sparse:
@@ -115,7 +122,6 @@ class FrameStore:
 
     def _enlarge(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> tuple[PointSurface, Image]:
         large = self._fit(textures, "large", (camera.width, camera.height))
-        self._upsample = self._upsample or UpsamplePass(self._context, self._surface)
         inputs = textures, textures.surface, frame.camera, _estimator(frame, look)
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return large.surface, large.lit
@@ -123,7 +129,6 @@ class FrameStore:
     def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
         """Return the points of `find_points` with their gaps filled."""
         filled = self._fit(textures, "filled", points.surface.size)
-        self._fill = self._fill or GapFillingPass(self._context)
         inputs = points.surface, textures.color, points.camera, frame.is_sparse
         self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
         return points._replace(surface=filled.surface, lit=filled.lit)
@@ -131,18 +136,13 @@ class FrameStore:
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
         """Return what the points hide and what continues behind them, at the size of their `bridged_camera`."""
         camera = bridged_camera(points.camera)
-        size = camera.width, camera.height
-        if textures.bridged is None or textures.bridged.size != size:
-            if textures.bridged is not None:
-                self._steps.forget(of=textures.bridged)
-                textures.bridged.release()
-            textures.bridged = None  # stays so when the new one does not fit the GPU
-            textures.bridged = PointSurface(self._context, size)
-        self._bridge = self._bridge or HiddenPlanesPass(self._context)
-        self._steps.run("bridge", self._bridge.run, points.surface, points.camera, textures.bridged, of=textures)
-        return textures.bridged
+        bridged = self._fit(textures, "bridged", (camera.width, camera.height)).surface
+        self._steps.run("bridge", self._bridge.run, points.surface, points.camera, bridged, of=textures)
+        return bridged
 
-    def _fit(self, textures: FrameTextures, name: Literal["large", "filled"], size: tuple[int, int]) -> LargePoints:
+    def _fit(
+        self, textures: FrameTextures, name: Literal["large", "filled", "bridged"], size: tuple[int, int]
+    ) -> LargePoints:
         points: LargePoints | None = getattr(textures, name)
         if points is None or points.size != size:
             if points is not None:
@@ -154,9 +154,9 @@ class FrameStore:
         return points
 
     def release(self) -> None:
-        for item in (*self._kept, self.streams, self._colors, self._bridge, self._fill, self._upsample, self._surface):
-            if item is not None:
-                item.release()
+        for textures in self._kept:
+            textures.release()
+        super().release()
 
 
 def _estimator(frame: Frame, look: Look) -> Estimator | None:

@@ -7,24 +7,18 @@ import moderngl
 from ...scene.camera import Camera
 from ..core.frame_textures import PointSurface
 from ..core.images import R32F, RG8, RGBA32F, Fitted, Image, Images
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 
 SMALL, WIDE = 8, 32  # pixels to the known ones that enclose a gap: where depth is dense, and where it is sparse
 BENDS = 6  # straight parts of a way through a gap, up to SMALL pixels each
 
 
-class GapFillingPass(Owner):
+class GapFillingPass(FullscreenPasses):
     """Fills gaps between known pixels of one surface, see shaders/common/gap_filling.glsl."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._images = self._keep(Fitted(context, GapImages))
-        with self._all_or_nothing():
-            self._rows = self._keep(FullscreenPass(context, "surface/gap_rows.frag"))
-            self._fill = self._keep(FullscreenPass(context, "surface/gap_filling.frag"))
-            self._whole = self._keep(FullscreenPass(context, "surface/whole_gaps.frag"))
-            self._mark = self._keep(FullscreenPass(context, "surface/normals_given.frag"))
 
     def run(
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, is_sparse: bool, filled: PointSurface
@@ -44,9 +38,10 @@ class GapFillingPass(Owner):
     def _fill_once(
         self, surface: PointSurface, colors: moderngl.Texture, camera: Camera, images: GapImages, reach: int
     ) -> Image:
-        self._rows.draw(images.rows.target, {"surface_map": surface.texture}, reach=reach)
+        rows, fill = self.fullscreen("surface/gap_rows.frag"), self.fullscreen("surface/gap_filling.frag")
+        rows.draw(images.rows.target, {"surface_map": surface.texture}, reach=reach)
         maps = {"surface_map": surface.texture, "row_map": images.rows.texture, "color_map": colors}
-        self._fill.draw(images.filled.target, maps, reach=reach, source=camera.intrinsics)
+        fill.draw(images.filled.target, maps, reach=reach, source=camera.intrinsics)
         return images.filled
 
     def _keep_whole(self, surface: PointSurface, images: GapImages) -> Image:
@@ -55,14 +50,14 @@ class GapFillingPass(Owner):
         for _ in range(BENDS):
             normals, depth = result.textures
             maps = {"surface_map": surface.texture, "filled_map": normals, "filled_depth": depth}
-            self._whole.draw(other.target, maps, reach=SMALL)
+            self.fullscreen("surface/whole_gaps.frag").draw(other.target, maps, reach=SMALL)
             result, other = other, result
         return result
 
     def _write(self, result: Image, camera: Camera, filled: PointSurface) -> None:
         normals, depth = result.textures
-        maps = {"normal_map": normals, "depth_map": depth}
-        self._mark.draw(filled.target, maps, intrinsics=camera.intrinsics)
+        mark = self.fullscreen("surface/normals_given.frag")
+        mark.draw(filled.target, {"normal_map": normals, "depth_map": depth}, intrinsics=camera.intrinsics)
 
 
 class GapImages(Images):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import moderngl
 import numpy as np
 
 from ...estimation.highlight_fit import FoundHighlights, fit_highlights
@@ -10,18 +9,12 @@ from ...estimation.light_fit import FoundLight
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
 from ..core.images import Image
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass, data_texture
+from ..core.passes import FullscreenPasses, data_texture
 from .unlighting import UnlightingPass
 
 
-class HighlightRemovalPass(Owner):
+class HighlightRemovalPass(FullscreenPasses):
     """Finds the highlights in a small copy of the frame, which is read back, and removes them on the GPU."""
-
-    def __init__(self, context: moderngl.Context):
-        super().__init__(context)
-        with self._all_or_nothing():
-            self._paint = self._keep(FullscreenPass(context, "surface/highlight_removal.frag"))
 
     def find_highlights(
         self, albedo: UnlightingPass, frame: FrameTextures, surface: PointSurface, camera: Camera, light: FoundLight
@@ -40,7 +33,7 @@ class HighlightRemovalPass(Owner):
             strengths.write(np.ascontiguousarray(found.strengths))
             maps = {"color_map": frame.color, "surface_map": surface.texture, "strength_map": strengths}
             values = {"source": camera.intrinsics, "light": found.light, "exponent": found.exponent}
-            self._paint.draw(matte.target, maps, **values)
+            self.fullscreen("surface/highlight_removal.frag").draw(matte.target, maps, **values)
         finally:
             strengths.release()
         matte.raise_version()

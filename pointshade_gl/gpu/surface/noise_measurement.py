@@ -11,16 +11,14 @@ from ...scene.noise import Noise
 from ...scene.noise_text import NoiseWords
 from ..core.frame_textures import DepthTextures, PointSurface
 from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, read_texture
-from ..core.memory import Owner
 from ..core.passes import FullscreenPasses, data_texture
 
 
-class NoisePass(Owner):
+class NoisePass(FullscreenPasses):
     """Measures on a quarter of the pixels; only a small grid of blocks is read back."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._passes = self._keep(FullscreenPasses(context))
         self._images = self._keep(Fitted(context, NoiseImages))
 
     def measure(self, frame: DepthTextures, focal: float) -> Noise:
@@ -50,7 +48,7 @@ class NoisePass(Owner):
         constants = {"MISPLACED": int(noise.misplaced > 0), "SNAP": int(snap_focal > 0)}
         extra = {"misplaced": noise.misplaced} if noise.misplaced > 0 else {}
         extra |= {"focal": snap_focal} if snap_focal > 0 else {}
-        average = self._passes.get("surface/depth_average.frag", None, **constants)
+        average = self.fullscreen("surface/depth_average.frag", None, **constants)
         known = np.zeros((1, 1), np.float32) if told is None else told
         told_map = data_texture(self._context, known.shape[1], known.shape[0], 1)
         try:
@@ -69,13 +67,13 @@ class NoisePass(Owner):
         target, images = surface.certainty_target, self._images.fit(surface.size)
         textures = {"surface_map": surface.texture, "grid": images.grid.texture}
         inputs = {"first": images.first, "powers": noise.powers, "intrinsics": camera.intrinsics}
-        self._passes.get("surface/normal_certainty.frag").draw(target, textures, cells=target.size, **inputs)
+        self.fullscreen("surface/normal_certainty.frag").draw(target, textures, cells=target.size, **inputs)
         (texture,) = target.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture
 
     def _grid(self, frame: DepthTextures, images: NoiseImages, stride: int) -> tuple[np.ndarray, np.ndarray]:
-        get = self._passes.get
+        get = self.fullscreen
         measure, blocks = get("surface/noise_patches.frag"), get("surface/noise_blocks.frag")
         if stride > 1:
             measure, blocks = get("surface/noise_patches.frag", COARSE=1), get("surface/noise_blocks.frag", MEASURED=1)
@@ -87,9 +85,9 @@ class NoisePass(Owner):
 
     def _structure(self, frame: DepthTextures, images: NoiseImages) -> np.ndarray:
         """Levels only: (rows, columns, 4)."""
-        patches = self._passes.get("surface/noise_structure.frag")
+        patches = self.fullscreen("surface/noise_structure.frag")
         patches.draw(images.patches.target, {"depth_map": frame.depth}, first=images.first)
-        blocks = self._passes.get("surface/noise_blocks.frag", MEASURED=2)
+        blocks = self.fullscreen("surface/noise_blocks.frag", MEASURED=2)
         blocks.draw(images.blocks.target, {"patches": images.patches.texture})
         return images.blocks.read()
 

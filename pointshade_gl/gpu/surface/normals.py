@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 import numpy as np
 
@@ -20,67 +22,45 @@ from .noise_measurement import NoisePass
 from .sparse_normals import SparsePass
 from .temporal_filter import Stream
 
-Told = np.ndarray | NoiseWords | None
-Estimator = tuple[str, Step, Told, str]  # method, gate, noise, flying, as `SurfacePass.run` takes them
+Told = np.ndarray | NoiseWords | None  # the caller's noise, (1, 1) or (h, w) metres or in words; None measures it
+Estimator = tuple[str, Step, Told, str]  # method, beyond which step a neighbour is another surface, noise, flying
 
 
-class SurfacePass:
+class SurfacePass(FullscreenPasses):
     """Writes unit normals, source axes, towards the camera; (0, 0, 0) where depth is missing.
 
     Shaders are compiled when an estimator is first used.
     """
 
     def __init__(self, context: moderngl.Context):
-        self._context = context
-        self._passes = FullscreenPasses(context)
-        self._noise: NoisePass | None = None
-        self._sparse: SparsePass | None = None
-        self._flat: FlatCellsPass | None = None
-        self._scratch = Fitted(context, Image)  # for normals_star.frag: normal and residual; or the caller's normals
+        super().__init__(context)
+        self._scratch = self._keep(Fitted(context, Image))  # normal and residual, or the caller's normals
         self._decisions = Decisions()
 
-    def run(
-        self,
-        frame: DepthTextures,
-        camera: Camera,
-        method: str,
-        max_step: Step,
-        noise: Told,
-        flying: str,
-        stream: Stream | None = None,
-    ) -> Choice:
+    def run(self, frame: DepthTextures, camera: Camera, estimator: Estimator, stream: Stream | None = None) -> Choice:
         """Estimate the normals of a frame. Returns which method ran, and for "auto" and "adaptive" why.
 
-        max_step  (metres, share of the depth) beyond which a neighbour is another surface, for the methods that ask
-        noise     the caller's, (1, 1) or (h, w) metres or in words; None measures it
-        flying    as in Look
-        stream    if noisy depth is filtered over time
+        stream  if noisy depth is filtered over time
         """
+        method, max_step, noise, flying = estimator
         frame.surface.raise_version()
         frame.surface.certainty = None
         if method in ("auto", "adaptive"):
             return self._run_by_noise(frame, camera, method, noise, flying == "snap", stream)
-        source, intrinsics = {"depth_map": frame.depth}, camera.intrinsics
+        target, inputs = frame.surface.target, {"depth_map": frame.depth, "intrinsics": camera.intrinsics}
         if method in TRIANGLES:
-            count = TRIANGLES[method]
-            triangles = self._passes.get("surface/normals_triangles.frag")
-            triangles.draw(frame.surface.target, source, intrinsics=intrinsics, triangle_count=count, max_step=max_step)
+            inputs |= {"triangle_count": TRIANGLES[method], "max_step": max_step}
+            self.fullscreen("surface/normals_triangles.frag").draw(target, {}, **inputs)
         elif method in PLANE_FITS:
-            fit = self._passes.get("surface/normals_plane_fit.frag", WINDOW=PLANE_FITS[method])
-            fit.draw(frame.surface.target, source, intrinsics=intrinsics)
+            self.fullscreen("surface/normals_plane_fit.frag", WINDOW=PLANE_FITS[method]).draw(target, {}, **inputs)
         elif method == "sparse":
-            self._sparse = self._sparse or SparsePass(self._context)
             self._sparse.run(frame, camera)
         elif method == "star-borrow":
             scratch = self._scratch.fit(frame.size)
-            self._passes.get("surface/normals_star.frag", RESIDUAL=1).draw(
-                scratch.target, source, intrinsics=intrinsics
-            )
-            textures = source | {"normal_map": scratch.texture}
-            self._passes.get("surface/normals_borrow.frag").draw(frame.surface.target, textures, intrinsics=intrinsics)
+            self.fullscreen("surface/normals_star.frag", RESIDUAL=1).draw(scratch.target, {}, **inputs)
+            self.fullscreen("surface/normals_borrow.frag").draw(target, {"normal_map": scratch.texture}, **inputs)
         else:
-            name = f"surface/normals_{method.replace('-', '_')}.frag"
-            self._passes.get(name).draw(frame.surface.target, source, intrinsics=intrinsics)
+            self.fullscreen(f"surface/normals_{method.replace('-', '_')}.frag").draw(target, {}, **inputs)
         return Choice(method)
 
     def write(self, frame: DepthTextures, camera: Camera, normals: np.ndarray) -> None:
@@ -90,19 +70,18 @@ class SurfacePass:
         scratch = self._scratch.fit(frame.size)
         scratch.texture.write(np.concatenate([normals, np.zeros_like(normals[..., :1])], -1))
         maps = {"normal_map": scratch.texture, "depth_map": frame.depth}
-        self._passes.get("surface/normals_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
+        self.fullscreen("surface/normals_given.frag").draw(frame.surface.target, maps, intrinsics=camera.intrinsics)
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """Measure the noise, as "auto" and "adaptive" do. camera: that took the depth."""
-        return self._noise_pass().measure(frame, _mean_focal(camera))
+        return self._noise.measure(frame, _mean_focal(camera))
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
     ) -> Noise:
-        """Return the noise that the caller has described, or that of the frame: for a stream, one estimate serves all
-        frames."""
+        """Return the noise that the caller has described, or the frame's: of a stream, one estimate for all."""
         if words:
-            return self._noise_pass().read(frame, words)
+            return self._noise.read(frame, words)
         if frame.noise:
             return frame.noise
         noise = self.measure_noise(frame, camera)
@@ -111,57 +90,47 @@ class SurfacePass:
         return noise if frame.source is None else self._decisions.settle((frame.source, frame.size), noise)
 
     def _run_by_noise(
-        self,
-        frame: DepthTextures,
-        camera: Camera,
-        method: str,
-        told: Told,
-        snap: bool,
-        stream: Stream | None,
+        self, frame: DepthTextures, camera: Camera, method: str, told: Told, snap: bool, stream: Stream | None
     ) -> Choice:
         is_told = told is not None
         words, levels = (told, None) if isinstance(told, NoiseWords) else (None, told)
         noise = self._find_noise(frame, camera, words, stream)
         if method == "auto" and levels is None and noise.is_clean:
-            source = {"depth_map": frame.depth}
-            self._passes.get("surface/normals_star.frag").draw(
-                frame.surface.target, source, intrinsics=camera.intrinsics
-            )
+            star, source = self.fullscreen("surface/normals_star.frag"), {"depth_map": frame.depth}
+            star.draw(frame.surface.target, source, intrinsics=camera.intrinsics)
             return Choice("star", noise, is_told)
-        calm = self._noise_pass().calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
+        calm = self._noise.calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
         self._fit_planes(frame, calm, noise, camera)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if levels is None:
-            frame.surface.certainty = self._noise_pass().find_certainty(frame.surface, noise, camera)
+            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
     def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
-        """Fit planes, as wide as the noise requires, to smoothed depth. calm: depth and noise, see
-        `NoisePass.calm_depth`."""
+        """Fit planes, as wide as the noise requires, to the depth of `NoisePass.calm_depth`."""
         surface = frame.surface
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):
             if noise.is_rounded:
-                self._flat_pass().run(frame, noise, camera)
+                self._flat.run(frame, noise, camera)
             for stage in range(4):
-                adaptive = self._passes.get("surface/normals_adaptive.frag", STAGE=stage)
+                adaptive = self.fullscreen("surface/normals_adaptive.frag", STAGE=stage)
                 adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
 
-    def _flat_pass(self) -> FlatCellsPass:
-        self._flat = self._flat or FlatCellsPass(self._context)
-        return self._flat
+    @cached_property
+    def _noise(self) -> NoisePass:
+        return self._keep(NoisePass(self._context))
 
-    def _noise_pass(self) -> NoisePass:
-        self._noise = self._noise or NoisePass(self._context)
-        return self._noise
+    @cached_property
+    def _sparse(self) -> SparsePass:
+        return self._keep(SparsePass(self._context))
 
-    def release(self) -> None:
-        for item in (self._scratch, self._noise, self._sparse, self._flat, self._passes):
-            if item is not None:
-                item.release()
+    @cached_property
+    def _flat(self) -> FlatCellsPass:
+        return self._keep(FlatCellsPass(self._context))
 
 
 def _mean_focal(camera: Camera) -> float:

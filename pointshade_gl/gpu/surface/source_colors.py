@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import moderngl
 
 from ...estimation.highlight_fit import describe_highlights
@@ -12,19 +14,27 @@ from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RGBA16, Image
+from ..core.memory import Owner
 from ..core.steps import Steps
 from .highlight_removal import HighlightRemovalPass
 from .unlighting import UnlightingPass
 
 
-class SourceColors:
+class SourceColors(Owner):
     """Removes shading and highlights from colour images where the look asks for it. A note says where an image does not
     show its light or its highlights well enough; its colours then stay."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
-        self._context, self._steps = context, steps
-        self._albedo: UnlightingPass | None = None  # made for the first frame that needs it, both
-        self._matte: HighlightRemovalPass | None = None
+        super().__init__(context)
+        self._steps = steps
+
+    @cached_property
+    def _albedo(self) -> UnlightingPass:
+        return self._keep(UnlightingPass(self._context))
+
+    @cached_property
+    def _matte(self) -> HighlightRemovalPass:
+        return self._keep(HighlightRemovalPass(self._context))
 
     def find(self, textures: FrameTextures, frame: Frame, look: Look, surface: PointSurface, camera: Camera) -> Colors:
         """Return the colours with which a frame is drawn.
@@ -36,23 +46,21 @@ class SourceColors:
         colors = Colors(textures.color, textures)
         if not (look.unlight or look.remove_highlights) or frame.color is None:
             return colors
-        self._albedo = self._albedo or UnlightingPass(self._context)
         light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
         if look.remove_highlights:
-            colors = self._without_highlights(self._albedo, textures, frame, light)
+            colors = self._without_highlights(textures, frame, light)
         if look.unlight:
             textures.light = light
             if light.tells:
-                return self._without_light(self._albedo, textures, light, colors, surface, camera)
+                image = textures.albedo = textures.albedo or Image(self._context, textures.color.size, RGBA16)
+                self._steps.run("albedo", self._albedo.run, colors, surface, camera, light, image, of=textures)
+                return Colors(image.texture, image)
             _note_once(textures, "light", light.why, frame.camera, describe_light(light))
         return colors
 
-    def _without_highlights(
-        self, albedo: UnlightingPass, textures: FrameTextures, frame: Frame, light: FoundLight
-    ) -> Colors:
-        self._matte = self._matte or HighlightRemovalPass(self._context)
+    def _without_highlights(self, textures: FrameTextures, frame: Frame, light: FoundLight) -> Colors:
         surface, camera = textures.surface, frame.camera
-        inputs = albedo, textures, surface, camera, light
+        inputs = self._albedo, textures, surface, camera, light
         found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
         textures.highlights = found
         if not found.tells:
@@ -61,24 +69,6 @@ class SourceColors:
         matte = textures.matte = textures.matte or Image(self._context, textures.color.size, RGBA16)
         self._steps.run("matte", self._matte.run, textures, surface, camera, found, matte, of=textures)
         return Colors(matte.texture, matte)
-
-    def _without_light(
-        self,
-        albedo: UnlightingPass,
-        textures: FrameTextures,
-        light: FoundLight,
-        colors: Colors,
-        surface: PointSurface,
-        camera: Camera,
-    ) -> Colors:
-        image = textures.albedo = textures.albedo or Image(self._context, textures.color.size, RGBA16)
-        self._steps.run("albedo", albedo.run, colors, surface, camera, light, image, of=textures)
-        return Colors(image.texture, image)
-
-    def release(self) -> None:
-        for item in (self._matte, self._albedo):
-            if item is not None:
-                item.release()
 
 
 def _note_once(textures: FrameTextures, what: str, why: str, camera: Camera, text: str) -> None:

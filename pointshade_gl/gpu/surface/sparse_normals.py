@@ -10,34 +10,32 @@ from ..context.raw_gl import DEPTH_TEST
 from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures
 from ..core.images import Fitted, Image, Images, empty
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
+
+CELLS, NORMALS = "surface/sparse_cells.frag", "surface/normals_sparse.frag"
 
 
-class SparsePass(Owner):
+class SparsePass(FullscreenPasses):
     """Writes the surface of a frame, see shaders/common/normals_sparse.glsl."""
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._images = self._keep(Fitted(context, CellImages))
-        with self._all_or_nothing():
-            self._first = self._keep(FullscreenPass(context, "surface/sparse_cells.frag", FROM_DEPTH=1))
-            self._join = self._keep(FullscreenPass(context, "surface/sparse_cells.frag"))
-            self._answer = self._keep(FullscreenPass(context, "surface/normals_sparse.frag"))
-            self._rest = self._keep(FullscreenPass(context, "surface/normals_sparse.frag", REST=1))
 
     def run(self, frame: DepthTextures, camera: Camera) -> None:
         images = self._images.fit(frame.size)
-        self._first.draw(images.levels[0].target, {"finer": frame.depth})
+        first, join = self.fullscreen(CELLS, FROM_DEPTH=1), self.fullscreen(CELLS)
+        first.draw(images.levels[0].target, {"finer": frame.depth})
         for finer, coarser in zip(images.levels, images.levels[1:], strict=False):
-            self._join.draw(coarser.target, {"finer": finer.texture})
+            join.draw(coarser.target, {"finer": finer.texture})
+        answer, rest = self.fullscreen(NORMALS), self.fullscreen(NORMALS, REST=1)
         target, common = frame.surface.staged_target, {"depth_map": frame.depth, "intrinsics": camera.intrinsics}
         empty(target, frame.surface.window)
         with enabled(self._context, DEPTH_TEST):
             for tilt in SPARSE_TILTS:
                 for level, cells in enumerate(images.levels, 1):
-                    self._answer.draw(target, {"cells": cells.texture}, level=level, tilt=tilt, **common)
-            self._rest.draw(target, {}, **common)
+                    answer.draw(target, {"cells": cells.texture}, level=level, tilt=tilt, **common)
+            rest.draw(target, {}, **common)
 
 
 class CellImages(Images):

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 
 import moderngl
 
 from ...scene.frame import Frame
+from ..core.memory import Owner
 from ..core.steps import Steps
 from .temporal_filter import History, Stream, TemporalPass
 
 
-class Streams:
+class Streams(Owner):
     """Keeps the streams, each known by its place among the point objects of a scene."""
 
     def __init__(self, context: moderngl.Context, steps: Steps):
-        self._context, self._steps = context, steps
-        self._temporal: TemporalPass | None = None  # made for the first stream
+        super().__init__(context)
+        self._steps = steps
         self._histories: dict[int, History] = {}
+
+    @cached_property
+    def _temporal(self) -> TemporalPass:
+        return self._keep(TemporalPass(self._context, self._steps))
 
     def stream_of(self, frame: Frame, place: int) -> Stream:
         """Return the stream at a place, with its next frame."""
-        self._temporal = self._temporal or TemporalPass(self._context, self._steps)
         if place not in self._histories:
             self._histories[place] = History(self._context)
         return Stream(self._temporal, self._histories[place], frame)
@@ -33,5 +38,4 @@ class Streams:
 
     def release(self) -> None:
         self.keep_only(())
-        if self._temporal is not None:
-            self._temporal.release()
+        super().release()

@@ -14,7 +14,6 @@ from ...scene.frame import Frame
 from ...scene.noise import Noise
 from ..core.frame_textures import PointSurface
 from ..core.images import RG32F, RGBA32F, Fitted, Image, Images, empty
-from ..core.memory import Owner
 from ..core.passes import FullscreenPasses
 from ..core.steps import Steps
 
@@ -27,7 +26,7 @@ class Stream(NamedTuple):
     frame: Frame
 
 
-class TemporalPass(Owner):
+class TemporalPass(FullscreenPasses):
     """Warps the history of a stream into the new frame's camera, compares, and mixes: see common/temporal.glsl.
 
     It takes 24 bytes a pixel of the largest frame, and each history 32 bytes a pixel.
@@ -36,8 +35,7 @@ class TemporalPass(Owner):
     def __init__(self, context: moderngl.Context, steps: Steps):
         super().__init__(context)
         self._steps = steps
-        self._passes = self._keep(FullscreenPasses(context))
-        self._change = self._keep(Fitted(context, _change_image))
+        self._change = self._keep(Fitted(context, Image, RG32F, RGBA32F))  # and the old normals in its axes
 
     def filter_depth(self, picture: moderngl.Texture, noise: Noise, stream: Stream, camera: Camera) -> moderngl.Texture:
         """Average depth over time. Takes and returns depth with its noise as depth_average.frag writes them.
@@ -63,11 +61,10 @@ class TemporalPass(Owner):
             maps = {"picture": picture, "history_map": history.depth.texture, "normal_map": history.normals.texture}
             moved = not np.array_equal(view, np.eye(4))
             way = {"intrinsics": camera.intrinsics, "view": view.T.astype("f4").tobytes()} if moved else {}
-            self._passes.get("surface/temporal_change.frag", MOVED=int(moved)).draw(
-                change.target, maps, rounding=rounding, **way
-            )
+            compare = self.fullscreen("surface/temporal_change.frag", MOVED=int(moved))
+            compare.draw(change.target, maps, rounding=rounding, **way)
         maps = {"picture": picture, "change_map": change.texture}
-        mix = self._passes.get("surface/temporal_depth.frag")
+        mix = self.fullscreen("surface/temporal_depth.frag")
         mix.draw(history.depth.target, maps, intrinsics=camera.intrinsics, rounding=rounding)
         return history.depth.textures[1]
 
@@ -75,9 +72,8 @@ class TemporalPass(Owner):
         history, change = stream.history.fit(surface.size), self._change.fit(surface.size)
         maps = {"surface_map": surface.texture, "history_map": history.depth.texture}
         maps |= {"old_normal_map": change.textures[1]}
-        self._passes.get("surface/temporal_normals.frag").draw(
-            history.normals.target, maps, intrinsics=camera.intrinsics
-        )
+        mix = self.fullscreen("surface/temporal_normals.frag")
+        mix.draw(history.normals.target, maps, intrinsics=camera.intrinsics)
         self._context.copy_framebuffer(surface.target, history.normals.target)
         stream.history.remember(stream.frame, camera)
 
@@ -140,8 +136,3 @@ class HistoryImage(Images):
         super().__init__(context, size)
         self.depth = self._keep(Image(context, size, RGBA32F, RG32F))
         self.normals = self._keep(Image(context, size))
-
-
-def _change_image(context: moderngl.Context, size: tuple[int, int]) -> Image:
-    """Return how a new frame differs from what is remembered, and the old normals in its axes."""
-    return Image(context, size, RG32F, RGBA32F)

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import moderngl
 import numpy as np
 
 from ...estimation.light_fit import FoundLight, fit_light
 from ...scene.camera import Camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RGBA32F, Image, read_texture
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 
 SAMPLES = 160  # that the light is fitted to, across the longer side of a frame
 
 
-class UnlightingPass(Owner):
+class UnlightingPass(FullscreenPasses):
     """Finds the light in a small copy of the frame, which is read back, and divides it out on the GPU."""
-
-    def __init__(self, context: moderngl.Context):
-        super().__init__(context)
-        with self._all_or_nothing():
-            self._sample = self._keep(FullscreenPass(context, "points/lit_samples.frag"))
-            self._paint = self._keep(FullscreenPass(context, "surface/unlighting.frag"))
 
     def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
         """Find the light in a frame's colour image, from the normals of its surface."""
@@ -38,7 +30,7 @@ class UnlightingPass(Owner):
         copy = Image(self._context, (width, height), RGBA32F, RGBA32F)
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
-            self._sample.draw(copy.target, maps, stride=stride)
+            self.fullscreen("points/lit_samples.frag").draw(copy.target, maps, stride=stride)
             colors, surfaces = (read_texture(self._context, one) for one in copy.textures)
             return colors, surfaces, stride
         finally:
@@ -48,5 +40,5 @@ class UnlightingPass(Owner):
         """Paints the albedo. camera: the frame's own, at the size of the surface."""
         maps = {"color_map": colors.texture, "surface_map": surface.texture}
         values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
-        self._paint.draw(albedo.target, maps, **values)
+        self.fullscreen("surface/unlighting.frag").draw(albedo.target, maps, **values)
         albedo.raise_version()

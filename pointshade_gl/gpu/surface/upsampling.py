@@ -8,14 +8,13 @@ import moderngl
 
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
-from ..core.images import R32F, RGBA32F, Box, Fitted, Image, Images
-from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.images import R32F, RGBA32F, Box, Fitted, Image
+from ..core.passes import FullscreenPasses
 from .flying_pixels import FlyingPixelPass
 from .normals import Estimator, SurfacePass
 
 
-class UpsamplePass(Owner):
+class UpsamplePass(FullscreenPasses):
     """Enlarges surfaces: colour decides to which surface a pixel belongs, its position alone its depth and its normal.
 
     It trusts the colours, and nothing checks them. Near edges of ray-traced scenes with samples of 7.5 pixels, 8 % of
@@ -25,12 +24,9 @@ class UpsamplePass(Owner):
 
     def __init__(self, context: moderngl.Context, surface: SurfacePass):
         super().__init__(context)
-        self._images = self._keep(Fitted(context, SampleImages))
-        with self._all_or_nothing():
-            self._find_guide = self._keep(FullscreenPass(context, "surface/upsample_guide.frag"))
-            self._find_calm = self._keep(FullscreenPass(context, "surface/planar_mask.frag"))
-            self._vote = self._keep(FullscreenPass(context, "surface/upsample_vote.frag"))
-            self._snap = self._keep(FlyingPixelPass(context, surface))
+        self._guide = self._keep(Fitted(context, Image, RGBA32F))  # mean colour of each sample
+        self._calm = self._keep(Fitted(context, Image, R32F))  # whether its neighbours lie on its plane
+        self._snap = self._keep(FlyingPixelPass(context, surface))
 
     def run(
         self,
@@ -44,31 +40,21 @@ class UpsamplePass(Owner):
 
         camera  took the frame, at the depth's size
         """
-        images = self._images.fit(small.size)
+        guide, calm = self._guide.fit(small.size), self._calm.fit(small.size)
         colors = {"color_map": frame.color}
-        self._find_guide.draw(images.guide.target, colors, small_size=small.size)
-        snapped = self._snap.run(frame, images.guide.texture, camera, estimator)
+        self.fullscreen("surface/upsample_guide.frag").draw(guide.target, colors, small_size=small.size)
+        snapped = self._snap.run(frame, guide.texture, camera, estimator)
         source = {"surface_map": snapped.texture, "source": camera.intrinsics}
-        self._find_calm.draw(images.calm.target, source)
+        self.fullscreen("surface/planar_mask.frag").draw(calm.target, source)
         large.confine(_enlarged(small.window, small.size, large.size))
-        maps = {"guide_map": images.guide.texture, "calm_map": images.calm.texture}
-        self._vote.draw(large.target, source | colors | maps, large_size=large.size)
+        maps = {"guide_map": guide.texture, "calm_map": calm.texture}
+        self.fullscreen("surface/upsample_vote.frag").draw(large.target, source | colors | maps, large_size=large.size)
         large.certainty = small.certainty
         large.raise_version()
 
 
-class SampleImages(Images):
-    """What the vote needs of each sample: `guide`, its mean colour, and `calm`, whether its neighbours lie on its
-    plane."""
-
-    def __init__(self, context: moderngl.Context, size: tuple[int, int]):
-        super().__init__(context, size)
-        self.guide, self.calm = (self._keep(Image(context, size, one)) for one in (RGBA32F, R32F))
-
-
 def _enlarged(window: Box, size: tuple[int, int], larger: tuple[int, int]) -> Box:
-    """Return the window of a larger picture in which the samples of a smaller picture's window may be visible: one
-    sample more."""
+    """Return the window of a larger picture that may show a smaller one's window: one sample more on each side."""
     edges = []
     for axis in (0, 1):
         low, high = window[axis] - 1, window[axis] + window[axis + 2] + 1

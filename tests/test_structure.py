@@ -151,7 +151,7 @@ def test_a_circle_is_found_and_named():
 
 
 def test_the_graph_holds_what_functions_and_types_import():
-    assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli.main"]  # inside a function
+    assert f"{PACKAGE}.bench.command" in GRAPH[f"{PACKAGE}.cli.commands.bench"]  # inside a function
     assert f"{PACKAGE}.scene.graph" in GRAPH[f"{PACKAGE}.files.gltf"]  # under `if TYPE_CHECKING:`
     assert f"{PACKAGE}.scene.camera" in GRAPH[PACKAGE] and f"{PACKAGE}.version" in GRAPH[f"{PACKAGE}.cli.main"]
 

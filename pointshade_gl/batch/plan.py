@@ -13,7 +13,7 @@ from ..version import __version__
 from .inputs import Source
 from .jobs import FILMS, Job
 from .manifest import Entry, Manifest, differs, is_whole, told
-from .parts import parts_of, whole_of
+from .source_files import parts_of, whole_of
 
 
 class Planned(NamedTuple):

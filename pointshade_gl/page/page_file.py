@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "take.js", "paint.js", "draw.js", "controls.js",
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "draw.js",
+    "controls.js",
 )  # fmt: skip
 SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP

@@ -10,7 +10,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.batch.inputs import find_sources
-from pointshade_gl.batch.parts import parts_of
+from pointshade_gl.batch.source_files import parts_of
 from pointshade_gl.files.access import folder_listing as listing
 from pointshade_gl.files.access.folder_listing import Listing
 

@@ -18,9 +18,9 @@ from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..frames.frame_files import load_frame
 from ..pictures.picture_files import save_image
+from .buffers import inside
+from .cameras_and_lights import FLIP
 from .checks import numbers
-from .parts import inside
-from .views import FLIP
 
 _NUMBERS = ("fov", "depth_scale", "baseline")
 _FILES = ("depth", "color", "intrinsics", "pose")  # options of load_frame that may name a file

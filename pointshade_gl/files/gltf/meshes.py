@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import cut
 from ...scene.mesh import Mesh
+from .buffers import Parts
 from .checks import label, numbers, pick, telling
 from .container import UNLIT
 from .extras import options
-from .parts import Parts
 from .points import read_material
 
 TRIANGLES, STRIP, FAN = 4, 5, 6

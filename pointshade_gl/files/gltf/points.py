@@ -17,10 +17,10 @@ from ...scene.point_object import MOST_FRAMES, PointObject
 from ..access.limits import SCENE_FRAMES, check_limit
 from ..arrays.array_files import read_npy
 from ..pictures.picture_files import save_image
+from .buffers import Parts, inside
 from .checks import numbers, telling
 from .extras import options, switch
 from .frames import FRAME_KEYS, read_frame, write_frame
-from .parts import Parts, inside
 
 # options of a Look by their names in files
 OBJECT_KEYS = {

@@ -18,14 +18,14 @@ from ..access.builtin import builtin_scene
 from ..access.content import FilePath
 from ..access.limits import PARTS, check_limit
 from ..access.safe_paths import Folder
+from .buffers import Parts
+from .cameras_and_lights import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .extras import options, switch
 from .meshes import Meshes
-from .parts import Parts
 from .points import KEYS, read_points
 from .transforms import local_matrix
-from .views import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
 
 _NODE_KEYS = (*KEYS, "visible", "shadow")
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from ...scene.rotation import is_rotation, quaternion_of, rotation_of
+from .cameras_and_lights import Matrix
 from .checks import numbers
-from .views import Matrix
 
 
 def local_matrix(node: SimpleNamespace) -> Matrix:

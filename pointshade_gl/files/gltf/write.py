@@ -23,11 +23,11 @@ from ...scene.node import Node
 from ...scene.point_object import PointObject
 from ..access.atomic_write import FileSet
 from ..access.content import FilePath
+from .cameras_and_lights import FLIP, Matrix, light_place, write_camera, write_light
 from .checks import telling
 from .container import LIGHTS, UNLIT, pack
 from .points import write_material, write_points
 from .transforms import transform_of
-from .views import FLIP, Matrix, light_place, write_camera, write_light
 
 NO_NAME = r"\W+"  # not in the names of folders
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # numbers of OpenGL

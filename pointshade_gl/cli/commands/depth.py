@@ -1,0 +1,33 @@
+"""`pointshade depth`: writes the depth of the picture that render draws."""
+
+from __future__ import annotations
+
+from ...files.access.numbered_names import first_of, is_numbered
+from ...scene.graph import Scene
+from ..inputs import check_look, load
+from ..look_options import NormalOptions
+from ..options import Device, FrameOptions, Output, Quiet, ViewOptions, spread
+
+
+@spread
+def depth(
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    place: ViewOptions,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Write the depth of the picture that render draws: metres to .exr, .tif and .npy, millimetres to .png.
+
+    Write all frames of a sequence to numbered files such as %04d.png. Missing depth is 0.
+    """
+    from ...files.writing.depth_and_normal_maps import check_depth_path
+    from ..written_maps import write_depth
+
+    check_depth_path(first_of(output))
+    view = place.view(options.look())
+    source = load(frame, sequence=is_numbered(output), scene=True)
+    if isinstance(source, Scene):
+        check_look(view.look)
+    write_depth(source, view, output, device)

@@ -1,0 +1,32 @@
+"""`pointshade normals`: writes the normals of a frame, or of each frame of a sequence."""
+
+from __future__ import annotations
+
+from ...files.access.numbered_names import first_of, is_numbered
+from ...scene.view import View
+from ..inputs import load
+from ..look_options import NormalOptions
+from ..options import Axes, Bits, Device, Explain, FrameOptions, Output, Quiet, spread
+
+
+@spread
+def normals(
+    output: Output,
+    frame: FrameOptions,
+    options: NormalOptions,
+    axes: Axes = None,
+    bits: Bits = 8,
+    explain: Explain = False,
+    device: Device = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
+
+    Write all frames of a sequence to numbered files such as %04d.png.
+    """
+    from ...files.writing.depth_and_normal_maps import check_normals_path
+    from ..written_maps import write_normals
+
+    check_normals_path(first_of(output), axes, bits)
+    view = View(look=options.look())
+    write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)

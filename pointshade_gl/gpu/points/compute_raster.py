@@ -124,12 +124,12 @@ def read_window(drawn: moderngl.Buffer, width: int, height: int) -> Box:
 class RimList(Owner):
     """A list of rim pixels, see compute_raster.glsl."""
 
-    _most = 0  # for which there is room
+    _most = -1  # for which there is room: none yet
 
     def emptied(self, most: int, place: int) -> moderngl.Buffer:
         """Return the list, empty and with room for so many, where the shaders at this binding find it."""
         if self._most < most:
-            self._most = 0
+            self._most = -1
             self.release()
             self._buffer = self._allocate(self._context.buffer, reserve=4 * (5 + most))
             self._most = most

@@ -1,6 +1,9 @@
 """The file that save_page writes: one, complete, that asks for nothing, of what it was given and nothing else."""
 
+import base64
+import json
 import re
+import zlib
 from html.parser import HTMLParser
 
 import numpy as np
@@ -8,8 +11,11 @@ import pytest
 
 import pointshade_gl as ps
 from pointshade_gl.page import draw_page, write_page
+from pointshade_gl.page.page_file import FOLDER, SCRIPTS
+from pointshade_gl.page.shaders import shader_texts
 
 from ..support import frames
+from ..support.places import ROOT
 
 pytestmark = pytest.mark.gl
 EVIL = "</script><script>alert(1)</script>"
@@ -128,3 +134,11 @@ def test_the_command_line_says_what_makes_no_sense(typed, tmp_path, line, words)
     code, _, err = typed(line)
     assert code == 2 and words in err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_page_that_the_readme_shows_is_made_of_todays_scripts_and_shaders():
+    """Otherwise the README's command makes it anew."""
+    page = (ROOT / "assets/readme/vase.html").read_text(encoding="utf-8")
+    assert all((FOLDER / name).read_text(encoding="utf-8") in page for name in SCRIPTS)
+    packed = re.search(r'id="shaders">([^<]*)<', page)[1]
+    assert json.loads(zlib.decompress(base64.b64decode(packed))) == shader_texts()

@@ -90,7 +90,9 @@ def check_float(value: Any, complaint: str, low: float = -LARGEST, high: float =
     try:
         if isinstance(value, str | bytes | bytearray | np.complexfloating) or getattr(value, "ndim", 0):
             raise TypeError
-        number = float(value)
+        if _is_flag(value):
+            raise TypeError
+        number = math.nan if is_masked(value) else float(value)
     except OverflowError:  # a very long integer
         number = math.inf
     except (TypeError, ValueError):
@@ -136,8 +138,37 @@ def check_size(value: Any, name: str) -> tuple[int, int]:
     return int(numbers[0]), int(numbers[1])
 
 
+def _is_flag(value: Any) -> bool:
+    """Whether a value is True or False, which Python takes for 1 and 0, also as a number of NumPy."""
+    return isinstance(value, bool | np.bool_) or getattr(value, "dtype", None) == np.bool_
+
+
+def is_masked(value: Any) -> bool:
+    """Whether a masked array, or a list with one in it, hides a value. An empty mask hides none."""
+    masked = getattr(sys.modules.get("numpy.ma"), "MaskedArray", None)  # its import takes 10 ms
+    if masked is None:
+        return False
+    parts = value if isinstance(value, list | tuple) else (value,)
+    return any(isinstance(part, masked) and np.ascontiguousarray(part.mask).view(bool).any() for part in parts)
+
+
+def depth_as_given(depth: Any, missing: float = 0.0, complaint: str = "depth must have shape (h, w)") -> NDArray[Any]:
+    """A depth picture as an array of its own type. What a masked array hides is missing: 0, or this value of floats."""
+    if isinstance(depth, list | tuple):
+        depth = [depth_as_given(row, missing, complaint) if is_masked(row) else row for row in depth]
+    elif is_masked(depth):
+        depth = depth.filled(missing if depth.dtype.kind == "f" else 0)
+    return as_given(depth, complaint)
+
+
 def as_given(value: Any, complaint: str) -> NDArray[Any]:
-    """The value as an array of its own type. Raises ValueError with the complaint for rows of different lengths."""
+    """The value as an array of its own type.
+
+    Raises ValueError with the complaint for rows of different lengths and for masked values: nobody knows what they
+    stand for. Those of depth are missing, see `depth_as_given`.
+    """
+    if is_masked(value):
+        raise ValueError(f"{complaint}, got masked values: give them numbers with array.filled(...)")
     try:
         return np.asarray(value)
     except ValueError:
@@ -154,7 +185,7 @@ def as_array(value: Any, complaint: str, dtype: Any = np.float64) -> NDArray[Any
     try:
         if array.dtype.kind == "O":
             array = array.astype(np.float64)
-        if value is None or array.dtype.kind not in "fiub":
+        if value is None or array.dtype.kind not in "fiu":
             raise TypeError
     except OverflowError:
         raise ValueError(f"{complaint}, got {shown(value)}") from None
@@ -171,6 +202,8 @@ def check_numbers(
     if type(value) is tuple and len(value) == count and all(type(x) is float and low <= x <= high for x in value):
         return value  # checked before: lights are made anew for every picture
     array = as_array(value, complaint)
+    if isinstance(value, list | tuple) and any(map(_is_flag, value)):
+        raise TypeError(f"{complaint}, got {shown(value)}")
     if array.shape != (count,) or not ((array >= low) & (array <= high)).all():
         raise ValueError(f"{complaint}, got {shown(value)}")
     return tuple(array.tolist())

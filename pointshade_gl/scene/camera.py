@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..messages.formatting import option
-from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point
+from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
 from .rotation import check_matrix, is_orthogonal, moved
 
 NEAR = 0.001  # share of the distance to what is looked at
@@ -106,7 +106,7 @@ class Camera:
         Parameters
         ----------
         depth : array of shape (h, w), or (...) with `pixels`
-            z along the optical axis, in any unit. Where it is 0, as where depth is missing, the point is the
+            z along the optical axis, in any unit. Where it is 0 or masked, as where depth is missing, the point is the
             camera's own place.
         pixels : array of shape (..., 2), optional
             Columns and rows (u, v) to which the depths belong, whole or between two pixels; pixel centres are at
@@ -126,7 +126,8 @@ class Camera:
         ValueError
             For other shapes, and for a pose that is not a rotation and a translation.
         """
-        z = as_array(depth, "depth must be numbers of shape (h, w)")
+        complaint = "depth must be numbers of shape (h, w)"
+        z = as_array(depth_as_given(depth, complaint=complaint), complaint)
         if pixels is None:
             v, u = np.ogrid[0 : self.height, 0 : self.width]
         else:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..messages.formatting import counted, shown
-from ..messages.validation import LARGEST, as_given, check_type
+from ..messages.validation import LARGEST, as_given, check_type, depth_as_given
 from .bounds import box_corners, median
 from .camera import Camera, check_pose
 from .preview import Preview
@@ -33,8 +33,8 @@ class Frame(Preview):
         0, the depth counts as missing. If both sides are larger than the depth's, rendered pictures have the size of
         the colours, see `Look.upsample`.
     depth : (h, w) float
-        z along the optical axis, metres. Missing values become 0: zero, negative, NaN, infinite, or outside 1e-18 to
-        1e18. Kept as read-only float32. What else means "missing" in files: files/depth/missing_depth.py.
+        z along the optical axis, metres. Missing values become 0: zero, negative, NaN, infinite, masked, or outside
+        1e-18 to 1e18. Kept as read-only float32. What else means "missing" in files: files/depth/missing_depth.py.
     camera : Camera
         Camera of the depth picture.
     pose : (4, 4) float, optional
@@ -223,7 +223,7 @@ def _check_color(color: Any) -> NDArray[np.uint8]:
 
 
 def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
-    array = as_given(depth, "depth must have shape (h, w)")
+    array = depth_as_given(depth)
     if array.dtype.kind not in "fiub":
         got = shown(depth) if array.ndim == 0 else array.dtype
         raise TypeError(f"depth must be floating point metres, got {got}")

@@ -38,6 +38,10 @@ def depth(value):
     return ps.Frame(None, value, frames.CAMERA)
 
 
+def masked(array):
+    return np.ma.masked_array(array, mask=np.indices(np.shape(array)).sum(0) == 0)
+
+
 def moved(x):
     pose = np.eye(4)
     pose[0, 3] = x
@@ -56,6 +60,10 @@ VALUES = {
     "camera, huge size": (lambda: camera(height=HUGE), ValueError, "camera height must be a whole number"),
     "camera, text size": (lambda: camera(width="8"), TypeError, "camera width must be a whole number"),
     "camera, list size": (lambda: camera(width=[8]), TypeError, "camera width must be a whole number"),
+    "camera, flag": (lambda: camera(fx=True), TypeError, "camera fx must be a finite number of pixels, got True"),
+    "camera, flag size": (lambda: camera(width=np.bool_(True)), TypeError, "camera width must be a whole number"),
+    "camera, flag in an array": (lambda: camera(cx=np.array(True)), TypeError, "camera cx must be a finite number"),
+    "camera, masked": (lambda: camera(fx=np.ma.masked), ValueError, "camera fx must be a finite number of pixels"),
     "fov, text": (lambda: ps.Camera.from_fov("60", 8, 8), TypeError, "fov must lie between"),
     "fov, beyond float": (lambda: ps.Camera.from_fov(HUGE, 8, 8), ValueError, "fov must lie between"),
     "fov, almost 0": (lambda: ps.Camera.from_fov(1e-320, 8, 8), ValueError, "fov must be at least 1e-06"),
@@ -150,6 +158,9 @@ VALUES = {
     "look, splat": (lambda: ps.Look(splat=np.zeros(2)), ValueError, "unknown splat"),
     "look, normals": (lambda: ps.Look(normals=None), TypeError, "normals must be a method's name"),
     "object, frame": (lambda: ps.PointObject("vase"), TypeError, "a Frame or a sequence of frames, got 'vase'"),
+    "look, flag": (lambda: ps.Look(point_size=True), TypeError, "size must be a number of source pixels"),
+    "light, flag": (lambda: ps.Light(position=(0, True, 1)), TypeError, "light position must be three finite numbers"),
+    "light, flags": (lambda: ps.Light(position=EYE[0] > 0), TypeError, "light position must be three finite numbers"),
     "object, look": (lambda: ps.PointObject(FRAME, look="flat"), TypeError, "look must be a Look, got 'flat'"),
     "object, material": (lambda: ps.PointObject(FRAME, 0), TypeError, "material must be a Material, got 0"),
     "object, normals": (lambda: ps.PointObject(FRAME, normals={}), TypeError, "normals must be a method's name"),
@@ -221,6 +232,30 @@ VALUES = {
     "save scene": (lambda: ps.save_scene("a.glb", FRAME), TypeError, "scene must be a Scene, got a Frame"),
     "source": (lambda: next(ps.prefetched(5, print)), TypeError, "source must be an iterable of frames, got 5"),
 }  # fmt: skip
+
+HIDDEN = {
+    "color": lambda: ps.Frame(masked(FRAME.color), FRAME.depth, FRAME.camera),
+    "pose": lambda: ps.Frame(None, FRAME.depth, FRAME.camera, masked(EYE)),
+    "scene pose": lambda: ps.Scene(pose=masked(EYE)),
+    "light position": lambda: ps.Light(position=masked((1, 2, 3))),
+    "light direction": lambda: ps.Light(direction=[np.ma.masked, 2, 3]),
+    "mesh positions": lambda: mesh(positions=masked(CORNERS)),
+    "mesh faces": lambda: mesh(faces=masked(FACES)),
+    "mesh normals": lambda: mesh(normals=list(masked(CORNERS))),
+    "mesh texture": lambda: mesh(texture=masked(np.zeros((2, 2, 3), np.uint8)), uv=CORNERS[:, :2]),
+    "colors": lambda: ps.PointCloud(CORNERS, CORNERS, masked(np.zeros((3, 3), np.uint8))),
+    "normals": lambda: ps.PointObject(FRAME, normals=masked(np.ones((120, 160, 3)))),
+    "noise": lambda: ps.PointObject(FRAME, noise=masked(np.ones((120, 160)))),
+    "point_size": lambda: ps.PointObject(FRAME, point_size=masked(np.ones((120, 160)))),
+    "intrinsics": lambda: ps.load_frame(depth=FRAME.depth, intrinsics=masked(np.array([9.0, 9, 80, 60]))),
+    "load pose": lambda: ps.load_frame(depth=FRAME.depth, fov=60, pose=masked(EYE)),
+    "load color": lambda: ps.load_frame(depth=FRAME.depth, fov=60, color=masked(FRAME.color)),
+    "points": lambda: FRAME.camera.project(masked(CORNERS)),
+    "image": lambda: ps.save_image("a.png", masked(FRAME.color)),
+    "numbers": lambda: ps.save_image("a.npy", masked(FRAME.depth)),
+    "save normals": lambda: ps.save_normals("a.npy", masked(np.ones((4, 4, 3)))),
+    "film": lambda: Film("a.gif").add(masked(FRAME.color)),
+}
 
 DRAWN = {
     "frame": (
@@ -297,6 +332,13 @@ def refused(call, error, says):
 def test_a_value_is_checked_when_it_is_made(call, error, says, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     refused(call, error, says)
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize("call", HIDDEN.values(), ids=HIDDEN.keys())
+def test_masked_values_are_refused_where_nothing_can_stand_for_them(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused(call, ValueError, r"got masked values: give them numbers with array\.filled")
     assert not list(Path().iterdir())
 
 

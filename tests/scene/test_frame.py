@@ -109,6 +109,41 @@ def test_what_is_read_only_is_not_copied_and_all_else_is():
     assert kept.color is color and kept.depth is depth
 
 
+@pytest.mark.parametrize(
+    "hide",
+    [
+        lambda array, hidden: np.ma.masked_array(array, hidden),
+        lambda array, hidden: np.ma.masked_array(array, hidden, fill_value=5),
+        lambda array, hidden: list(np.ma.masked_array(array, hidden)),  # a list of masked rows
+        lambda array, hidden: np.ma.masked_array(array, hidden, hard_mask=True)[:],
+    ],
+)
+def test_masked_depth_is_missing(hide, tmp_path):
+    hidden = np.indices(DEPTH.shape).sum(0) % 3 == 0
+    depth = hide(DEPTH, hidden)
+    assert ((ps.Frame(None, depth, CAMERA).depth == 0) == hidden).all()
+    assert ((CAMERA.unproject(depth)[..., 2] == 0) == hidden).all()
+    assert ((ps.load_frame(depth=depth, intrinsics=CAMERA).depth == 0) == hidden).all()
+    ps.save_depth(tmp_path / "a.npy", depth)
+    assert ((np.load(tmp_path / "a.npy") == 0) == hidden).all()
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("options", [{"depth_scale": 10}, {"depth_kind": "inverse"}])
+def test_masked_depth_of_every_kind_is_missing(dtype, options):
+    values = np.arange(20, 68).reshape(DEPTH.shape).astype(dtype)
+    hidden = np.indices(DEPTH.shape).sum(0) % 3 == 0
+    depth = np.ma.masked_array(values, hidden)[None]  # (1, h, w), as rasterio reads it
+    frame = ps.load_frame(depth=depth, intrinsics=CAMERA, notes=lambda _: None, **options)
+    assert ((frame.depth == 0) == hidden).all()
+
+
+def test_an_empty_mask_hides_nothing():
+    for mask in (np.ma.nomask, np.zeros(DEPTH.shape, bool)):
+        frame = ps.Frame(np.ma.array(COLOR), np.ma.masked_array(DEPTH, mask), CAMERA, np.ma.array(np.eye(4)))
+        assert frame.points_known == DEPTH.size and type(frame.depth) is type(frame.color) is np.ndarray
+
+
 def test_missing_depth_of_a_read_only_array_becomes_0_in_a_copy():
     depth = np.array([[1, np.nan], [-1, np.inf]], np.float32)
     depth.flags.writeable = False

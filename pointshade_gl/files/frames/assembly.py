@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import option
 from ...messages.notes import Note
-from ...messages.validation import as_given, check_choice, check_positive
+from ...messages.validation import check_choice, check_positive, depth_as_given
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.content import read_head
@@ -97,7 +97,7 @@ def _unpacked(parts: Parts) -> Parts:
 def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
     """The depth as it is stored."""
     if not is_path(depth):
-        return one_channel(as_given(depth, "depth must have shape (h, w)"), "depth")
+        return one_channel(depth_as_given(depth, np.nan), "depth")
     if Path(depth).suffix.lower() not in RAW_SUFFIXES and not _is_bare(Path(depth), source):
         return read_depth(depth, note, max_pixels)
     if is_colmap_depth(read_head(depth)):

@@ -5,17 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ...messages.formatting import all_of_them, option
 from ...messages.notes import Note, print_note
-from ...messages.validation import check_path
+from ...messages.validation import check_path, is_masked
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ..access.builtin import builtin_folder
 from ..access.content import FilePath
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
+from ..depth.depth_files import one_channel
 from ..index.folders import FrameFiles, check_folder, find_color
 from .assembly import assemble
 from .frame_parts import Assembled, Parts, ReadOptions, is_path
@@ -48,7 +50,7 @@ def load_frame(
     color : path or (h, w, 3|4) uint8, optional
         A picture, in place of the folder's; there may be none.
     depth : path or (h, w) array, optional
-        A picture, .npy, .npz, EXR or array, in place of the folder's.
+        A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing.
     intrinsics : path, str, (4,) float or Camera, optional
         A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera.
     fov : float, optional
@@ -106,7 +108,9 @@ def read_frame(
 def _parts(depth: Any, color: Any) -> Parts:
     """Of files or arrays that the caller gives."""
     depth, color = (check_path(value) if is_path(value) else value for value in (depth, color))
-    return Parts(depth, color, path=Path(depth) if is_path(depth) else None)
+    is_hidden = getattr(depth, "mask", None) if is_masked(depth) else None  # integers have no number for "missing"
+    valid = None if is_hidden is None else one_channel((~is_hidden).astype(np.uint8), "the depth's mask")
+    return Parts(depth, color, valid=valid, path=Path(depth) if is_path(depth) else None)
 
 
 def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, note: Note) -> Assembled:

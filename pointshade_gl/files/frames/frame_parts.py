@@ -56,7 +56,7 @@ class Parts(NamedTuple):
     color: FilePath | NDArray[Any] | None = None
     filed: Intrinsics | None = None
     pose: NDArray[np.float64] | None = None
-    valid: FilePath | NDArray[np.bool_] | None = None
+    valid: FilePath | NDArray[Any] | None = None
     missing: str = ""
     number: int = 0
     contents: Callable[[], Contents] | None = None

@@ -260,7 +260,7 @@ def normals_to_rgb(normals: ArrayLike, axes: str = "opengl", bits: int = 8) -> N
 
 def turned_normals(normals: ArrayLike, axes: str) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """Normals of the camera's axes in others, (h, w, 3) float and 0 where missing, and (h, w) where they are known."""
-    array = np.asarray(normals)
+    array = as_given(normals, "normals must have shape (h, w, 3)")
     if array.ndim != 3 or array.shape[2] != 3:
         raise ValueError(f"normals must have shape (h, w, 3), got {array.shape}")
     if array.dtype.kind != "f":

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...messages.formatting import option
 from ...messages.notes import Note, print_note
-from ...messages.validation import as_given, check_choice, check_path
+from ...messages.validation import check_choice, check_path, depth_as_given
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..pictures.exr import check_exr, write_exr
@@ -35,7 +35,7 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
         .exr gets the channel Z, .tif and .tiff float pixels, .npy float32. A .png holds 1 mm to 65.535 m: other values
         are written as missing, and a note counts them.
     depth : (h, w) float
-        Metres; 0, negative, NaN and infinite mean missing.
+        Metres; 0, negative, NaN, infinite and masked mean missing.
     notes : callable
         Called with that note; the default prints it to stderr.
 
@@ -65,7 +65,7 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
 
 
 def _known_depth(depth: ArrayLike) -> NDArray[np.float32]:
-    array = as_given(depth, "depth must have shape (h, w)")
+    array = depth_as_given(depth)
     if array.ndim != 2 or 0 in array.shape:
         raise ValueError(f"depth must have shape (h, w), got {array.shape}")
     if array.dtype.kind != "f":

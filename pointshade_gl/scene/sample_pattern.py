@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import option
-from ..messages.validation import check_count
+from ..messages.validation import LARGEST, check_count
 from .light import Light, unit
 from .visible_scene import VisibleScene
 
@@ -63,7 +63,7 @@ def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
     away = np.linalg.norm(to_centre)
     towards = to_centre / away if away > 0 else np.array([0.0, 0.0, 1.0])
     place = np.array(light.position) + light.radius * offset @ np.stack([*_across(towards), towards])
-    return replace(light, position=tuple(place.tolist()))
+    return replace(light, position=tuple(np.clip(place, -LARGEST, LARGEST).tolist()))
 
 
 def at_sample(visible: VisibleScene, k: int) -> VisibleScene:

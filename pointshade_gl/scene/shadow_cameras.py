@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from .light import Light, unit
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
 FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
+# A lamp farther away casts its shadows as a directional light: at 1e6 radii float32 cannot tell them from its own depth.
 CONTACT = 1.2  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
 LEAST_CONTACT = 0.0005  # of the scene's radius: shadow maps are no finer
 SHADOW_SIDE = 1024  # pixels of a shadow view
@@ -49,6 +51,7 @@ def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowVi
 
     A light that casts no shadow has none.
     """
+    lights = [_sun_if_far(light, extent) for light in lights]
     looks = [_directions(light, extent) if light.shadow else [] for light in lights]
     contact = max(CONTACT * extent.grain, LEAST_CONTACT * extent.radius)
     side = min(SHADOW_SIDE, SHADOW_MAP // max(math.ceil(math.sqrt(sum(map(len, looks)))), 1))
@@ -59,6 +62,14 @@ def shadow_views(lights: Sequence[Light], extent: Extent) -> tuple[list[ShadowVi
         for direction, half in directions:
             views.append(ShadowView(_eye(light, direction, half, extent, side), contact))
     return views, spans
+
+
+def _sun_if_far(light: Light, extent: Extent) -> Light:
+    if light.position is None or not light.shadow:
+        return light
+    to_centre = extent.centre - light.position
+    is_far = np.linalg.norm(to_centre) > FAR_AWAY * extent.radius
+    return replace(light, position=None, direction=tuple(to_centre.tolist()), radius=0.0) if is_far else light
 
 
 def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:

@@ -129,3 +129,18 @@ def flat(x, y):
 def test_impossible_sizes_of_lights_are_named(values, complaint):
     with pytest.raises(ValueError, match=complaint):
         ps.Light(**values)
+
+
+@pytest.mark.parametrize("away", [1e6, 1e18])
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_a_lamp_at_any_distance_lights_and_shades_as_the_sun_does(renderer, away, angle):
+    frame, direction = as_frame(trace(SURFACES, CAMERA, POSE), CAMERA, POSE), np.array((0.48, 0.8, 0.36))
+    samples, radius = 4 if angle else 1, away * np.tan(np.radians(angle / 2))
+    lamp = ps.Light(position=tuple(-away * direction), radius=radius, shadow=True)
+    sun = ps.Light(direction=direction, angle=angle, shadow=True)
+    shaded, expected, unshaded = (
+        renderer.render(frame, light=light, samples=samples)[..., :3].astype(int)
+        for light in (lamp, sun, replace(sun, shadow=False))
+    )
+    assert np.abs(expected - unshaded).mean() > 2
+    assert np.abs(shaded - expected).mean() < 0.3

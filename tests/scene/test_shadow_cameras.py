@@ -67,3 +67,15 @@ def test_a_contact_is_a_pixel_of_the_frame_wide_and_never_finer_than_the_scene()
     for grain, contact in ((0.004, 1.2 * 0.004), (0, 0.0005 * EXTENT.radius)):
         ((view,), _) = shadow_views([sun], EXTENT._replace(grain=grain))
         assert view.contact == pytest.approx(contact)
+
+
+@pytest.mark.parametrize("away", [1e4, 1e9, 5e17])
+@pytest.mark.parametrize("cone", [None, (10, 30)])
+def test_a_lamp_far_away_casts_its_shadows_as_the_sun_does(away, cone):
+    direction = np.array((0.48, -0.6, 0.64))
+    spot = {} if cone is None else {"direction": direction, "cone": cone}
+    (lamp,) = views_of(ps.Light(position=CENTRE - away * direction, shadow=True, **spot))
+    (sun,) = views_of(ps.Light(direction=direction, shadow=True))
+    assert lamp.eye.camera.fx == pytest.approx(sun.eye.camera.fx, rel=1e-6)
+    assert lamp.eye.near == pytest.approx(sun.eye.near)
+    np.testing.assert_allclose(lamp.eye.pose, sun.eye.pose, atol=1e-6 * EXTENT.radius * 1000)

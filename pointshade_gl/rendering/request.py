@@ -107,7 +107,7 @@ class RenderRequest:
         look = Look() if isinstance(source, Scene) else view.look
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
 
-    def lights_of(self, scene: Scene) -> list[Light]:
+    def lights_of(self, scene: Scene) -> tuple[Light, ...]:
         """Return the lights: those given, else the scene's own; a ground has one that casts shadows."""
         own = scene.lights or (GROUND_LIGHT if self.finish.ground else None)
         return check_lights(own if self.lights is None else self.lights)

@@ -22,6 +22,7 @@ from ..messages.validation import (
 from .noise import SENSORS, check_noise, check_noise_text, parse_noise
 from .normal_methods import METHODS, Method, check_method, check_normals, parse_max_depth_step
 from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
+from .values import Options, frozen
 
 Shading = Literal["none", "flat", "gouraud", "phong"]
 Splat = Literal["footprint", "round", "mesh"]
@@ -65,15 +66,17 @@ class Material:
 
 
 @option_class
-@dataclass(frozen=True)
-class Look:
+@dataclass(frozen=True, eq=False)
+class Look(Options):
     """All choices about how one point object is drawn, except its place and the light.
+
+    Arrays are copied, and read-only. Looks of the same choices are equal, also with arrays.
 
     Raises
     ------
     ValueError, TypeError
-        for unknown names, for impossible numbers, and for values of another kind. Arrays are checked by `for_frame`,
-        which knows their shape.
+        for unknown names, for impossible numbers, and for values of another kind. The shape of arrays is checked by
+        `for_frame`.
     """
 
     material: Material = opt(Material(), "how the surface answers light; None is the default Material")
@@ -212,10 +215,16 @@ class Look:
             check_noise_text(self.noise)
         elif self.noise is not None and _is_single(self.noise):
             object.__setattr__(self, "noise", check_noise(self.noise))
-        parse_max_depth_step(self.max_depth_step)
+        metres, _ = parse_max_depth_step(self.max_depth_step)
+        if not isinstance(self.max_depth_step, str | None):
+            object.__setattr__(self, "max_depth_step", metres)
+        for name, complaint in _ARRAYS.items():
+            value = getattr(self, name)
+            if not isinstance(value, str | float | None):
+                object.__setattr__(self, name, frozen(as_array(value, complaint, np.float32)))
 
     def for_frame(self, depth: NDArray[np.float32]) -> Look:
-        """Return the look with its arrays checked against a depth picture and copied, read-only.
+        """Return the look with its arrays checked against a depth picture.
 
         Parameters
         ----------
@@ -229,14 +238,14 @@ class Look:
         """
         changes: dict[str, Any] = {}
         if not isinstance(self.normals, str):
-            changes["normals"] = _frozen(check_normals(self.normals, depth.shape))
+            changes["normals"] = check_normals(self.normals, depth.shape)
         sizes = self.sizes_for(depth)
         if sizes.size > 1:
-            changes["point_size"] = _frozen(sizes.reshape(depth.shape))
+            changes["point_size"] = sizes.reshape(depth.shape)
         if self.noise is not None and not isinstance(self.noise, str):
             noise = parse_noise(self.noise, depth)
             if np.ndim(self.noise):
-                changes["noise"] = _frozen(noise)
+                changes["noise"] = noise
         return replace(self, **changes) if changes else self
 
     def sizes_for(self, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -340,6 +349,11 @@ VOCABULARIES: dict[str, tuple[str, ...]] = {
     name: get_args(kind) for name, kind in get_type_hints(LookOptions).items() if get_origin(kind) is Literal
 }
 SWITCHES = tuple(one.name for one in fields(Look) if one.default is False)
+_ARRAYS = {
+    "normals": "normals must be a method's name or have shape (h, w, 3)",
+    "point_size": "point_size is the splats' size in source pixels, one number or an array of (h, w)",
+    "noise": "noise must be one number or have the depth's shape (h, w)",
+}
 UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
 
 
@@ -375,9 +389,3 @@ def _checked_size(size: Any, splat: str) -> Any:
 def _is_single(value: Any) -> bool:
     """Whether a value is no array."""
     return type(value) in (int, float) or not (isinstance(value, list | tuple) or np.ndim(value))
-
-
-def _frozen(array: Any) -> NDArray[Any]:
-    copy = np.array(array)
-    copy.flags.writeable = False
-    return copy

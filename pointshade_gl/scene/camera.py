@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..messages.formatting import option
 from ..messages.validation import ABOVE_0, as_array, check_count, check_float, check_point, depth_as_given
 from .rotation import check_matrix, is_orthogonal, moved
+from .values import frozen
 
 NEAR = 0.001  # share of the distance to what is looked at
 SMALLEST_FOV = 1e-6  # degrees; a smaller one needs an almost infinite focal length
@@ -258,8 +259,7 @@ def check_pose(pose: ArrayLike | None, name: str = "pose") -> NDArray[np.float64
         raise ValueError(f"{name} must be camera-to-world: a rotation and a translation above the row (0, 0, 0, 1)")
     if np.linalg.det(rotation) < 0:
         raise ValueError(f"{name} mirrors: its rotation has determinant -1; OpenCV axes are x right, y down, z forward")
-    matrix.flags.writeable = False
-    return matrix
+    return frozen(matrix)
 
 
 def view_matrix(source_pose: NDArray[np.float64], target_pose: NDArray[np.float64]) -> NDArray[np.float64]:

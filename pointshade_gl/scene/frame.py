@@ -16,6 +16,7 @@ from .bounds import box_corners, median
 from .camera import Camera, check_pose
 from .preview import Preview
 from .sparsity import is_sparse
+from .values import Value, frozen
 
 STRAY = 1.0  # see Frame.main_corners
 LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
@@ -23,8 +24,10 @@ PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a med
 
 
 @dataclass(frozen=True, eq=False)
-class Frame(Preview):
+class Frame(Value, Preview):
     """A frame: a depth picture with its colours, camera and pose, checked once and never changed afterwards.
+
+    A frame equals only itself, and a copy of it is the frame itself: other depth takes another frame.
 
     Parameters
     ----------
@@ -77,7 +80,7 @@ class Frame(Preview):
         object.__setattr__(self, "depth", _check_depth(depth, camera))
         if self.color is not None and self.color.shape[2] == 4:
             object.__setattr__(self, "depth", _cut_out(self.depth, self.color))
-        self.depth.flags.writeable = False
+        frozen(self.depth)
 
     def __repr__(self) -> str:
         """`Frame(640x480, 93 207 points, 0.9 to 6.3 m, color 640x480)`: short, where arrays would fill the screen."""
@@ -169,10 +172,10 @@ class Frame(Preview):
         """Of the box round the part of the view that these pixels and depths limit; none where there are no pixels."""
         left, top, right, bottom = box
         if not right:
-            return np.zeros((0, 3))
+            return frozen(np.zeros((0, 3)))
         x, y = self.camera.ray_at(*np.array([[left - reach, right - 1 + reach], [top - reach, bottom - 1 + reach]]))
         at = np.array([[x_ * z, y_ * z, z] for z in depths for x_ in x for y_ in y])
-        return box_corners(at.min(0), at.max(0))
+        return frozen(box_corners(at.min(0), at.max(0)))
 
     @cached_property
     def depth_range(self) -> tuple[float, float]:
@@ -188,9 +191,9 @@ class Frame(Preview):
         """
         v, u = self._probed
         if not v.size:
-            return self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3]
+            return frozen(self.pose[:3, :3] @ np.array([0.0, 0.0, 1.0]) + self.pose[:3, 3])
         (x, y), z = self.camera.ray_at(u, v), self.depth[v, u].astype(np.float64)
-        return self.pose[:3, :3] @ [median(x * z), median(y * z), median(z)] + self.pose[:3, 3]
+        return frozen(self.pose[:3, :3] @ [median(x * z), median(y * z), median(z)] + self.pose[:3, 3])
 
     @cached_property
     def scale(self) -> float:
@@ -218,8 +221,7 @@ def _check_color(color: Any) -> NDArray[np.uint8]:
         hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
         raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
     array = array if _is_frozen(array) else np.array(array, order="C")
-    array.flags.writeable = False
-    return array
+    return frozen(array)
 
 
 def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:

@@ -25,12 +25,13 @@ from .placed import Matrix, Placed, Way
 from .point_object import PointObject
 from .preview import Preview
 from .shadow_cameras import Extent
+from .values import Value, frozen
 
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 
 @dataclass(frozen=True, eq=False)
-class Scene(Preview):
+class Scene(Value, Preview):
     """A scene: nodes with their content, a camera, and ambient light.
 
     Parameters
@@ -116,7 +117,8 @@ class Scene(Preview):
 
         The centre has shape (3,), world; the radius is 1 without any content.
         """
-        return sphere_round(self._main_corners)
+        centre, radius = sphere_round(self._main_corners)
+        return frozen(centre), radius
 
     @cached_property
     def extent(self) -> Extent:
@@ -165,9 +167,9 @@ class Scene(Preview):
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @cached_property
-    def lights(self) -> list[Light]:
+    def lights(self) -> tuple[Light, ...]:
         """Return the lights of the visible nodes, in world axes."""
-        return [transformed(p.content, p.world) for p in self._placed if isinstance(p.content, Light)]
+        return tuple(transformed(p.content, p.world) for p in self._placed if isinstance(p.content, Light))
 
     @property
     def light_names(self) -> list[str]:

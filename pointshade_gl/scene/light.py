@@ -127,11 +127,11 @@ class Light:
         return self.radius > 0 or self.angle > 0
 
 
-def check_lights(light: Light | Sequence[Light] | None) -> list[Light]:
-    """One light, several, or the default one for None, as a list. Raises TypeError if one is not a Light."""
+def check_lights(light: Light | Sequence[Light] | None) -> tuple[Light, ...]:
+    """One light, several, or the default one for None, as a tuple. Raises TypeError if one is not a Light."""
     given: Any = Light() if light is None else light
-    lights = items_of(given)
-    lights = [given] if lights is None else lights
+    items = items_of(given)
+    lights = (given,) if items is None else tuple(items)
     for one in lights:
         if not isinstance(one, Light):
             got = shown(one)

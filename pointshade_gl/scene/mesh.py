@@ -13,10 +13,11 @@ from ..messages.formatting import counted
 from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_color, check_type
 from .appearance import SHADINGS, Material, Shading
 from .bounds import box_corners
+from .values import Value, frozen
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(Value):
     """A triangle mesh with normals, texture and material.
 
     Parameters
@@ -83,7 +84,7 @@ class Mesh:
                 f"mesh faces must name one of the {len(points)} positions, got {faces.min()} to {faces.max()}"
             )
         object.__setattr__(self, "positions", points)
-        object.__setattr__(self, "faces", _frozen(np.array(faces, dtype=np.uint32, order="C")))
+        object.__setattr__(self, "faces", frozen(np.array(faces, dtype=np.uint32, order="C")))
         for name, width in (("normals", 3), ("uv", 2)):
             if getattr(self, name) is not None:
                 values = _floats(getattr(self, name), f"mesh {name}", (len(points), width))
@@ -94,7 +95,7 @@ class Mesh:
                 raise ValueError(f"mesh texture must be (h, w, 3|4) uint8, got {texture.shape} {texture.dtype}")
             if self.uv is None:
                 raise ValueError("a mesh with a texture needs uv, one (u, v) for each position")
-            object.__setattr__(self, "texture", _frozen(np.array(texture, order="C")))
+            object.__setattr__(self, "texture", frozen(np.array(texture, order="C")))
         object.__setattr__(self, "color", check_color(self.color, "mesh color"))
         check_type(self.material, Material, "mesh material")
         check_choice("shading", self.shading, SHADINGS)
@@ -108,7 +109,7 @@ class Mesh:
     def corners(self) -> NDArray[np.float64]:
         """Return the (8, 3) corners of the box around all triangles, node axes; (0, 3) without a triangle."""
         points = self.positions[np.unique(self.faces)]
-        return box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3))
+        return frozen(box_corners(points.min(0), points.max(0)) if len(points) else np.zeros((0, 3)))
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.float32]:
@@ -118,10 +119,4 @@ def _floats(value: Any, name: str, shape: tuple[int | None, int]) -> NDArray[np.
         raise ValueError(f"{name} must have shape ({wanted}), got {array.shape}")
     if not (np.abs(array) <= LARGEST).all():
         raise ValueError(f"{name} must be finite and below {LARGEST:g}")
-    return _frozen(array)
-
-
-def _frozen(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, read-only. It is a copy: callers may change their own."""
-    array.flags.writeable = False
-    return array
+    return frozen(array)

@@ -14,10 +14,11 @@ from .light import Light
 from .mesh import Mesh
 from .point_object import PointObject
 from .rotation import check_matrix
+from .values import Value, frozen
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class Node(Value):
     """A named place in the scene: its content and its children move with its transform.
 
     Parameters
@@ -66,8 +67,7 @@ class Node:
             )
         if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
             raise ValueError(f"{self.title}: its transform has a scale of zero")
-        matrix.flags.writeable = False
-        object.__setattr__(self, "transform", matrix)
+        object.__setattr__(self, "transform", frozen(matrix))
         object.__setattr__(self, "children", check_nodes(self.children, f"{where}: its children"))
         for name in ("visible", "shadow"):
             object.__setattr__(self, name, check_flag(getattr(self, name), f"{where}: {name}"))

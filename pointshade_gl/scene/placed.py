@@ -13,6 +13,7 @@ from .mesh import Mesh
 from .node import Node
 from .point_object import PointObject
 from .rotation import is_rotation, moved
+from .values import frozen
 
 Matrix = NDArray[np.float64]
 ROUNDING = 1e-12  # a scale this near to 1 is 1
@@ -103,5 +104,4 @@ class Placed:
         scale = 1.0 if abs(scale - 1) < ROUNDING else scale
         rigid = self.axes.copy()
         rigid[:3, :3] /= scale
-        rigid.flags.writeable = False
-        return rigid, scale
+        return frozen(rigid), scale

@@ -12,11 +12,12 @@ from ..messages.validation import as_array, as_given
 from .frame import Frame
 from .rotation import moved
 from .srgb import linear_to_bytes
+from .values import Value, frozen
 
 
 @dataclass(frozen=True, eq=False)
-class PointCloud:
-    """Points in the world with normals and colours, checked once.
+class PointCloud(Value):
+    """Points in the world with normals and colours, checked once, copied and read-only.
 
     Parameters
     ----------
@@ -42,12 +43,13 @@ class PointCloud:
     def __init__(self, positions: ArrayLike, normals: ArrayLike, colors: ArrayLike):
         object.__setattr__(self, "positions", as_array(positions, "positions must be numbers of shape (n, 3)"))
         object.__setattr__(self, "normals", as_array(normals, "normals must be numbers of shape (n, 3)", np.float32))
-        object.__setattr__(self, "colors", as_given(colors, "colors must be uint8 of shape (n, 3)"))
+        object.__setattr__(self, "colors", np.array(as_given(colors, "colors must be uint8 of shape (n, 3)")))
         if self.colors.dtype != np.uint8:
             raise TypeError(f"colors must be uint8 sRGB, got {self.colors.dtype}")
         for name, array in vars(self).items():
             if array.shape != (len(self), 3):
                 raise ValueError(f"{name} must have shape ({len(self)}, 3), as many as positions, got {array.shape}")
+            frozen(array)
 
     def __len__(self) -> int:
         return self.positions.shape[0] if self.positions.ndim else 0

@@ -12,6 +12,7 @@ from ..messages.validation import check_type, is_a, items_of
 from .appearance import SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame
+from .values import Value
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -20,7 +21,7 @@ MOST_FRAMES = 200  # of one object
 
 
 @dataclass(frozen=True, eq=False)
-class PointObject:
+class PointObject(Value):
     """A frame as an object of a scene: each pixel with a depth is a splat, lit like everything else.
 
     Parameters

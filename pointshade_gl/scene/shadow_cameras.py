@@ -16,7 +16,7 @@ from .light import Light, unit
 Matrix = NDArray[np.float64]
 Span = tuple[int, int]  # number of the first view, and how many there are
 FAR_AWAY = 1000.0  # radii of the scene between it and a directional light's camera: rays are parallel to 0.001
-# A lamp farther away casts its shadows as a directional light: at 1e6 radii float32 cannot tell them from its own depth.
+# A lamp farther away casts shadows as a directional light does: float32 tells no depths apart at 1e6 radii.
 CONTACT = 1.2  # source pixels: what stands out of a surface by less touches it and casts no shadow on it
 LEAST_CONTACT = 0.0005  # of the scene's radius: shadow maps are no finer
 SHADOW_SIDE = 1024  # pixels of a shadow view

@@ -18,6 +18,7 @@ from .graph import Scene
 from .light import Light, check_lights
 from .option_fields import VIEW, opt, option_class
 from .render_settings import SIMPLE, Finish
+from .values import Options
 
 SizeName = Literal["depth", "color", "half"]
 SIZES: tuple[SizeName, ...] = get_args(SizeName)
@@ -32,8 +33,8 @@ class MoveOptions(TypedDict, total=False):
 
 
 @option_class
-@dataclass(frozen=True)
-class View:
+@dataclass(frozen=True, eq=False)
+class View(Options):
     """From where, under which lights and how everything is drawn; the same for all pictures of a film.
 
     Raises
@@ -84,7 +85,9 @@ class View:
     def __post_init__(self) -> None:
         object.__setattr__(self, "lights", check_lights(self.lights))
         object.__setattr__(self, "pose", None if self.pose is None else check_pose(self.pose))
-        _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
+        turns = _check_one_way(self.pose, self.yaw, self.pitch, self.dolly)
+        for name, turn in zip(("yaw", "pitch", "dolly"), turns, strict=True):
+            object.__setattr__(self, name, turn)
         size, name = self.picture_size, option("picture_size")
         if isinstance(size, str):
             check_choice(name, size, SIZES)

@@ -10,17 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..messages.formatting import counted, shown
-from ..messages.validation import LARGEST, as_given, check_type, depth_as_given
+from ..messages.formatting import counted
+from ..messages.notes import print_note
+from ..messages.validation import check_type
 from .bounds import box_corners, median
-from .camera import Camera, check_pose
+from .camera import NEAR, Camera, check_pose
+from .far_plane import far_plane
+from .frame_arrays import check_colors, check_depth, cut_out, probing_step, without_background
 from .preview import Preview
 from .sparsity import is_sparse
 from .values import Value, frozen
 
 STRAY = 1.0  # see Frame.main_corners
-LEAST = 1 / LARGEST  # of a depth: shaders square lengths, and drivers take the squares of smaller ones for 0
-PROBE = 10_000  # pixels looked at for the pivot and the range: enough for a median, quick for any size
+BEHIND = 10  # times: one value there is drawn, but it is not what is looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,9 @@ class Frame(Value, Preview):
         the colours, see `Look.upsample`.
     depth : (h, w) float
         z along the optical axis, metres. Missing values become 0: zero, negative, NaN, infinite, masked, or outside
-        1e-18 to 1e18. Kept as read-only float32. What else means "missing" in files: files/depth/missing_depth.py.
+        1e-18 to 1e18. So does a far plane, with a note: of 1000 points or more, one value of at least 2 % of them, over
+        100 times as far as the middle of the others, such as 1e10 or 65504 for a sky. Kept as read-only float32. What
+        else means "missing" in files: files/depth/missing_depth.py.
     camera : Camera
         Camera of the depth picture.
     pose : (4, 4) float, optional
@@ -76,10 +80,10 @@ class Frame(Value, Preview):
         object.__setattr__(self, "source", source)
         object.__setattr__(self, "camera", check_type(camera, Camera, "camera"))
         object.__setattr__(self, "pose", check_pose(pose))
-        object.__setattr__(self, "color", None if color is None else _check_color(color))
-        object.__setattr__(self, "depth", _check_depth(depth, camera))
+        object.__setattr__(self, "color", None if color is None else check_colors(color))
+        object.__setattr__(self, "depth", without_background(check_depth(depth, camera)))
         if self.color is not None and self.color.shape[2] == 4:
-            object.__setattr__(self, "depth", _cut_out(self.depth, self.color))
+            object.__setattr__(self, "depth", cut_out(self.depth, self.color))
         frozen(self.depth)
 
     def __repr__(self) -> str:
@@ -150,12 +154,18 @@ class Frame(Value, Preview):
 
     @cached_property
     def _probed(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return rows and columns of what is known among about PROBE pixels, or of all that is if these have none."""
-        step = max(1, round((self.depth.size / PROBE) ** 0.5))
+        """Return rows and columns of what is known among about PROBE pixels, or of all that is if these have none.
+
+        A far plane is left out: pivot, near plane and shadows are those of what stands before it.
+        """
+        step = probing_step(self.depth)
         v, u = np.nonzero(self.depth[::step, ::step])
         if not v.size:
             step, (v, u) = 1, np.nonzero(self.depth)
-        return step * v, step * u
+        v, u = step * v, step * u
+        depths = self.depth[v, u]
+        found = far_plane(depths, BEHIND)
+        return (v, u) if found is None else (v[depths <= found.limit], u[depths <= found.limit])
 
     @cached_property
     def _usual_range(self) -> tuple[float, float]:
@@ -197,8 +207,19 @@ class Frame(Value, Preview):
 
     @cached_property
     def scale(self) -> float:
-        """Return the median distance of the known points along the optical axis, in the frame's unit; 1 without any."""
-        return median(self.depth[self._probed]) if self._probed[0].size else 1.0  # that of the pivot
+        """Return the median distance of the known points along the optical axis, in the frame's unit; 1 without any.
+
+        A note tells if the near plane, which follows from it, cuts more than 1 % of them off.
+        """
+        if not self._probed[0].size:
+            return 1.0
+        depths = self.depth[self._probed]
+        scale = median(depths)  # that of the pivot
+        near = NEAR * scale
+        cut = np.count_nonzero(depths < near) / depths.size
+        if cut > 0.01:
+            print_note(f"{cut:.0%} of the points lie before the near plane, at {near:.3g} m, and are not drawn")
+        return scale
 
 
 def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
@@ -210,53 +231,3 @@ def _box_of(known: NDArray[Any]) -> tuple[int, int, int, int]:
     if not len(rows):
         return 0, 0, 0, 0
     return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
-
-
-def _check_color(color: Any) -> NDArray[np.uint8]:
-    expected = "color must have shape (h, w, 3) or (h, w, 4)"
-    array = as_given(color, expected)
-    if array.ndim != 3 or array.shape[2] not in (3, 4) or 0 in array.shape:
-        raise ValueError(f"{expected}, got {array.shape}")
-    if array.dtype != np.uint8:
-        hint = "multiply by 255 and round" if array.dtype.kind == "f" else "convert it to 8 bits"
-        raise TypeError(f"color must be uint8 sRGB, got {array.dtype}: {hint}")
-    array = array if _is_frozen(array) else np.array(array, order="C")
-    return frozen(array)
-
-
-def _check_depth(depth: Any, camera: Camera) -> NDArray[np.float32]:
-    array = depth_as_given(depth)
-    if array.dtype.kind not in "fiub":
-        got = shown(depth) if array.ndim == 0 else array.dtype
-        raise TypeError(f"depth must be floating point metres, got {got}")
-    if array.ndim != 2 or 0 in array.shape:
-        raise ValueError(f"depth must have shape (h, w), got {array.shape}")
-    if array.dtype.kind in "iu":
-        raise TypeError(f"depth is {array.dtype}: divide it by its depth_scale (1000 for millimetres) to get metres")
-    if array.dtype.kind != "f":
-        raise TypeError(f"depth must be floating point metres, got {array.dtype}")
-    if array.shape != (camera.height, camera.width):
-        raise ValueError(
-            f"camera is for {camera.width}x{camera.height} pixels, depth is {array.shape[1]}x{array.shape[0]}: "
-            f"use camera.resized({array.shape[1]}, {array.shape[0]}) if it shows the same view"
-        )
-    with np.errstate(over="ignore", invalid="ignore"):
-        result = array if _is_frozen(array) and array.dtype == np.float32 else array.astype(np.float32, order="C")
-        # one test for everything that is missing: NaN compares false, and what overflows float32 is infinite by now
-        if not (result.min() >= LEAST and result.max() <= LARGEST):  # most pictures that miss nothing end here
-            result = result if result.flags.writeable else result.copy()
-            result[~((result >= LEAST) & (result <= LARGEST))] = 0
-    return result
-
-
-def _is_frozen(array: NDArray[Any]) -> bool:
-    """Return whether nobody is expected to write into an array: it is kept as it is, all others are copied."""
-    return array.base is None and not array.flags.writeable and array.flags.c_contiguous
-
-
-def _cut_out(depth: NDArray[np.float32], color: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return depth without the pixels whose colour is fully transparent."""
-    h, w = depth.shape
-    rows = [(2 * i + 1) * color.shape[0] // (2 * h) for i in range(h)]
-    columns = [(2 * i + 1) * color.shape[1] // (2 * w) for i in range(w)]
-    return np.where(color[rows][:, columns, 3] > 0, depth, np.float32(0))

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .frame import PROBE, Frame
+from .frame import Frame
+from .frame_arrays import probing_step
 from .graph import Scene
 
 
@@ -31,7 +32,7 @@ class Stage:
             return cls._of_scene(frame)
         pivot = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
         h, w = frame.depth.shape
-        step = max(1, round((h * w / PROBE) ** 0.5))
+        step = probing_step(frame.depth)
         v, u = np.mgrid[0:h:step, 0:w:step]
         z = frame.depth[::step, ::step].astype(np.float64)
         points = frame.camera.unproject(z, np.stack([u, v], -1))[z > 0]

@@ -59,6 +59,27 @@ def test_what_is_said_is_taken_without_a_note(raw, said, expected):
     assert notes == []
 
 
+def with_sky(raw, far, share=0.6):
+    return np.where(np.arange(raw.shape[0])[:, None] < share * raw.shape[0], raw.dtype.type(far), raw)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+@pytest.mark.parametrize(
+    ("raw", "far", "scale"),
+    [
+        (np.float32(room()), 1000, 1),
+        (np.float32(room()), 1e10, 1),
+        (np.float32(room()), 65504, 1),
+        (np.float32(MM), 60000, 1000),
+        (MM, 65535, 1000),
+    ],
+)
+def test_a_unit_is_that_of_what_stands_before_a_far_plane(raw, far, scale, share):
+    decoded, notes = read(with_sky(raw, far, share))
+    assert decoded.coding.scale == scale
+    assert not any(f"{far:g}" in note or "middle is" in note for note in notes), notes
+
+
 @pytest.mark.parametrize(
     ("raw", "said", "scale", "sentence"),
     [

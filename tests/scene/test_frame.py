@@ -144,6 +144,54 @@ def test_an_empty_mask_hides_nothing():
         assert frame.points_known == DEPTH.size and type(frame.depth) is type(frame.color) is np.ndarray
 
 
+def body(far, share, shape=(60, 80)):
+    """A rough body from 1 to 3 m, and this share of the picture above it at a far plane."""
+    depth = np.random.default_rng(3).uniform(1, 3, shape)
+    depth[: round(share * shape[0])] = far
+    return depth, ps.Camera(90, 90, 39.5, 29.5, 80, 60)
+
+
+@pytest.mark.parametrize("far", [1e10, 65504, 1000])
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.5, 0.6, 0.8, 0.95])
+def test_a_far_plane_is_a_background_and_a_note_tells_it(far, share, capsys):
+    depth, camera = body(far, share)
+    frame, expected = ps.Frame(None, depth, camera), ps.Frame(None, np.where(depth == far, 0, depth), camera)
+    assert (frame.depth == expected.depth).all()
+    assert frame.scale == expected.scale and (frame.main_corners == expected.main_corners).all()
+    note = capsys.readouterr().err
+    assert note.count("note: ") == 1 and f"the depth {far:g} of {share:.0%} of the points" in note
+
+
+def test_a_far_plane_mixed_with_its_edges_is_a_background_too():
+    depth, camera = body(1e10, 0.6)
+    depth[36] = np.linspace(3, 1e10, 80)  # resized with the sky
+    frame = ps.Frame(None, depth, camera)
+    assert not (frame.depth >= 1e10).any() and 1 < frame.scale < 3 and frame.main_corners.max() < 100
+
+
+@pytest.mark.parametrize("far", [3, 12, 60])
+def test_a_wall_behind_is_kept(far, capsys):
+    depth, camera = body(far, 0.6)
+    frame = ps.Frame(None, depth, camera)
+    assert frame.depth.max() == far and not capsys.readouterr().err
+    assert (frame.scale < 3) == (far == 60)  # so far away it is not what is looked at
+
+
+def test_one_stray_pixel_is_no_background():
+    depth, camera = body(1e10, 0)
+    depth[0, 0] = 1e10
+    assert ps.Frame(None, depth, camera).points_known == depth.size
+
+
+def test_points_before_the_near_plane_are_told_once(capsys):
+    depth, camera = body(2, 0.5)
+    depth[-3:] = 1e-4
+    frame = ps.Frame(None, depth, camera)
+    assert frame.scale == frame.scale > 1
+    note = capsys.readouterr().err
+    assert note.count("note: ") == 1 and "5% of the points lie before the near plane, at 0.002 m" in note
+
+
 def test_missing_depth_of_a_read_only_array_becomes_0_in_a_copy():
     depth = np.array([[1, np.nan], [-1, np.inf]], np.float32)
     depth.flags.writeable = False

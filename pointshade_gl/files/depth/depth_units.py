@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...scene.bounds import median
+from ...scene.far_plane import far_plane
 from .missing_depth import FAR
 
 NEAREST, FARTHEST = 0.05, 200.0  # metres between which the middle of a depth picture lies
+APART = 2.0  # times as far as the middle of all else: one value there may be a renderer's far plane
 _TUM = 5000.0
 _SAMPLE = 2**16  # pixels
 _DISTINCT = 50  # values, or their common divisor means nothing
@@ -31,10 +33,12 @@ def some_values(raw: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def middle(raw: NDArray[Any]) -> float:
-    """The median of the values above 0, of a sample of the picture; NaN if there are none."""
+    """The median of the values above 0 before a far plane, of a sample of the picture; NaN if there are none."""
     values = some_values(raw)
     values = values[values > 0]
-    near = values[values < FAR] if raw.dtype.kind == "f" else values  # beyond it renderers put the sky
+    near = values[values < FAR] if raw.dtype.kind == "f" or raw.dtype == np.uint16 else values  # the sky lies beyond
+    far = far_plane(near, APART)
+    near = near if far is None else near[near < far.depth]
     values = near if near.size else values
     return median(values) if values.size else float("nan")
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.notes import Note
+from ...scene.far_plane import LEAST_SHARE, MOST_SHARE
 
 FAR = 65500  # from here on a 16-bit value says "missing": 65535 in ScanNet and 7-Scenes, 65504 the largest half
 _BLOCK = 2**18  # pixels of a block: its numbers fit into the processor's cache
@@ -106,8 +107,7 @@ def _find_background(size: int, ends: Sequence[_End], note: Note) -> float | Non
     """The value that a renderer wrote where it saw nothing: an extreme one in many pixels, far from all others."""
     for value, count, neighbour in ends:
         share = count / max(size, 1)
-        # below 2 %: a few outliers; above 99.9 %: the others are, and this is the surface
-        if 0.02 <= share < 0.999 and (value > 2 * neighbour or 2 * value < neighbour):
+        if LEAST_SHARE <= share < MOST_SHARE and (value > 2 * neighbour or 2 * value < neighbour):
             note(f"the depth value {value:g} of {share:.0%} of the pixels is taken as background, that is, missing")
             return value
     return None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.formatting import option
-from ...messages.notes import Note
+from ...messages.notes import Note, taken
 from ...messages.validation import check_choice, check_positive, depth_as_given
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -68,7 +68,10 @@ def assemble(
     pose: Any = load_pose(options.pose) if is_path(options.pose) else options.pose
     if pose is None and parts.pose is not None:
         pose = reading.pose(parts.pose)
-    frame = Frame(colors, metres, camera, pose, source=stream)
+    with taken() as notes:
+        frame = Frame(colors, metres, camera, pose, source=stream)
+    for one in notes:
+        note(one)
     if not frame.points_known:
         where = f"{parts.name}: " if parts.name else ""
         raise ValueError(

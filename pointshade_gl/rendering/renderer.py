@@ -60,6 +60,9 @@ class Renderer:
     Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
 
+    On one machine and driver the same call gives the same picture, to the bit, whatever was drawn before. Only streams
+    remember: `temporal` averages over earlier frames, and frames of one `source` share a decision about their noise.
+
     A frame of more than 33 million points, or larger than a texture may be, is drawn in tiles, which take turns on the
     GPU: its memory there is bounded. Each new view of it uploads it again, and estimates its normals again.
 

@@ -84,6 +84,10 @@ class GpuScene(Owner):
         self.frames.find_normals(textures, frame, look)
         return textures.surface.read()
 
+    def release(self) -> None:
+        self.drawn, self._coarse = {}, {}
+        super().release()
+
     def _needs_tiles(self, p: Placed, visible: VisibleScene) -> bool:
         content = p.content
         is_single = content.is_single and _coarser_step(p, visible) == 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -37,13 +36,7 @@ class _OfThread:
 
     def __init__(self, renderer: Renderer, device: int):
         self.renderer, self.device = renderer, device
-        weakref.finalize(self, _free, renderer).atexit = False
-
-
-def _free(renderer: Renderer) -> None:
-    """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
-    if renderer.context.is_here and not sys.is_finalizing():
-        renderer.release()
+        weakref.finalize(self, renderer.context.drop).atexit = False
 
 
 def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from .messages.errors import ContextError, ShaderError
 from .rendering.renderer import Renderer
-from .rendering.thread_renderer import estimate_normals, render, render_depth, render_points
+from .rendering.renderer_pool import RendererPool
+from .rendering.thread_renderer import estimate_normals, release, render, render_depth, render_points, use_device
 from .scene.appearance import Look, Material
 from .scene.camera import Camera, orbit_pose
 from .scene.frame import Frame
@@ -53,6 +54,7 @@ __all__ = [
     "PointObject",
     "RealSenseSource",
     "Renderer",
+    "RendererPool",
     "Scene",
     "ShaderError",
     "View",
@@ -63,6 +65,7 @@ __all__ = [
     "open_source",
     "orbit_pose",
     "prefetched",
+    "release",
     "render",
     "render_depth",
     "render_points",
@@ -73,6 +76,7 @@ __all__ = [
     "save_points",
     "save_scene",
     "show",
+    "use_device",
 ]
 
 # Files are half of the package, and not every program reads or writes each kind: these are imported when first used.

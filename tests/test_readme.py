@@ -1,5 +1,9 @@
-"""The README's Python examples run as they stand. The viewer's is in viewer/test_application.py."""
+"""The README's Python examples run as they stand, and its table of environment variables is complete.
 
+The viewer's example is in viewer/test_application.py.
+"""
+
+import ast
 import re
 import shutil
 from contextlib import nullcontext
@@ -12,7 +16,7 @@ import pointshade_gl as ps
 from pointshade_gl.files.access.builtin import asset
 
 from .support import frames
-from .support.places import README
+from .support.places import README, ROOT
 from .support.small_ray import small_ray
 
 EXAMPLES = [text for text in re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL) if "Viewer" not in text]
@@ -47,3 +51,14 @@ def test_an_example_of_the_readme_runs_and_writes_its_files(renderer, folder, nu
         exec(EXAMPLES[number], {"__name__": "__main__"})
     written = re.findall(r'(?:save_\w+|Film)\("(.*?)"', EXAMPLES[number])
     assert written and all((folder / name).stat().st_size for name in written)
+
+
+def test_the_environment_variables_that_the_package_reads_are_in_the_table():
+    read = set()
+    for path in (ROOT / "pointshade_gl").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        texts = [one.value for one in ast.walk(ast.parse(text)) if isinstance(one, ast.Constant)]
+        texts = [one for one in texts if isinstance(one, str) and re.fullmatch(r"[A-Z][A-Z0-9]*(_[A-Z0-9]+)+", one)]
+        read |= {one for one in texts if "environ" in text and not one.startswith("GL_")}
+    rows = README.read_text().split("| environment variable |")[1].split("\n\n")[0].splitlines()[2:]
+    assert read == {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}

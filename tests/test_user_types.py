@@ -48,6 +48,10 @@ depth = ps.render_depth(frame, None, np.eye(4), "star", upsample="none")
 look = ps.Look(shading="gouraud", noise="kinect", point_size="fill")
 view = ps.View([light], picture_size="half", look=look, finish=ps.Finish(16, "white", (0, -1, 0)))
 film, turned = ps.Film("film.mp4", 25.0), ps.orbit_pose(frame.pose, frame.pivot, 10.0, 0.0, 0.0)
+with ps.RendererPool(2, rasterizer="points") as pool:
+    print(pool.render(frame, light, yaw=10.0).shape, pool.submit(scene, samples=2).result().shape)
+ps.use_device(0)
+ps.release()
 moved = ps.sources.open_source("folder"), ps.gltf.load_scene("demo"), ps.live_set([[frame], [frame]])
 """
 WRONG = (
@@ -59,6 +63,7 @@ WRONG = (
     'ps.Look(normals="magic")',
     'ps.PointObject(frame, splat="star")',
     'ps.Renderer(rasterizer="pionts")',
+    'pool.submit(frame, shading="toon")',
     'ps.View(picture_size="quarter")',
     'ps.Mesh("positions", "faces")',
     "camera.unprojekt(depth)",

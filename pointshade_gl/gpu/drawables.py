@@ -92,4 +92,5 @@ class Objects(Owner):
 
     def _count(self, shape: Shape) -> None:
         several = len(shape.parts) if isinstance(shape, PointSet) else 1
+        several = len(shape.worlds) if isinstance(shape, PlacedMesh) else several
         self._steps.counts["mesh" if isinstance(shape, PlacedMesh | Grid) else "splats"] += several

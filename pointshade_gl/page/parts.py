@@ -81,7 +81,7 @@ def mesh_part(placed: PlacedMesh, quality: Quality) -> Part:
         "corners": faces.size,
         "baseColor": list(mesh.color),
         "texture": None,
-        "axes": placed.world,
+        "axes": placed.worlds[0],
         "scale": 1,
     }
     body = vertices.T.astype("<f4").tobytes() + faces.astype("<u4").tobytes()

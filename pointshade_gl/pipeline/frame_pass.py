@@ -11,7 +11,7 @@ from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import SurfaceImage, Target
 from ..gpu.drawables import Drawable, Drawables, Objects
 from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.meshes.mesh_objects import PlacedMesh, joined
 from ..gpu.points.point_objects import ShownPoints
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import Lighting, LightSet
@@ -80,8 +80,9 @@ class FramePass:
 
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials."""
-        shown, materials = tuple(drawables[p] for p in visible.shown), visible.materials
-        numbers = tuple(1 + materials.index(material_of(p)) for p in visible.shown)
+        rows, materials = list(joined(drawables[p] for p in visible.shown)), visible.materials
+        shown = tuple(thing for _, thing in rows)
+        numbers = tuple(1 + materials.index(material_of(visible.shown[first])) for first, _ in rows)
         early = any(map(_is_lit_as_drawn, shown))
         lighting = light_set.seen_from(visible.eye.pose) if early else None
         self._steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, visible.eye, lighting)

@@ -53,10 +53,11 @@ class GpuScene(Owner):
     def prepare(self, visible: VisibleScene) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU."""
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
-        used = [p for p in visible.scene.things if p in visible.shown or p in visible.casting]
+        needed = {*visible.shown, *visible.casting}
+        used = [p for p in visible.scene.things if p in needed]
         meshes = [p for p in used if isinstance(p.content, Mesh)]
         self._objects.keep_only(p.content for p in meshes)
-        drawables: Drawables = {p: PlacedMesh(p.content, p.world) for p in meshes}
+        drawables: Drawables = {p: PlacedMesh(p.content, p.world[None]) for p in meshes}
         objects = [p for p in used if isinstance(p.content, PointObject)]
         large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
         self.tiles.keep_only(list(large.values()))
@@ -83,6 +84,10 @@ class GpuScene(Owner):
         (textures,) = self.frames.upload([frame])
         self.frames.find_normals(textures, frame, look)
         return textures.surface.read()
+
+    def release(self) -> None:
+        self.drawn, self._coarse = {}, {}
+        super().release()
 
     def _needs_tiles(self, p: Placed, visible: VisibleScene) -> bool:
         content = p.content

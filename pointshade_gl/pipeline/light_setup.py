@@ -12,7 +12,7 @@ from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawables, Objects, Shape
 from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.meshes.mesh_objects import PlacedMesh, joined
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
@@ -49,7 +49,7 @@ class LightSetup(Owner):
             return LightSet(lights, visible.scene.ambient)
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:
-            drawn = (drawables[p] for p in visible.casting)
+            drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
             shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
         return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map)

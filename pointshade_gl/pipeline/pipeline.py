@@ -130,5 +130,6 @@ class Pipeline:
         self.steps.forget()
         if self._target is not None:
             self._target.release()
+        self._target = self._drawn = None
         for part in (self._accumulator, self._light_setup, self._light, self.gpu_scene, self._objects):
             part.release()

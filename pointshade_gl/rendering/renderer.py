@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+import weakref
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -60,6 +62,9 @@ class Renderer:
     Each call pays only for what has changed since the last: another light runs only the light pass, another camera
     keeps the normals, the same Frame object is not uploaded twice. `steps` counts what ran.
 
+    On one machine and driver the same call gives the same picture, to the bit, whatever was drawn before. Only streams
+    remember: `temporal` averages over earlier frames, and frames of one `source` share a decision about their noise.
+
     A frame of more than 33 million points, or larger than a texture may be, is drawn in tiles, which take turns on the
     GPU: its memory there is bounded. Each new view of it uploads it again, and estimates its normals again.
 
@@ -98,10 +103,17 @@ class Renderer:
             raise TypeError(f"context must be a moderngl.Context, got {shown(context)}")
         check_count(device, "device")
         self.context = Context(context, device)
+        weakref.finalize(self, _free_dropped, self.context).atexit = False
+        try:
+            self._start(rasterizer, merge)
+        except BaseException:
+            self.context.release()
+            raise
+
+    def _start(self, rasterizer: Rasterizer, merge: float) -> None:
         can_compute = self.context.gl.version_code >= 430 and rasterizer != "points"
         if rasterizer == "compute" and not can_compute:
             name = self.context.renderer
-            self.context.release()
             raise ContextError(f"the compute rasteriser needs OpenGL 4.3, {name} offers less: use rasterizer='points'")
         self._scenes = Scenes()
         self.steps = Steps(self.context.gl, self.context.is_software)  # what ran, how often, and how long it took
@@ -391,12 +403,16 @@ class Renderer:
             yield self._pipeline.prepare_all(scene, camera, pose)
 
     def release(self) -> None:
-        """Free everything this renderer made, in reverse order. Called again it does nothing."""
+        """Free everything this renderer made, in reverse order. Called again it does nothing.
+
+        A Renderer with a context of its own that nobody holds any more is freed, too, with a ResourceWarning.
+        """
         if self.context.is_released:
             return
         if not self.context.is_gone:  # with its context a caller has freed all that was in it
             with self.context.in_use():
                 self._pipeline.release()
+        self._scenes = Scenes()
         self.context.release()
 
     def __enter__(self) -> Renderer:
@@ -418,6 +434,13 @@ class Renderer:
                 before, self._pipeline = self._pipeline, self._new_pipeline()
                 before.release()
                 raise
+
+
+def _free_dropped(context: Context) -> None:
+    """Free what a Renderer leaves behind that was not released, and warn as Python does of files."""
+    if context.drop():
+        hint = "draw in `with ps.Renderer() as renderer:`, or call its release()"
+        warnings.warn(f"unclosed Renderer: {hint}", ResourceWarning, stacklevel=3, source=context)
 
 
 def _single(source: Any) -> Frame | RenderRequest:

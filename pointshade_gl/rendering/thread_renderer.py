@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import inspect
-import sys
 import threading
 import weakref
 from collections.abc import Callable
 from functools import wraps
 from typing import Concatenate, ParamSpec, TypeVar
 
-from ..messages.validation import check_type
+from ..messages.validation import check_count, check_type
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.preview import draw_previews_by
-from .renderer import Renderer
+from .renderer import Rasterizer, Renderer
 
 PREVIEW = 640  # pixels of the longer side of what notebooks show
 
@@ -24,26 +23,50 @@ _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
 
-def renderer_here(device: int = 0) -> Renderer:
-    """The Renderer that this thread keeps, on this GPU: another device replaces it. Raises as `Renderer` does."""
+def renderer_here(device: int | None = None, rasterizer: Rasterizer = "auto") -> Renderer:
+    """The Renderer that this thread keeps, on this GPU or on that of `use_device`. Another one replaces it.
+
+    Raises as `Renderer` does.
+    """
+    made_by = getattr(_mine, "device", 0) if device is None else device, rasterizer
     kept = getattr(_mine, "kept", None)
-    if kept is None or kept.device != device:
-        _mine.kept = kept = _OfThread(Renderer(device=device), device)
+    if kept is None or kept.made_by != made_by:
+        _mine.kept = kept = _OfThread(Renderer(None, *made_by), made_by)
     return kept.renderer
 
 
 class _OfThread:
     """Keeps a thread's Renderer and frees it with the thread, which lets go of what is local to it at its end."""
 
-    def __init__(self, renderer: Renderer, device: int):
-        self.renderer, self.device = renderer, device
-        weakref.finalize(self, _free, renderer).atexit = False
+    def __init__(self, renderer: Renderer, made_by: tuple[int, Rasterizer]):
+        self.renderer, self.made_by = renderer, made_by
+        weakref.finalize(self, renderer.context.drop).atexit = False
 
 
-def _free(renderer: Renderer) -> None:
-    """Only in the renderer's own thread, and not at the end of the process: drivers may be gone by then."""
-    if renderer.context.is_here and not sys.is_finalizing():
-        renderer.release()
+def use_device(device: int) -> None:
+    """Choose the GPU on which `render` and the other functions that need no Renderer draw, in this thread.
+
+    Parameters
+    ----------
+    device : int
+        Which GPU, counted by EGL (Linux).
+
+    Raises
+    ------
+    TypeError, ValueError
+        For anything but a whole number from 0. Where there is no such GPU, the next picture raises ContextError.
+    """
+    _mine.device = check_count(device, "device")
+
+
+def release() -> None:
+    """Free the Renderer that this thread keeps for `render` and its relatives; the next picture makes a new one.
+
+    It is also freed when its thread ends.
+    """
+    kept = _mine.__dict__.pop("kept", None)
+    if kept is not None:
+        kept.renderer.release()
 
 
 def by_shared_renderer(method: Callable[Concatenate[Renderer, _P], _R]) -> Callable[_P, _R]:

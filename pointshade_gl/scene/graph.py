@@ -128,13 +128,22 @@ class Scene(Value, Preview):
         return Extent(self._main_corners if len(self._main_corners) else np.zeros((1, 3)), *self.bounds, grain)
 
     @cached_property
+    def boxes(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Return the corners of boxes around all content, (n, 3) world, and how many are each thing's."""
+        corners = [p.corners for p in self.things]
+        return np.concatenate([np.zeros((0, 3)), *corners]), np.array([len(some) for some in corners], np.int64)
+
+    @cached_property
     def _main_corners(self) -> NDArray[np.float64]:
         return np.concatenate([np.zeros((0, 3)), *(p.main_corners for p in self.things)])
 
     def framed(self) -> Scene:
         """Return the scene with a camera: its own, or one that sees everything, turned like its pose."""
-        if self.camera is not None:
-            return self
+        return self._framed if self.camera is None else self
+
+    @cached_property
+    def _framed(self) -> Scene:
+        """The same object again: the pipeline sees that nothing has changed."""
         centre, radius = self.bounds
         pose = np.array(self.pose)
         pose[:3, 3] = centre - pose[:3, 2] * 1.05 * radius / math.sin(math.radians(FOV / 2))

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from ..messages.notes import note_new_name
 from ..messages.suggestions import did_you_mean
@@ -17,6 +17,9 @@ FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film"
 WIDTH = 112  # columns of documentation
 HEADING = "\n\nParameters\n----------\n"
 _Any = TypeVar("_Any", bound=Any)
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+_Self = TypeVar("_Self")
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,22 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         called.__doc__ = with_parameters(function.__doc__, listed, others, order)
         called.__signature__ = signature.replace(parameters=[*plain, *named])
         return called
+
+    return decorate
+
+
+def takes_as(
+    like: Callable[Concatenate[Any, _P], Any],
+) -> Callable[[Callable[Concatenate[_Self, ...], _R]], Callable[Concatenate[_Self, _P], _R]]:
+    """Decorate a method that hands its arguments on to another: its signature and its help list that one's."""
+
+    def decorate(function: Any) -> Any:
+        signature, entries = inspect.signature(like), _entries(like.__doc__)
+        order = f" {'  '.join(signature.parameters)} "
+        function.__doc__ = with_parameters(function.__doc__, [], entries.values(), order)
+        returns = inspect.signature(function).return_annotation
+        function.__signature__ = signature.replace(return_annotation=returns)
+        return function
 
     return decorate
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from .appearance import Material
 from .camera import Camera, Eye
 from .graph import Scene
 from .light import Light, at_upper_left
+from .mesh import Mesh
 from .placed import Placed
 from .point_object import PointObject
 from .rotation import moved
@@ -31,12 +33,16 @@ class VisibleScene(NamedTuple):
     @property
     def materials(self) -> list[Material]:
         """The materials of all that is shown, each once; never empty."""
-        return list(dict.fromkeys(map(material_of, self.shown))) or [Material()]
+        contents = dict.fromkeys(p.content for p in self.shown)  # of many copies of one, one
+        return list(dict.fromkeys(map(_material, contents))) or [Material()]
 
 
 def material_of(placed: Placed) -> Material:
     """Return the material of an object: how its surface reflects light."""
-    content = placed.content
+    return _material(placed.content)
+
+
+def _material(content: PointObject | Mesh) -> Material:
     return content.look.material if isinstance(content, PointObject) else content.material
 
 
@@ -44,7 +50,7 @@ def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix)
     """Return what a camera at a pose (4, 4) sees of a scene under these lights."""
     things = scene.things
     eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
-    shown = things if is_alone(things) else [p for p in things if is_in_view(p.corners, eye)]
+    shown = things if is_alone(things) else list(compress(things, in_view(*scene.boxes, eye)))
     casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
     return VisibleScene(eye, lights, scene, shown, casting)
@@ -69,12 +75,15 @@ def looking_distance(scene: Scene, pose: Matrix) -> float:
     return max(float(np.linalg.norm(centre - pose[:3, 3])), radius)
 
 
-def is_in_view(corners: NDArray[np.float64], eye: Eye) -> bool:
-    """Return whether a box (8, 3), world, may be visible: not if it lies outside one side of the picture."""
-    if not len(corners):
-        return False
+def in_view(corners: Matrix, counts: NDArray[np.int64], eye: Eye) -> NDArray[np.bool_]:
+    """Return which things may be visible: none that lies outside one side of the picture, and none without a box.
+
+    corners  (n, 3) of boxes round them, world
+    counts   how many of them are each thing's
+    """
     view, camera = np.linalg.inv(eye.pose), eye.camera
     x, y, z = moved(corners, view).T
     u, v = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
     outside = (u < 0, u > camera.width * z, v < 0, v > camera.height * z, z < eye.near)
-    return not any(side.all() for side in outside)
+    owners = np.repeat(np.arange(len(counts)), counts)
+    return np.all([np.bincount(owners[~side], minlength=len(counts)) > 0 for side in outside], axis=0)

@@ -1,7 +1,15 @@
 #version 330 core
+#ifndef COPIES
+#define COPIES 0  // 1: many copies of a mesh, each at its place
+#endif
 // A mesh in the target view; its depth is 1 - near/z, linear in 1/z, as for splats.
-uniform mat4 view;          // node axes to target axes
-uniform mat3 normal_view;   // inverse transpose of view
+#if COPIES
+in mat4 view;               // node axes to target axes
+in mat3 normal_view;        // inverse transpose of view
+#else
+uniform mat4 view;
+uniform mat3 normal_view;
+#endif
 uniform vec4 target;
 uniform vec2 target_size;
 uniform float near;

@@ -1,9 +1,17 @@
 #version 330 core
+#ifndef COPIES
+#define COPIES 0  // 1: many copies of a mesh, each at its place
+#endif
 // A mesh that is lit at its corners (gouraud) or once per triangle (flat: every corner is lit at the middle).
 #include "common/shadowed_lights.glsl"
 
-uniform mat4 view;          // node axes to target axes
-uniform mat3 normal_view;   // inverse transpose of view
+#if COPIES
+in mat4 view;               // node axes to target axes
+in mat3 normal_view;        // inverse transpose of view
+#else
+uniform mat4 view;
+uniform mat3 normal_view;
+#endif
 uniform vec4 target;
 uniform vec2 target_size;
 uniform float near;

@@ -12,7 +12,7 @@
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
 // What each pixel of the view shows -> the picture, lit at once (phong). If a view is lit once, this is faster
-// than resolve_surfaces.frag and light.frag, and the same to one step of 255.
+// than resolve_surfaces.frag and light.frag, and the same to the last bit: it computes what they do.
 #include "common/color.glsl"
 #include "common/lights.glsl"
 #include "common/toksvig.glsl"
@@ -37,7 +37,12 @@ void main() {
     vec3 albedo = srgb_to_linear(encoded);
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
     vec4 own = material;
-    if (CERTAINTY == 1) own = widened(material, certainty_at(certainty_map, seen.at, size));
+    if (CERTAINTY == 1) {
+        normal *= certainty_at(certainty_map, seen.at, size);
+        float certainty = length(normal);
+        own = widened(own, min(certainty, 1.0));
+        if (certainty > 0.0) normal /= certainty;
+    }
     vec3 light;
     if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, own, ambient, only_light);
     else light = light_surface(point, vec3(0.0), normal, albedo, own, ambient, lights, light_count);

@@ -8,7 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.level_of_detail import coarser, coarser_step
-from pointshade_gl.scene.visible_scene import is_in_view
+from pointshade_gl.scene.visible_scene import in_view
 
 from ..support import frames
 
@@ -84,9 +84,12 @@ def test_what_moves_decides_what_runs(fresh):
 def test_boxes_are_culled_only_when_nothing_of_them_can_show():
     box = TILE.corners
     for x, y, z, shows in ((0, 0, 2, True), (0, 0, -2, False), (9, 0, 2, False), (0, 9, 2, False), (0.9, 0, 2, True)):
-        assert is_in_view(box + np.array([x, y, z]), Eye(frames.CAMERA, np.eye(4), 0.01)) == shows
+        assert in_view(box + np.array([x, y, z]), [8], Eye(frames.CAMERA, np.eye(4), 0.01)) == [shows]
     around = 20 * TILE.corners + (0, 0, 0.5)
-    assert is_in_view(np.concatenate([around, -around]), Eye(frames.CAMERA, np.eye(4), 0.01))
+    assert in_view(np.concatenate([around, -around]), [16], Eye(frames.CAMERA, np.eye(4), 0.01)) == [True]
+    boxes = (box + np.array([[(0, 0, 2)], [(9, 0, 2)], [(0, 0, 3)]])).reshape(-1, 3)
+    seen = in_view(boxes, [8, 0, 8, 8], Eye(frames.CAMERA, np.eye(4), 0.01))
+    assert seen.tolist() == [True, False, False, True]  # what has no box is not seen
 
 
 def test_a_distant_object_is_drawn_from_fewer_points_and_looks_the_same(fresh):

@@ -65,6 +65,7 @@ def test_threads_that_end_free_their_renderers(renderer):
         "t = threading.Thread(target=ps.render, args=(f,)); t.start(); t.join(); ps.render(f)",
         "threading.Thread(target=lambda: (ps.render(f), done.set(), time.sleep(99)), daemon=True).start(); done.wait()",
         "pool = ThreadPoolExecutor(2); [each.result() for each in [pool.submit(ps.render, f) for _ in range(4)]]",
+        "pool = ps.RendererPool(2); pool.render(f)",
         "r = ps.Renderer(); r.render(f)",
         "r = ps.Renderer(); r.render(f); ps.render(f); sys.exit(0)",
     ],

@@ -16,10 +16,10 @@ import moderngl
 from ...messages.errors import ContextError
 from ...messages.formatting import option
 from .current_context import current_context, kept, loader_of
+from .freed_memory import keep_freed_memory, return_freed_memory
 from .saved_state import CallersState
 from .software_driver import is_software
 
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # their numbers in malloc.h
 INSTALL_HINT = "on Debian or Ubuntu: apt-get install -y libegl1 libgl1-mesa-dri"
 SPAWN = "start processes by spawn, multiprocessing.get_context('spawn')"
 
@@ -61,7 +61,7 @@ class Context:
         with self._set_aside():
             self.info = self.gl.info  # asked of the driver each time, and only right while current
         if self.is_software:
-            _keep_freed_memory()
+            keep_freed_memory()
 
     @property
     def renderer(self) -> str:
@@ -150,23 +150,26 @@ class Context:
             raise ContextError("the moderngl context of this Renderer was released: make a new one of both")
 
     def release(self) -> None:
-        """Free the context if it is ours. Afterwards it cannot be used."""
-        if not self._is_released and self.owned:
-            self.gl.release()
+        """Free the context if it is ours, with all that is in it. Afterwards it cannot be used."""
+        if self._is_released:
+            return
         self._is_released = True
+        if self.owned:
+            self.gl.release()
+        return_freed_memory()
 
+    def drop(self) -> bool:
+        """Free the context of a Renderer that nobody holds any more, and return whether it was ours and still open.
 
-def _keep_freed_memory() -> None:
-    """Ask glibc to keep up to 256 MB of freed memory for this process instead of returning it to the system.
-
-    A software driver takes and frees about 60 MB for each picture of 300 000 points. Given back each time, that memory
-    costs 15 000 page faults a picture, a quarter of the time; and the arrays of a frame and its picture, each mapped
-    anew beyond 128 kB, another 1000, a tenth of it.
-    """
-    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if sys.platform.startswith("linux") else None
-    if mallopt is not None:  # glibc has it, musl has not
-        mallopt(M_TRIM_THRESHOLD, 256 << 20)
-        mallopt(M_MMAP_THRESHOLD, 32 << 20)  # the most that it takes
+        EGL lets any thread free a context that is current in none, as ours is between calls; elsewhere only its own
+        thread may. At the end of the process nothing is freed: drivers may be gone by then.
+        """
+        is_closed = self._is_released or self.is_gone or os.getpid() != self._process
+        if is_closed or not self.owned or sys.is_finalizing():
+            return False
+        if self.is_here or loader_of(self.gl) == "egl":
+            self.release()
+        return True
 
 
 def _is_there(library: str) -> bool:

@@ -154,8 +154,8 @@ class FrameStore(Owner):
         return points
 
     def release(self) -> None:
-        for textures in self._kept:
-            textures.release()
+        while self._kept:
+            self._kept.pop().release()
         super().release()
 
 

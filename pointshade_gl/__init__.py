@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .messages.errors import ContextError, ShaderError
+from .messages.errors import Cancelled, ContextError, ShaderError
 from .rendering.renderer import Renderer
 from .rendering.thread_renderer import estimate_normals, render, render_depth, render_points
 from .scene.appearance import Look, Material
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Camera",
+    "Cancelled",
     "ContextError",
     "Film",
     "Finish",

@@ -159,11 +159,11 @@ def _write_series(asked: Asked, view: View) -> None:
         start = time.perf_counter()
         with progress(count) as advance:
 
-            def done() -> None:
-                advance()
+            def tell_all(done: int, all: int) -> None:
+                advance(done, all)
                 tell(renderer)
 
-            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, done)
+            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, tell_all, count)
         spent = time.perf_counter() - start
         report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ..files.access.builtin import FRAMES, SCENES, builtin_folder
 from ..files.frames.sequences import FrameSequence
 from ..files.sources import open_source
-from ..messages.errors import ContextError, ShaderError
+from ..messages.bugs import Bug, error_text, is_expected
+from ..messages.errors import ShaderError
 from ..messages.formatting import shown
 from ..messages.notes import Note, once, print_note, taken
 from ..messages.progress import Count, Progress
@@ -163,10 +164,9 @@ def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
     """The same; what it raises is returned, as something that can be sent to another process."""
     try:
         return draw(drawing, device)
-    except (ValueError, TypeError, OSError, MemoryError, ContextError, ShaderError) as error:
-        return error
     except Exception as error:
-        return RuntimeError(f"{type(error).__name__}: {error}")
+        is_own = is_expected(error) or isinstance(error, Bug | ShaderError)
+        return error if is_own else RuntimeError(error_text(error))
 
 
 def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:

@@ -17,6 +17,7 @@ from ..estimation.ground_plane import up_of
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
+from ..messages.bugs import is_expected
 from ..messages.errors import Cancelled, ContextError
 from ..messages.formatting import shown
 from ..messages.notes import Note, taken_by
@@ -445,11 +446,11 @@ class Renderer:
         with self.context.in_use():
             try:
                 yield
-            except (ValueError, TypeError, Cancelled):  # before anything was begun, or between two steps
-                raise
-            except BaseException:
-                before, self._pipeline = self._pipeline, self._new_pipeline()
-                before.release()
+            except BaseException as error:
+                is_misfit = isinstance(error, ValueError | TypeError) and is_expected(error)
+                if not (is_misfit or isinstance(error, Cancelled)):  # of arguments, or between two steps
+                    before, self._pipeline = self._pipeline, self._new_pipeline()
+                    before.release()
                 raise
 
 

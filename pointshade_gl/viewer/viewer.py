@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from ..messages.bugs import error_text
 from ..messages.formatting import shown
 from ..messages.notes import Note, taken_by
 from ..messages.validation import check_flag, check_function, check_path, check_size, check_type, is_a
@@ -299,10 +300,10 @@ class Viewer(Session):
             opened = self.document.instead(paths, self.state)
             self.show(opened, opened.first, opened.start)
             self._draw()
-        except (ValueError, TypeError, OSError, MemoryError) as error:
+        except Exception as error:  # also a bug: the window stays open
             unused = self.document
             self.show(*before)
-            self.say(f"not opened: {error}")
+            self.say(f"not opened: {error_text(error)}")
         else:
             unused = before[0]
             opened.playing.wake_by(self.window.wake)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -16,6 +15,7 @@ from ..batch.jobs_on_ray import run_all_on_ray
 from ..batch.manifest import Manifest
 from ..batch.plan import Failure, Planned, split_done
 from ..batch.workers import Failed, run_all
+from ..files.access.atomic_write import check_place
 from ..gpu.context.software_driver import is_software
 from ..messages.formatting import counted, option
 from ..messages.notes import once, print_note
@@ -30,8 +30,8 @@ def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], start
     output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
     todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
-    if todo and not os.access(output, os.W_OK):
-        raise PermissionError(f"cannot write to {output}: it is read-only, or belongs to somebody else")
+    if todo:
+        check_place(manifest.path)
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
         for one, outcome in _outcomes(asked, todo) if todo else ():

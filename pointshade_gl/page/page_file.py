@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.access.atomic_write import check_place, written_whole
+from ..files.access.written_suffixes import PAGES, check_suffix
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..messages.formatting import option, shown
 from ..messages.notes import Note, print_note, taken_by
@@ -41,7 +42,6 @@ SCRIPTS = (
     "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "draw.js",
     "controls.js",
 )  # fmt: skip
-SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
@@ -72,7 +72,7 @@ def write_page(
     Parameters
     ----------
     path : path
-        The file, .html; it is written completely or not at all.
+        The file, .html or .htm; it is written completely or not at all.
     source : Frame, sequence of Frame, Scene, path or RenderRequest
         What is shown, as `render` takes it.
     quality : {"exact", "small"}
@@ -104,8 +104,7 @@ def write_page(
 def check_page_path(path: FilePath) -> Path:
     """The path, if a page can be written there. Raises ValueError for another suffix, OSError for no such place."""
     path = check_path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"cannot write {path}: a page's suffix is .html")
+    check_suffix(path, PAGES, "the suffix of a page")
     return check_place(path)
 
 

@@ -60,7 +60,7 @@ def test_an_error_comes_after_the_count(typed, monkeypatch):
     def load(*_, **__):
         for k in range(7):
             print_note(str(k))
-        raise ValueError("no more")
+        raise OSError("no more")
 
     monkeypatch.setattr(cli_render, "load", load)
     code, _, errors = typed("render -o out.png")

@@ -27,7 +27,7 @@ from ..access.written_suffixes import IMAGES, PICTURES, check_suffix
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: a PNG is written without it
 
-_FORMATS = dict(zip(PICTURES, ("PNG", "JPEG", "JPEG", "WEBP", "TIFF", "TIFF"), strict=True))
+_FORMATS: dict[str, str] = dict(zip(PICTURES, ("PNG", "JPEG", "JPEG", "WEBP", "TIFF", "TIFF"), strict=True))
 _OPTIONS: dict[str, dict[str, Any]] = {
     "PNG": {"optimize": True},
     "JPEG": {"quality": 95},
@@ -105,7 +105,7 @@ def check_picture(image: ArrayLike, kind: str) -> NDArray[Any]:
 
 def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> None:
     if suffix == ".npy":
-        plain = SimpleNamespace(write=file.write)  # into a file NumPy would write without saying why it cannot
+        plain: Any = SimpleNamespace(write=file.write)  # into a file NumPy would write without saying why it cannot
         np.save(plain, array, allow_pickle=False)
         return
     kind = _FORMATS[suffix]

@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .messages.errors import ContextError, ShaderError
+from .messages.errors import Cancelled, ContextError, ShaderError
 from .rendering.renderer import Renderer
 from .rendering.renderer_pool import RendererPool
 from .rendering.thread_renderer import estimate_normals, release, render, render_depth, render_points, use_device
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Camera",
+    "Cancelled",
     "ContextError",
     "Film",
     "Finish",

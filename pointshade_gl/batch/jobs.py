@@ -8,14 +8,16 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..files.access.atomic_write import sha256_of
+from ..files.access.atomic_write import naming_written, sha256_of
 from ..files.access.builtin import builtin_folder
+from ..files.access.written_suffixes import BATCH_FILMS as FILMS
+from ..files.access.written_suffixes import BATCH_NORMALS as NORMALS
+from ..files.access.written_suffixes import BATCH_PAGE as PAGE
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import FrameSequence, first_readable, open_frames
 from ..files.pictures.picture_files import save_image
 from ..files.sources import is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals
-from ..files.writing.film import FILM_SUFFIXES
 from ..messages.notes import once, print_note, taken
 from ..rendering.image_sequence import jobs_of, write_series
 from ..rendering.renderer import Renderer
@@ -30,11 +32,6 @@ from ..scene.view import View
 if TYPE_CHECKING:
     from ..page.parts import QualityName
 
-PICTURES = ("png", "jpg", "webp", "tif")
-FILMS = tuple(suffix[1:] for suffix in FILM_SUFFIXES)
-NORMALS = ("normals.png", "normals.exr", "normals.npy")
-PAGE = "html"
-KINDS = (*PICTURES, *NORMALS, PAGE, *FILMS)  # what comes out: with a dot before it, the ending of each output's name
 OPENED = 2  # sequences that a process keeps open
 
 
@@ -46,7 +43,7 @@ class Job:
              in another folder
     number   of the frame in its sequence; None: the whole sequence for a film, else the first frame, or the scene
     path     the file to write; folders are made
-    kind     one of KINDS
+    kind     one of BATCH (files/access/written_suffixes.py): what the name ends with
     view     from where, under which lights and how it is drawn
     reading  options of `load_frame` by name, as pairs
     turntable, frames, fps  of a film, as for `pointshade render`
@@ -103,7 +100,8 @@ def run(job: Job, device: int = 0) -> Done:
     frame that the sequence leaves out), and ContextError without OpenGL 3.3.
     """
     start = time.perf_counter()
-    job.path.parent.mkdir(parents=True, exist_ok=True)
+    with naming_written(job.path):
+        job.path.parent.mkdir(parents=True, exist_ok=True)
     with taken() as notes:
         write = _write_film if job.kind in FILMS else _write_normals if job.kind in NORMALS else _write_picture
         renderer = write(job, device)

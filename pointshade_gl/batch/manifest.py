@@ -46,9 +46,8 @@ class Manifest:
 
     def __init__(self, folder: Path, shard: tuple[int, int] | None = None):
         self.folder = folder
-        self.path = check_place(
-            folder / ("manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl")
-        )
+        name = "manifest.jsonl" if shard is None else f"manifest.{shard[0]}-of-{shard[1]}.jsonl"
+        self.path = check_place(folder / name, only_read=True)
         self.entries: dict[str, Entry] = {}
         self._torn = not _ends_well(self.path)
         for path in sorted(filter(Path.is_file, folder.glob(PATTERN))):
@@ -85,7 +84,8 @@ class Manifest:
 def no_room(path: Path, error: OSError) -> str:
     """What to do about a file that cannot be written."""
     return (
-        f"cannot write {path}: {error.strerror}: make room, then the same command with {option('resume', True)} goes on"
+        f"cannot write {path}: {os.strerror(error.errno or errno.ENOSPC)}: make room, then the same command with "
+        f"{option('resume', True)} goes on"
     )
 
 

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from ..files.access.builtin import FRAMES, SCENES, builtin_folder
 from ..files.frames.sequences import FrameSequence
 from ..files.sources import open_source
-from ..messages.errors import ContextError, ShaderError
+from ..messages.bugs import Bug, error_text, is_expected
+from ..messages.errors import ShaderError
 from ..messages.formatting import shown
 from ..messages.notes import Note, once, print_note, taken
-from ..messages.validation import check_count, check_flag, check_number, check_type, is_a
+from ..messages.progress import Count, Progress
+from ..messages.validation import check_count, check_flag, check_function, check_number, check_type, is_a
 from ..rendering.notebook import Picture
 from ..rendering.request import FilePath, RenderRequest, loaded
 from ..rendering.thread_renderer import renderer_here
@@ -43,6 +45,8 @@ def map(
     num_gpus: float = 0.0,
     device: int = 0,
     return_exceptions: bool = False,
+    notes: Note | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[Any]:
     """What `render` draws of each frame, in order, drawn by several processes: (h, w, 4) uint8 pictures.
 
@@ -60,6 +64,10 @@ def map(
     num_gpus  that Ray reserves for each worker, which draws on that GPU; 0.25 lets four share one
     device    which GPU, counted by EGL (Linux); with num_gpus Ray chooses
     return_exceptions  True gives, in place of a picture that cannot be drawn, the exception
+    notes     called with one sentence for each kind of note; None logs them (logger "pointshade_gl")
+    progress  called with two ints before each picture is given: how many there are with it, and how many will be; of
+              frames without a length, as many as were taken so far. If it returns False, the iteration ends with
+              `Cancelled`, and its processes end.
 
     Processes are started, so a script calls it below `if __name__ == "__main__":`.
 
@@ -77,15 +85,15 @@ def map(
         raise ValueError("num_gpus is of a Ray cluster: pass ray='local' or an address")
     if not is_a(frames, str, PathLike, Iterable):
         raise TypeError(f"frames must be an iterable of frames, or the path of a sequence, got {shown(frames)}")
-    note = once(print_note)
-    drawings = (Drawing(source, view) for source in _sources(frames, note))
+    note, count = once(print_note if notes is None else check_function(notes, "notes")), Count(progress)
+    drawings = (Drawing(source, view) for source in _counted(_sources(frames, note, count), count))
     if ray is None:
         if isinstance(frames, Sized) and not is_a(frames, str):
             workers = max(1, min(workers or usable_cores(), len(frames)))
         results = on_processes(_drawn, drawings, workers, device, AHEAD)
     else:
         results = on_ray(_drawn, drawings, ray, workers, num_gpus, device, AHEAD)
-    return _pictures(results, note, return_exceptions)
+    return _pictures(results, note, count, return_exceptions)
 
 
 def check_view(look: Look | None, view: View | None) -> View:
@@ -98,14 +106,15 @@ def check_view(look: Look | None, view: View | None) -> View:
 
 
 def _pictures(
-    results: Generator[tuple[int, Any], None, None], note: Note, return_exceptions: bool
+    results: Generator[tuple[int, Any], None, None], note: Note, count: Count, return_exceptions: bool
 ) -> Generator[Any, None, None]:
     """The pictures in order, as arrays of their own."""
     with closing(in_order(results)) as drawn:
         for result in drawn:
+            if isinstance(result, Exception) and not return_exceptions:
+                raise result
+            count.step()
             if isinstance(result, Exception):
-                if not return_exceptions:
-                    raise result
                 yield result
             else:
                 for sentence in result.notes:
@@ -155,18 +164,25 @@ def _drawn(drawing: Drawing, device: int) -> Drawn | Exception:
     """The same; what it raises is returned, as something that can be sent to another process."""
     try:
         return draw(drawing, device)
-    except (ValueError, TypeError, OSError, MemoryError, ContextError, ShaderError) as error:
-        return error
     except Exception as error:
-        return RuntimeError(f"{type(error).__name__}: {error}")
+        is_own = is_expected(error) or isinstance(error, Bug | ShaderError)
+        return error if is_own else RuntimeError(error_text(error))
 
 
-def _sources(frames: Iterable[Any] | FilePath, note: Note) -> Iterator[Any]:
-    """What is drawn, one after the other."""
+def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:
+    """The sources; they are as many as were taken, where nobody has said how many there are."""
+    for number, source in enumerate(sources, 1):
+        count.all = max(count.all, number)
+        yield source
+
+
+def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iterator[Any]:
+    """What is drawn, one after the other. How many, if that is known, is said to `count`."""
+    count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
     if isinstance(frames, str | PathLike):
         opened = open_source(frames, notes=note)
         if isinstance(opened, FrameSequence):
-            folder = str(builtin_folder(frames).absolute())
+            folder, count.all = str(builtin_folder(frames).absolute()), len(opened)
             yield from (Job(folder, Path(), number=one.number) for one in opened.parts)
         else:
             yield opened

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..files.access.folder_listing import Listing
+from ..messages.bugs import error_text
 from ..version import __version__
 from .inputs import Source
 from .jobs import FILMS, Job
@@ -48,8 +49,8 @@ def plan(
         made_from = {"version": __version__, "options": _options_of(job)}
         try:
             parts = parts_of(source, dict(job.reading), output, listing)
-        except (ValueError, OSError) as error:
-            failures.append(Failure(str(source.name), str(error)))
+        except Exception as error:  # also a bug: the other sources are drawn
+            failures.append(Failure(str(source.name), error_text(error)))
             continue
         is_film = job.kind in FILMS
         digits = max(4, len(str(parts[-1].number)))

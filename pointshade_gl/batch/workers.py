@@ -8,6 +8,7 @@ from contextlib import closing
 from typing import NamedTuple
 
 from ..files.access.atomic_write import remove_hidden
+from ..messages.bugs import error_text
 from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
 from .jobs import Done, Job, LeftOut, run
@@ -65,11 +66,7 @@ def outcome_of(job: Job, device: int = 0) -> Done | Failed:
             return Failed(str(error), "left out")
         except ContextError as error:
             return Failed(str(error), "no GL")
-        except (OSError, ValueError, TypeError) as error:
+        except Exception as error:
             if isinstance(error, OSError) and error.errno in _FULL:
                 return Failed(no_room(job.path, error), "no room")
-            return Failed(" ".join(str(error).split()))
-        except MemoryError as error:
-            return Failed(str(error) or "not enough memory")
-        except Exception as error:
-            return Failed(f"{type(error).__name__}: {' '.join(str(error).split())}")
+            return Failed(error_text(error))

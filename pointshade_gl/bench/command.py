@@ -12,7 +12,7 @@ from typing import Any, cast
 from rich.console import Console
 from rich.progress import Progress
 
-from ..files.access.atomic_write import written_whole
+from ..files.access.atomic_write import check_place, naming_written, written_whole
 from ..messages.formatting import option
 from ..messages.notes import print_note, silence
 from ..messages.suggestions import did_you_mean
@@ -108,7 +108,9 @@ def prepare(output: Path) -> None:
     check_matplotlib()
     if output.exists() and not output.is_dir():
         raise ValueError(f"cannot write to {output}: it is a file, expected a folder")
-    output.mkdir(parents=True, exist_ok=True)
+    with naming_written(output):
+        output.mkdir(parents=True, exist_ok=True)
+    check_place(output / "results.json")
 
 
 @contextmanager

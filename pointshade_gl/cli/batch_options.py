@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from ..files.access.written_suffixes import BATCH as KINDS
 from ..messages.formatting import option
 from .completion import complete_input
 from .look_options import LookOptions
@@ -16,7 +17,6 @@ from .options import Axes, Bits, Device, FilmOptions, Quiet, ReadingOptions, Vie
 from .page_options import PageOptions
 from .picture_options import PictureOptions
 
-KINDS = ("png", "jpg", "webp", "tif", "normals.png", "normals.exr", "normals.npy", "html", "mp4", "gif")
 BATCH = "Batch"
 
 Inputs = Annotated[

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ..batch.inputs import Source, find_sources
-from ..batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
+from ..batch.jobs import FILMS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
 from ..files.access.atomic_write import check_place
 from ..files.access.folder_listing import Listing
+from ..files.access.written_suffixes import BATCH
 from ..files.pictures.picture_files import check_writable
 from ..files.sources import is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
@@ -71,7 +73,7 @@ def _job(asked: Asked, source: Source, folder: Path, reading: tuple[tuple[str, A
 def _check(asked: Asked) -> None:
     """Raises ValueError for options that do not go together."""
     how, picture, kind = asked.how, asked.picture, asked.how.to
-    check_choice(option("to"), kind, KINDS)
+    check_choice(option("to"), kind, BATCH)
     if how.num_gpus is not None and how.ray is None:
         raise ValueError(f"{option('num_gpus')} is of a Ray cluster: add {option('ray', 'local', 'ADDRESS')}")
     if how.resume and how.overwrite:
@@ -112,14 +114,15 @@ def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
 def _check_writable(asked: Asked, folder: Path) -> None:
     """Raises ValueError for a kind that needs an extra which is not installed, OSError for no such place."""
     path = folder / f"*.{asked.how.to}"
-    if asked.how.to in FILMS:
-        check_film(path)
-    elif asked.how.to in NORMALS:
-        check_normals_path(path, asked.axes, asked.bits)
-    elif asked.how.to == PAGE:
-        check_place(path)
-    else:
-        check_writable(path)
+    with suppress(PermissionError):  # which is told once something is to be written
+        if asked.how.to in FILMS:
+            check_film(path)
+        elif asked.how.to in NORMALS:
+            check_normals_path(path, asked.axes, asked.bits)
+        elif asked.how.to == PAGE:
+            check_place(path)
+        else:
+            check_writable(path)
 
 
 def _make_folder(output: Path) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import closing
@@ -17,11 +15,12 @@ from ..batch.jobs_on_ray import run_all_on_ray
 from ..batch.manifest import Manifest
 from ..batch.plan import Failure, Planned, split_done
 from ..batch.workers import Failed, run_all
+from ..files.access.atomic_write import check_place
 from ..gpu.context.software_driver import is_software
 from ..messages.formatting import counted, option
 from ..messages.notes import once, print_note
 from .batch_options import Asked
-from .output import SOFTWARE, progress
+from .output import SOFTWARE, complain, progress
 
 FAILED = 3  # exit code
 
@@ -31,8 +30,8 @@ def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], start
     output, how = asked.output, asked.how
     manifest = Manifest(output.resolve(), how.part())
     todo = list(planned) if how.overwrite else _undone(planned, manifest, output, how.resume)
-    if todo and not os.access(output, os.W_OK):
-        raise PermissionError(f"cannot write to {output}: it is read-only, or belongs to somebody else")
+    if todo:
+        check_place(manifest.path)
     counts = {"written": 0, "there": len(planned) - len(todo), "left out": 0}
     try:
         for one, outcome in _outcomes(asked, todo) if todo else ():
@@ -45,7 +44,7 @@ def run(asked: Asked, planned: Sequence[Planned], failures: list[Failure], start
                 counts[outcome.kind] += 1
     finally:
         for failure in failures:
-            print(f"failed: {' '.join(failure.name.split())}: {failure.sentence}", file=sys.stderr)
+            complain(f"failed: {' '.join(failure.name.split())}: {failure.sentence}")
     told = [f"{count} {name}" for name, count in (counts | {"failed": len(failures)}).items() if count]
     print(f"{output}: {', '.join(told) or 'nothing to do'}, {time.perf_counter() - started:.1f} s")
     if failures:
@@ -75,11 +74,11 @@ def _outcomes(asked: Asked, todo: Sequence[Planned]) -> Iterator[tuple[Planned, 
         silence_ray()
         running = run_all_on_ray(jobs, asked.output, how.ray, how.workers, how.num_gpus or 0, asked.device)
     with progress(len(todo), with_rate=True) as advance, closing(running):
-        for job, outcome in running:
+        for done, (job, outcome) in enumerate(running, 1):
             if not isinstance(outcome, Failed):
                 if is_software(outcome.renderer):
                     tell(SOFTWARE.format(outcome.renderer))
                 for note in outcome.notes:
                     tell(note)
             yield by_path[job.path], outcome
-            advance()
+            advance(done, len(todo))

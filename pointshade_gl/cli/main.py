@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from ..messages.bugs import error_text, is_expected
 from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
@@ -23,6 +24,8 @@ from .usage_errors import Commands, UsageError, sentence_of
 
 # a process is asked to end, or its terminal is closed (not on Windows)
 _ENDINGS = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+SOFTWARE = 70  # exit code of a bug: EX_SOFTWARE, which Windows has not
 
 app = typer.Typer(
     cls=Commands,
@@ -52,7 +55,10 @@ for _command in (render, normals, depth, view, info, batch, bench):  # as the he
 
 
 def main() -> None:
-    """Runs the command line. Every expected error becomes one sentence: exit code 2, or 1 without GL or memory."""
+    """Runs the command line. Every error becomes one sentence: exit code 2, 1 without GL or memory, 70 for a bug.
+
+    POINTSHADE_DEBUG=1 shows the traceback before it, of expected errors, too.
+    """
     for ending in _ENDINGS:
         if signal.getsignal(ending) != signal.SIG_IGN:  # as nohup wants it
             signal.signal(ending, _interrupt)
@@ -62,14 +68,9 @@ def main() -> None:
         raise SystemExit(ended or 0)
     except UsageError as error:
         fail(sentence_of(error), error.exit_code)
-    except (ValueError, TypeError, OSError) as error:
-        fail(str(error), 2)
-    except MemoryError as error:
-        fail(str(error) or "not enough memory", 1)
-    except RuntimeError as error:
-        if not isinstance(error, ContextError):
-            raise
-        fail(str(error), 1)
+    except Exception as error:
+        is_machine = isinstance(error, MemoryError | ContextError)
+        fail(error_text(error), SOFTWARE if not is_expected(error) else 1 if is_machine else 2)
 
 
 def _interrupt(*_: object) -> NoReturn:

@@ -15,6 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ..files.access.limits import MAX_PIXELS
+from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, RENDERED
 from ..files.depth.depth_kinds import KINDS
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
@@ -27,7 +28,15 @@ from .option_groups import group_of, said, typed
 from .parse import pose_from, size_from
 from .usage_errors import check_exist, check_input
 
-Output = Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The file to write, such as out.png.")]
+
+def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as out.png") -> Any:
+    return typer.Option("-o", "--output", metavar="FILE", help=f"{help}; it ends with {', '.join(suffixes)}.")
+
+
+RenderOutput = Annotated[Path, _output(RENDERED)]
+NormalsOutput = Annotated[Path, _output(NORMALS)]
+DepthOutput = Annotated[Path, _output(DEPTH)]
+SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
 Views = Annotated[
@@ -168,7 +177,7 @@ class WindowOptions:
         default="30",
         panel=FILM,
     )
-    record: Path | None = said("Record the window as a film: .mp4 or .gif.", metavar="FILE", panel=FILM)
+    record: Path | None = said(f"Record the window as a film: {' or '.join(FILMS)}.", metavar="FILE", panel=FILM)
 
 
 @dataclass(frozen=True)

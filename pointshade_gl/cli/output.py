@@ -8,14 +8,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
-from ..messages.notes import print_note
+from ..messages.notes import print_note, print_warning
+from ..messages.progress import Progress
 from ..rendering.renderer import Renderer
 
 SOFTWARE = "{} is a software renderer: pictures are right, but slow"
 
 
 def warn_skipped(text: str) -> None:
-    print(f"warning: skipped {text}", file=sys.stderr)
+    print_warning(f"skipped {text}")
+
+
+def complain(text: str) -> None:
+    """Prints a line to stderr, if there is one: printed to None, it would come to stdout."""
+    if sys.stderr is not None:
+        print(text, file=sys.stderr)
 
 
 def report(output: Path, what: str, renderer: Renderer, spent: float) -> None:
@@ -43,7 +50,7 @@ def explainer(wanted: bool, names: Sequence[str] = ()) -> Callable[[Renderer], N
 def fail(error: str, code: int) -> NoReturn:
     """Ends the process with the error, if it says anything, in one line."""
     if error:
-        print(f"pointshade: {' '.join(error.split())}", file=sys.stderr)
+        complain(f"pointshade: {' '.join(error.split())}")
     raise SystemExit(code) from None
 
 
@@ -61,10 +68,14 @@ def announce(renderer: Renderer) -> None:
         print_note(SOFTWARE.format(renderer.context.renderer))
 
 
+def _is_terminal() -> bool:
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 @contextmanager
 def spinner(text: str) -> Iterator[None]:
     """Shows on a terminal that work goes on."""
-    if not sys.stderr.isatty():
+    if not _is_terminal():
         yield
         return
     from rich.console import Console
@@ -74,8 +85,8 @@ def spinner(text: str) -> Iterator[None]:
 
 
 @contextmanager
-def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]]:
-    """A function to call after each step. It moves a bar on a terminal, and does nothing elsewhere.
+def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
+    """A function to call with how many of all steps are done. It moves a bar on a terminal, and elsewhere nothing.
 
     with_rate  also show how many are done, how many a second, and the time left
     """
@@ -86,12 +97,12 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]
     if with_rate:
         rate = TextColumn("{task.fields[rate]}")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn()
-    console, is_terminal = Console(stderr=True), sys.stderr.isatty()
-    with Progress(*columns, console=console, transient=True, disable=not is_terminal, speed_estimate_period=60) as bar:
+    console, is_shown = Console(stderr=True), _is_terminal()
+    with Progress(*columns, console=console, transient=True, disable=not is_shown, speed_estimate_period=60) as bar:
         task = bar.add_task("rendering", total=steps, rate="")
 
-        def advance() -> None:
-            bar.advance(task)
+        def advance(done: int, _: int) -> None:
+            bar.update(task, completed=done)
             speed = bar.tasks[0].speed
             bar.update(task, rate=f"{speed:.3g}/s" if speed else "")
 

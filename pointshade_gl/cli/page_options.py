@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from ..files.access.written_suffixes import PAGES
 from ..messages.formatting import option
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
@@ -25,7 +26,7 @@ NAMES = "exact", "small"  # of page/parts.py, which imports NumPy
 
 def is_page(output: Path) -> bool:
     """Whether a page is to be written there."""
-    return output.suffix.lower() in (".html", ".htm")
+    return output.suffix.lower() in PAGES
 
 
 @dataclass(frozen=True)

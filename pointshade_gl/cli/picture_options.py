@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..files.writing.film import BACKGROUND, FILM_SUFFIXES
+from ..files.access.written_suffixes import FILMS
+from ..files.writing.film import BACKGROUND
 from ..messages.formatting import option
 from ..scene.option_fields import PICTURE
 from ..scene.render_settings import FILM, STILL, Finish
@@ -15,7 +16,7 @@ from .option_groups import group_of, typed
 from .options import ViewOptions
 
 # what lies behind a picture in formats without alpha
-_OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILM_SUFFIXES, "#{:02x}{:02x}{:02x}".format(*BACKGROUND))
+_OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:02x}{:02x}".format(*BACKGROUND))
 
 
 @dataclass(frozen=True)

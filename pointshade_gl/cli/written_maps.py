@@ -14,6 +14,7 @@ from ..files.access.numbered_names import is_numbered
 from ..files.writing.depth_and_normal_maps import save_depth, save_normals
 from ..files.writing.point_clouds import save_points
 from ..messages.notes import once, print_note
+from ..messages.progress import Count
 from ..rendering.image_sequence import jobs_of, write_numbered
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
@@ -102,7 +103,7 @@ def _write_files(
         if many:
             jobs, count = jobs_of(source, view, turntable, film.frames, warn_skipped)
             with progress(count) as advance:
-                count, first = write_numbered(jobs, partial(draw, renderer), save, output, advance)
+                count, first = write_numbered(jobs, partial(draw, renderer), save, output, Count(advance, count))
             spent = time.perf_counter() - start
             text = f"{count} files, the first of {what(first)}"
         else:

@@ -1,4 +1,4 @@
-"""The package's own exceptions, for OpenGL contexts and shaders. All others are built-in ones."""
+"""The package's own exceptions: for OpenGL contexts, shaders and cancelled work. All others are built-in ones."""
 
 
 class ContextError(RuntimeError):
@@ -7,3 +7,7 @@ class ContextError(RuntimeError):
 
 class ShaderError(RuntimeError):
     """A shader cannot be assembled or compiled; the message names file and line."""
+
+
+class Cancelled(Exception):
+    """Work that its `progress` has ended by returning False: nothing is half-written, and renderers go on."""

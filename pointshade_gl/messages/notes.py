@@ -1,32 +1,64 @@
-"""Prints notes: one sentence for every guess that the package makes, unless the caller collects them."""
+"""Notes: one sentence for every guess that the package makes. Unless the caller takes them, they are logged.
+
+Notes are records of level INFO of the logger `pointshade_gl`, warnings of level WARNING. While the application has no
+handler of its own for them, they are printed to stderr.
+"""
 
 from __future__ import annotations
 
+import logging
 import re
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+
+from .validation import check_function
 
 Note = Callable[[str], None]
 MOST = 5  # notes that a command prints
 
+LOGGER = logging.getLogger("pointshade_gl")
 
 _told: set[str] | None = None  # all notes of the running command; in Python each is printed
 _most = MOST
 _lock = threading.Lock()  # threads share these two
 _renamed: set[tuple[str, str]] = set()  # what was said already
-_taken: ContextVar[list[str] | None] = ContextVar("taken", default=None)  # instead of being printed
+_taker: ContextVar[Note | None] = ContextVar("taker", default=None)  # gets notes instead of the logger
 
 
 def print_note(text: str) -> None:
-    """Print a note to stderr, in a line that begins with `note:`. See `few_notes` for the command line."""
-    taken = _taken.get()
-    if taken is not None:
-        taken.append(text)
+    """Log a note, which is printed as a line that begins with `note:`. See `few_notes` for the command line."""
+    taker = _taker.get()
+    if taker is not None:
+        taker(text)
     elif _passes(text):
-        sys.stderr.write(f"note: {text}\n")
+        LOGGER.info("%s", text)
+
+
+def print_warning(text: str) -> None:
+    """Log that something was left out, which is printed as a line that begins with `warning:`."""
+    LOGGER.warning("%s", text)
+
+
+class _ToStderr(logging.Handler):
+    """Prints to the stderr of the moment, if there is one, unless the application has a handler for the record.
+
+    Python's own handler of last resort would leave out notes, as they are no warnings.
+    """
+
+    def emit(self, record: logging.LogRecord) -> None:
+        handlers = [*LOGGER.handlers, *(logging.root.handlers if LOGGER.propagate else ())]
+        if sys.stderr is not None and handlers == [self]:
+            kind = "note" if record.levelno < logging.WARNING else "warning"
+            with suppress(OSError, ValueError):  # it is closed
+                sys.stderr.write(f"{kind}: {record.getMessage()}\n")
+
+
+if LOGGER.level == logging.NOTSET:  # the application has not chosen one before
+    LOGGER.setLevel(logging.INFO)
+LOGGER.addHandler(_ToStderr())
 
 
 def _passes(text: str) -> bool:
@@ -73,11 +105,18 @@ def silence() -> None:
 def taken() -> Iterator[list[str]]:
     """Collect notes in a list instead, also of threads that `prefetched` starts: another process prints them."""
     notes: list[str] = []
-    token = _taken.set(notes)
-    try:
+    with taken_by(notes.append):
         yield notes
+
+
+@contextmanager
+def taken_by(notes: Note | None) -> Iterator[None]:
+    """Call a function of the caller's with each note instead; None changes nothing."""
+    token = _taker.set(_taker.get() if notes is None else check_function(notes, "notes"))
+    try:
+        yield
     finally:
-        _taken.reset(token)
+        _taker.reset(token)
 
 
 def once(note: Note) -> Note:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import html
+from functools import partial
 from typing import TYPE_CHECKING
 
+from ..messages.notes import Note
+from ..messages.progress import Progress
 from ..messages.validation import check_count
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, RequestOptions, Source
@@ -45,6 +48,8 @@ def draw_cell(
     height: int = HEIGHT,
     quality: QualityName | None = None,
     title: str = "pointshade",
+    notes: Note | None = None,
+    progress: Progress | None = None,
     **options: Unpack[RequestOptions],
 ) -> Cell:
     """Show a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
@@ -69,7 +74,8 @@ def draw_cell(
         For arguments that do not fit.
     """
     height = check_count(height, "height", LOWEST, "of pixels ")
-    page = draw_page(renderer, source, quality=quality or "exact", title=title, **options)
+    draw = partial(draw_page, renderer, source, title=title, notes=notes, progress=progress, **options)
+    page = draw(quality=quality or "exact")
     if quality is None and len(page) > MOST:
-        page = draw_page(renderer, source, quality="small", title=title, **options)
+        page = draw(quality="small")
     return Cell(page, title, height)

@@ -16,14 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.access.atomic_write import check_place, written_whole
+from ..files.access.written_suffixes import PAGES, check_suffix
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..messages.formatting import option, shown
-from ..messages.notes import print_note
+from ..messages.notes import Note, print_note, taken_by
+from ..messages.progress import Count, Progress
 from ..messages.validation import check_choice, check_count, check_path, is_a
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
 from ..scene.option_fields import takes
+from ..scene.point_object import PointObject
 from .contents import surfaces_of
 from .page_scene import Showing, look_of
 from .parts import QUALITIES, Part, Quality, QualityName, encoded, mesh_part, surface_part
@@ -39,7 +42,6 @@ SCRIPTS = (
     "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "draw.js",
     "controls.js",
 )  # fmt: skip
-SUFFIXES = ".html", ".htm"
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
 
@@ -53,6 +55,8 @@ def write_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    notes: Note | None = None,
+    progress: Progress | None = None,
     **options: Unpack[RequestOptions],
 ) -> None:
     """Write a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
@@ -68,7 +72,7 @@ def write_page(
     Parameters
     ----------
     path : path
-        The file, .html; it is written completely or not at all.
+        The file, .html or .htm; it is written completely or not at all.
     source : Frame, sequence of Frame, Scene, path or RenderRequest
         What is shown, as `render` takes it.
     quality : {"exact", "small"}
@@ -78,6 +82,9 @@ def write_page(
         Pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth.
     title : str, optional
         What the page calls itself; None is the name of a path, or "pointshade".
+    progress : callable, optional
+        As for `render`; the steps are those of the first picture, and each surface of the page. After `Cancelled` there
+        is no file, or the one that was there before.
 
     Raises
     ------
@@ -87,7 +94,9 @@ def write_page(
         For a path that cannot be written.
     """
     path = check_page_path(path)
-    text = draw_page(renderer, source, quality=quality, largest=largest, title=title, **options)
+    text = draw_page(
+        renderer, source, quality=quality, largest=largest, title=title, notes=notes, progress=progress, **options
+    )  # fmt: skip
     with written_whole(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -95,8 +104,7 @@ def write_page(
 def check_page_path(path: FilePath) -> Path:
     """The path, if a page can be written there. Raises ValueError for another suffix, OSError for no such place."""
     path = check_path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"cannot write {path}: a page's suffix is .html")
+    check_suffix(path, PAGES, "the suffix of a page")
     return check_place(path)
 
 
@@ -108,6 +116,8 @@ def draw_page(
     quality: QualityName = "exact",
     largest: int = LARGEST,
     title: str | None = None,
+    notes: Note | None = None,
+    progress: Progress | None = None,
     **options: Unpack[RequestOptions],
 ) -> str:
     """The text of the page that `save_page` writes."""
@@ -116,14 +126,23 @@ def draw_page(
     named = "pointshade" if not isinstance(source, str | PathLike) else Path(source).stem or str(source)
     if not is_a(title, str, type(None)):
         raise TypeError(f"title must be a text, got {shown(title)}")
-    request = RenderRequest.of(source, **options)
-    request = replace(request, source=reduced(request.source, largest))
-    still = renderer.render(request)
-    showing = arranged(request)
-    parts = list(_parts(renderer, showing, QUALITIES[quality]))
-    data = showing.values() | {"things": [head for head, _ in parts]}
-    for sentence in data["leftOut"]:
-        print_note(f"in the page {sentence}")
+    with taken_by(notes):
+        request = RenderRequest.of(source, **options)
+        request = replace(request, source=reduced(request.source, largest))
+        showing, count = arranged(request), Count(progress)
+
+        def drawn(done: int, all: int) -> None:
+            count.all = all + _surfaces_in(showing.scene)
+            count.step(done - count.done)
+
+        still = renderer.render(request, progress=drawn if progress else None)
+        parts: list[Part] = []
+        for part in _parts(renderer, showing, QUALITIES[quality]):
+            parts.append(part)
+            count.step()
+        data = showing.values() | {"things": [head for head, _ in parts]}
+        for sentence in data["leftOut"]:
+            print_note(f"in the page {sentence}")
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))
 
 
@@ -142,6 +161,12 @@ def arranged(request: RenderRequest) -> Showing:
     frame = scene.things[0].content.frame
     home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
     return Showing(frame, scene, camera, home, turns, lights, request.look.shading, request.finish)
+
+
+def _surfaces_in(scene: Scene) -> int:
+    """How many parts a page of a scene has."""
+    contents = (placed.content for placed in scene.things)
+    return sum(len(content.frames) if isinstance(content, PointObject) else 1 for content in contents)
 
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:

@@ -14,6 +14,7 @@ from ..gpu.drawables import Drawables
 from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet
+from ..messages.progress import Count
 from ..scene.render_settings import Finish, Vector
 from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene
@@ -37,9 +38,9 @@ class Accumulator(FullscreenPasses):
     def _develop(self) -> ResolveSamplesPass:
         return self._keep(ResolveSamplesPass(self._context))
 
-    def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
-        """Draw the finished picture: all its samples, averaged."""
-        self._add_samples(target, visible, drawables, finish)
+    def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count) -> None:
+        """Draw the finished picture: all its samples, averaged and counted."""
+        self._add_samples(target, visible, drawables, finish, count)
         self._develop.develop(target, finish.samples, finish.behind)
 
     def forget(self, target: Target) -> None:
@@ -48,7 +49,9 @@ class Accumulator(FullscreenPasses):
         for step in ("up", "ground"):
             self._steps.forget(step)
 
-    def _add_samples(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish) -> None:
+    def _add_samples(
+        self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count
+    ) -> None:
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye = visible.eye.camera, visible.eye.pose.tobytes()
@@ -57,6 +60,7 @@ class Accumulator(FullscreenPasses):
         if not done:
             sums.clear(has_ground)
         sums.content = None  # stays so if a sample fails
+        count.step(done)
         is_soft, light_set = any(light.is_soft for light in visible.lights), None
         for k in range(done, finish.samples):
             sample = at_sample(visible, k)
@@ -66,6 +70,7 @@ class Accumulator(FullscreenPasses):
             self._frame_pass.draw(target, self._develop.canvas(sums.surfaces), sample, drawables, light_set)
             if finish.up is not None and light_set.shadow_map is not None:
                 self._draw_ground(target, sample, light_set, finish.up, finish.ground_height)
+            count.step()
         sums.content, sums.count = content, finish.samples
 
     def _draw_ground(

@@ -22,6 +22,7 @@ from ..gpu.points.tiles import TiledPoints, TileStore
 from ..gpu.points.tiling import needs_tiles
 from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
+from ..messages.progress import Count
 from ..scene.appearance import LIT_EARLY, Look
 from ..scene.frame import Frame
 from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
@@ -50,11 +51,12 @@ class GpuScene(Owner):
     def _consensus(self) -> ConsensusPass:
         return self._keep(ConsensusPass(self._context, self._steps))
 
-    def prepare(self, visible: VisibleScene) -> Drawables:
-        """Put everything that is visible or casts a shadow on the GPU."""
+    def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
+        """Put everything that is visible or casts a shadow on the GPU. count: of `merged_frames`, counted twice."""
+        count = count or Count()
+        self.drawn = {}  # its textures may be freed now
         self._steps.counts["culled"] += len(visible.scene.things) - len(visible.shown)
-        needed = {*visible.shown, *visible.casting}
-        used = [p for p in visible.scene.things if p in needed]
+        used = _used(visible)
         meshes = [p for p in used if isinstance(p.content, Mesh)]
         self._objects.keep_only(p.content for p in meshes)
         drawables: Drawables = {p: PlacedMesh(p.content, p.world[None]) for p in meshes}
@@ -64,13 +66,14 @@ class GpuScene(Owner):
         drawables |= large
         objects = [p for p in objects if p not in large]
         singles = [member for p in objects for member in p.members]
-        shown = self._prepare_points(singles, visible, {p for p in objects if p.content.is_single})
+        shown = self._prepare_points(singles, visible, {p for p in objects if p.content.is_single}, count)
         for p in objects:
             if p.content.is_single:
                 drawables[p] = shown[p]
             else:
                 views = (shown[member] for member in p.members)
-                drawables[p] = self._as_one(p, tuple(v for v in views if isinstance(v, ShownPoints)), visible)
+                points = tuple(v for v in views if isinstance(v, ShownPoints))
+                drawables[p] = self._as_one(p, points, visible, count)
         self.drawn = drawables
         return drawables
 
@@ -98,7 +101,7 @@ class GpuScene(Owner):
         return self.tiles.points_of(p.content.frame, p.content.look, *p.rigid_axes)
 
     def _prepare_points(
-        self, singles: list[Placed], visible: VisibleScene, alone: set[Placed]
+        self, singles: list[Placed], visible: VisibleScene, alone: set[Placed], count: Count
     ) -> dict[Placed, ShownPoints | ShownGrid]:
         """Return the points of each frame; of objects with one frame as coarse or as fine as the view needs."""
         shown: dict[Placed, ShownPoints | ShownGrid] = {}
@@ -120,6 +123,7 @@ class GpuScene(Owner):
             else:
                 bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.casting else None
                 shown[p] = _as_splats(p, drawn, textures, step, bridged)
+            count.step(p not in alone)
         return shown
 
     def _coarser(self, frame: Frame, step: int) -> Frame:
@@ -139,13 +143,26 @@ class GpuScene(Owner):
         material = look.material.strengths if look.shading == "flat" else None
         return ShownGrid(grid, textures, colors, look.shading, light, material)
 
-    def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene) -> ShownSet:
+    def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene, count: Count) -> ShownSet:
         """Return several frames of one object, with the votes on their points and their weights in this view."""
-        consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views])
+        counted = count.done + len(views)
+        consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views], count)
+        count.step(counted - count.done)  # if they are known already
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
+
+
+def merged_frames(visible: VisibleScene) -> int:
+    """Return how many frames there are of objects that have several."""
+    objects = (p for p in _used(visible) if isinstance(p.content, PointObject))
+    return sum(len(p.members) for p in objects if not p.content.is_single)
+
+
+def _used(visible: VisibleScene) -> list[Placed]:
+    needed = {*visible.shown, *visible.casting}
+    return [p for p in visible.scene.things if p in needed]
 
 
 def _places(visible: VisibleScene) -> dict[Placed, int]:

@@ -17,15 +17,17 @@ from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
+from ..messages.progress import Count, Progress
+from ..messages.validation import check_function
 from ..scene.camera import Camera
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.placed import Matrix
 from ..scene.render_settings import SIMPLE, Finish
-from ..scene.visible_scene import compose
+from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
 from .frame_pass import FramePass
-from .gpu_scene import GpuScene
+from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
 
 
@@ -50,45 +52,67 @@ class Pipeline:
         self._drawn: Scene | None = None  # the last scene
 
     def draw(
-        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE
-    ) -> Target:
-        """Draw the scene under these lights, as a camera at a pose (4, 4) sees it."""
+        self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
+        progress: Progress | None = None,
+    ) -> Target:  # fmt: skip
+        """Draw the scene under these lights, as a camera at a pose (4, 4) sees it.
+
+        progress  told of each frame of several that is prepared and compared, and of each sample
+        """
         visible = compose(scene, lights, camera, pose)
-        drawables = self.gpu_scene.prepare(visible)
+        count = self._count(progress, visible, finish.samples)
+        drawables = self.gpu_scene.prepare(visible, count)
         self._drawn = scene
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
         if finish != SIMPLE:
-            self._accumulator.draw(target, visible, drawables, finish)
+            self._accumulator.draw(target, visible, drawables, finish, count)
             return target
         light_set = self._light_setup.prepare(visible, drawables)
         if not self._frame_pass.draw_lit_splats(target, visible, drawables, light_set):
             self._light_setup.light_points(visible, drawables, light_set)
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
+        count.step()
         return target
+
+    def _count(self, progress: Progress | None, visible: VisibleScene, samples: int = 1) -> Count:
+        """Count the steps of a picture. One that is told of is done on the GPU, too."""
+        if progress is None:
+            return Count()
+        told = check_function(progress, "progress")
+
+        def finished(done: int, all: int) -> object:
+            self._gl.finish()
+            return told(done, all)
+
+        return Count(finished, 2 * merged_frames(visible) + samples)
 
     def read(self) -> NDArray[np.uint8]:
         """Return the last picture as (h, w, 4), top row first."""
         assert self._target is not None, "nothing was drawn"
         return self._target.read()
 
-    def read_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> NDArray[np.float32]:
+    def read_surfaces(
+        self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None
+    ) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: unit normal and z of the surfaces that a camera at a pose (4, 4) sees, in its
-        axes and world units. z is 0 where there is none, the normal where no light is wanted."""
-        return self._draw_surfaces(scene, camera, pose).surfaces.read()
+        axes and world units. z is 0 where there is none, the normal where no light is wanted. progress: as `draw`."""
+        return self._draw_surfaces(scene, camera, pose, progress).surfaces.read()
 
     def read_depth(self, camera: Camera, pose: Matrix, box: Box) -> NDArray[np.float32]:
         """Return (h, w), a part of a view of the last scene that was drawn: z of its surfaces as in `read_surfaces`."""
         assert self._drawn is not None, "nothing was drawn"
         return self._draw_surfaces(self._drawn, camera, pose).surfaces.read_depth(box)
 
-    def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix) -> Target:
+    def _draw_surfaces(self, scene: Scene, camera: Camera, pose: Matrix, progress: Progress | None = None) -> Target:
         visible = compose(scene, (), camera, pose)
-        drawables = self.gpu_scene.prepare(visible)
+        count = self._count(progress, visible)
+        drawables = self.gpu_scene.prepare(visible, count)
         light_set = self._light_setup.prepare(visible, drawables)
         target = self._fit_target(camera)
         self._frame_pass.draw_surfaces(target, visible, drawables, light_set)
+        count.step()
         return target
 
     def read_points(

@@ -15,6 +15,7 @@ from ..files.pictures.picture_files import save_image
 from ..files.sources import prefetched
 from ..files.writing.film import Film
 from ..messages.formatting import option
+from ..messages.progress import Count, Progress
 from ..messages.validation import check_choice
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -79,19 +80,23 @@ def write_series(
     jobs: Generator[Job, None, None],
     path: Path,
     fps: float,
-    done: Callable[[], None] = lambda: None,
+    progress: Progress | None = None,
+    all: int = 0,
 ) -> tuple[int, tuple[int, int]]:
     """Draws and writes the pictures of all jobs. Returns how many, and (width, height) of the first.
 
-    path  a film, or a name in which each job's number replaces %04d
-    done  called after each picture
+    path      a film, or a name in which each job's number replaces %04d
+    progress  called with two ints after each picture: its job's number and one, and `all`. If it returns False, the
+              work ends with `Cancelled`: there is no film, and numbered files are there up to that picture.
+    all       how many jobs there are
     """
+    count = Count(progress, all)
     if is_numbered(path):
-        count, first = write_numbered(jobs, renderer.render, save_image, path, done)
+        written, first = write_numbered(jobs, renderer.render, save_image, path, count)
     else:
         with Film(path, fps) as film:
-            count, first = _write_all(jobs, renderer.render, lambda _, image: film.add(image), 1, path, done)
-    return count, (first.shape[1], first.shape[0])
+            written, first = _write_all(jobs, renderer.render, lambda _, image: film.add(image), 1, path, count)
+    return written, (first.shape[1], first.shape[0])
 
 
 def write_numbered(
@@ -99,10 +104,10 @@ def write_numbered(
     draw: Callable[[RenderRequest], Made],
     save: Callable[[Path, Made], None],
     path: Path,
-    done: Callable[[], None],
+    count: Count,
 ) -> tuple[int, Made]:
     """Draws all jobs and saves each in a file: each job's number replaces %04d. Returns how many, and the first."""
-    return _write_all(jobs, draw, lambda number, made: save(numbered(path, number), made), THREADS, path, done)
+    return _write_all(jobs, draw, lambda number, made: save(numbered(path, number), made), THREADS, path, count)
 
 
 def _write_all(
@@ -111,10 +116,10 @@ def _write_all(
     write: Callable[[int, Made], None],
     workers: int,
     path: Path,
-    done: Callable[[], None],
+    count: Count,
 ) -> tuple[int, Made]:
     """Draws in this thread, and gives what is drawn to other threads for encoding: to one for a film."""
-    count, first = 0, None
+    written, first = 0, None
     waiting: deque[Future[None]] = deque()
     with closing(jobs), ThreadPoolExecutor(workers) as pool:
         for number, request in jobs:
@@ -123,10 +128,10 @@ def _write_all(
             waiting.append(pool.submit(write, number, made))
             while waiting and (len(waiting) > workers + 1 or waiting[0].done()):
                 waiting.popleft().result()
-            count += 1
-            done()
+            written += 1
+            count.step(number + 1 - count.done)
         for job in waiting:
             job.result()
     if first is None:
         raise ValueError(f"nothing to write to {path}: no frame could be read")
-    return count, first
+    return written, first

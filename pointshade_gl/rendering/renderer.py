@@ -19,8 +19,11 @@ from ..estimation.ground_plane import up_of
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
-from ..messages.errors import ContextError
+from ..messages.bugs import is_expected
+from ..messages.errors import Cancelled, ContextError
 from ..messages.formatting import shown
+from ..messages.notes import Note, taken_by
+from ..messages.progress import Progress
 from ..messages.validation import Numbers, check_choice, check_count, check_type, is_a
 from ..pipeline.findings import findings, highlights, lights, weights
 from ..pipeline.pipeline import Pipeline
@@ -155,6 +158,9 @@ class Renderer:
         normals: Method | Numbers = "auto",
         shading: Shading = "phong",
         point_size: float | Numbers | Literal["fill"] | None = None,
+        *,
+        notes: Note | None = None,
+        progress: Progress | None = None,
         **options: Unpack[RenderOptions],
     ) -> NDArray[np.uint8]:
         """Draw a frame, lit, as a camera sees it.
@@ -177,6 +183,12 @@ class Renderer:
         camera : Camera, optional
             Who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
             is the picture's.
+        notes : callable, optional
+            Called with one sentence for each note; None logs them ("pointshade_gl"), which prints them to stderr.
+        progress : callable, optional
+            Called with two ints, how many steps are done and how many there are: the samples, and of several frames
+            each twice, prepared and compared. It is called when the GPU has done them, which takes a little longer. If
+            it returns False, the work ends with `Cancelled`; None and all else go on.
 
         Returns
         -------
@@ -191,14 +203,17 @@ class Renderer:
             For arguments that do not fit, before anything is drawn.
         OSError
             For a path that cannot be read.
+        Cancelled
+            If `progress` returns False. The renderer can be used afterwards, as after any error.
         """
-        request = RenderRequest.of(
-            frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
-            point_size=point_size, **options,
-        )  # fmt: skip
-        with self._in_use():
-            self.draw(request)
-            return self._pipeline.read().view(Picture)
+        with taken_by(notes):
+            request = RenderRequest.of(
+                frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
+                point_size=point_size, **options,
+            )  # fmt: skip
+            with self._in_use():
+                self.draw(request, progress=progress)
+                return self._pipeline.read().view(Picture)
 
     @takes(RenderOptions, *GROUPS, like=render)
     def draw(
@@ -211,6 +226,9 @@ class Renderer:
         normals: Method | Numbers = "auto",
         shading: Shading = "phong",
         point_size: float | Numbers | Literal["fill"] | None = None,
+        *,
+        notes: Note | None = None,
+        progress: Progress | None = None,
         **options: Unpack[RenderOptions],
     ) -> moderngl.Texture:
         """Draw as `render` does, but leave the picture on the GPU: an RGBA8 texture, top row first.
@@ -218,18 +236,19 @@ class Renderer:
         It belongs to this renderer and holds the picture until the next call. If that shows the same with more samples,
         only those are drawn that are missing.
         """
-        request = RenderRequest.of(
-            frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
-            point_size=point_size, **options,
-        )  # fmt: skip
-        scene, finish = self._scenes.of(request), request.finish
-        lights = request.lights_of(scene)
-        if finish.ground is True:
-            source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
-            finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
-        seen = request.seen_by(scene)
-        with self._in_use():
-            return self._pipeline.draw(scene, lights, *seen, finish).color
+        with taken_by(notes):
+            request = RenderRequest.of(
+                frame, light=light, material=material, camera=camera, pose=pose, normals=normals, shading=shading,
+                point_size=point_size, **options,
+            )  # fmt: skip
+            scene, finish = self._scenes.of(request), request.finish
+            lights = request.lights_of(scene)
+            if finish.ground is True:
+                source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
+                finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
+            seen = request.seen_by(scene)
+            with self._in_use():
+                return self._pipeline.draw(scene, lights, *seen, finish, progress).color
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(
@@ -239,6 +258,9 @@ class Renderer:
         pose: Numbers | None = None,
         normals: Method | Numbers = "auto",
         point_size: float | Numbers | Literal["fill"] | None = None,
+        *,
+        notes: Note | None = None,
+        progress: Progress | None = None,
         **options: Unpack[DepthOptions],
     ) -> NDArray[np.float32]:
         """Return the depth of the picture that `render` draws.
@@ -251,13 +273,14 @@ class Renderer:
         (h, w) float32
             Metres along the axis; 0 where nothing is seen.
         """
-        request = RenderRequest.of(
-            frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
-        )  # fmt: skip
-        scene = self._scenes.of(request)
-        seen = request.seen_by(scene)
-        with self._in_use():
-            return self._pipeline.read_surfaces(scene, *seen)[..., 3].copy()
+        with taken_by(notes):
+            request = RenderRequest.of(
+                frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
+            )  # fmt: skip
+            scene = self._scenes.of(request)
+            seen = request.seen_by(scene)
+            with self._in_use():
+                return self._pipeline.read_surfaces(scene, *seen, progress)[..., 3].copy()
 
     def find_surface(
         self, x: float, y: float, camera: Camera, pose: Numbers, reach: int = 4
@@ -295,13 +318,15 @@ class Renderer:
         u, v = int(u[nearest]), int(v[nearest])
         return left + u, top + v, float(depth[v, u])
 
-    def render_normals(self, scene: Scene) -> NDArray[np.float32]:
+    def render_normals(self, scene: Scene, notes: Note | None = None) -> NDArray[np.float32]:
         """Return the normals of what a scene's camera sees.
 
         Parameters
         ----------
         scene : Scene
             What is seen.
+        notes : callable, optional
+            As for `render`.
 
         Returns
         -------
@@ -309,7 +334,7 @@ class Renderer:
             Unit normals, the camera's axes; NaN where nothing is to be lit.
         """
         framed = check_type(scene, Scene, "scene").framed()
-        with self._in_use():
+        with taken_by(notes), self._in_use():
             surfaces = self._pipeline.read_surfaces(framed, *RenderRequest(framed).seen_by(framed))
         return np.where(surfaces[..., :3].any(-1, keepdims=True), surfaces[..., :3], np.float32(np.nan))
 
@@ -322,6 +347,8 @@ class Renderer:
         pose: Numbers | None = None,
         normals: Method | Numbers = "auto",
         shading: Shading = "phong",
+        *,
+        notes: Note | None = None,
         **options: Unpack[PointsOptions],
     ) -> PointCloud:
         """Return all points of a frame in the world, with the depth and the light that `render` draws them with.
@@ -336,19 +363,25 @@ class Renderer:
         shading : Shading, default 'phong'
             "none" keeps the picture's own colours; any other lights each point once, as "flat" does.
         """
-        request = RenderRequest.of(
-            _single(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
-            **options,
-        )  # fmt: skip
-        frame = check_type(request.source, Frame, "frame")
-        scene = self._scenes.of_frames((frame,), request.look.of_points)
-        _, pose = request.seen_by(scene)
-        with self._in_use():
-            return cloud_of(frame, *self._pipeline.read_points(scene, check_lights(request.lights), pose))
+        with taken_by(notes):
+            request = RenderRequest.of(
+                _single(loaded(frame)), light=light, material=material, pose=pose, normals=normals, shading=shading,
+                **options,
+            )  # fmt: skip
+            frame = check_type(request.source, Frame, "frame")
+            scene = self._scenes.of_frames((frame,), request.look.of_points)
+            _, pose = request.seen_by(scene)
+            with self._in_use():
+                return cloud_of(frame, *self._pipeline.read_points(scene, check_lights(request.lights), pose))
 
     @takes(SurfaceOptions, Look, like=render)
     def estimate_normals(
-        self, frame: Frame | FilePath | RenderRequest, method: Method = "auto", **options: Unpack[SurfaceOptions]
+        self,
+        frame: Frame | FilePath | RenderRequest,
+        method: Method = "auto",
+        *,
+        notes: Note | None = None,
+        **options: Unpack[SurfaceOptions],
     ) -> NDArray[np.float32]:
         """Estimate the normals of a frame, or of its folder.
 
@@ -375,11 +408,12 @@ class Renderer:
         if isinstance(frame, str | PathLike):
             from ..files.frames.frame_files import load_frame
 
-            frame = load_frame(frame)
+            with taken_by(notes):
+                frame = load_frame(frame)
         request = RenderRequest.of(_single(frame), normals=check_method(method), **options)
         frame = check_type(request.source, Frame, "frame")
         look = request.look.for_frame(frame.depth)
-        with self._in_use():
+        with taken_by(notes), self._in_use():
             normals = self._pipeline.gpu_scene.read_normals(frame, look)[..., :3].copy()
         normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
         return normals
@@ -428,11 +462,11 @@ class Renderer:
         with self.context.in_use():
             try:
                 yield
-            except (ValueError, TypeError):  # of arguments that do not fit: nothing was begun
-                raise
-            except BaseException:
-                before, self._pipeline = self._pipeline, self._new_pipeline()
-                before.release()
+            except BaseException as error:
+                is_misfit = isinstance(error, ValueError | TypeError) and is_expected(error)
+                if not (is_misfit or isinstance(error, Cancelled)):  # of arguments, or between two steps
+                    before, self._pipeline = self._pipeline, self._new_pipeline()
+                    before.release()
                 raise
 
 

@@ -10,7 +10,7 @@ from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import wraps
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-from ..messages.notes import note_new_name
+from ..messages.notes import note_new_name, taken_by
 from ..messages.suggestions import did_you_mean
 
 FRAME, LIGHT, VIEW, FILM, PICTURE = "Frame", "Light and surface", "View", "Film", "Picture"  # panels of the help
@@ -205,7 +205,8 @@ def _understanding(was: dict[str, str], function: Callable[..., Any], replaces: 
     def called(*args: Any, **options: Any) -> Any:
         for new, old in was.items():
             if old in options and (replaces or new not in options):
-                note_new_name(old, new)
+                with taken_by(options.get("notes")):
+                    note_new_name(old, new)
                 options[new] = options.pop(old)
         return function(*args, **options)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -11,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
+
+from ..messages.notes import print_warning
 
 SECONDS = 4.0
 BACKDROP, BRIGHT, DIM = (16, 17, 20, 200), (238, 238, 238, 255), (170, 176, 186, 255)
@@ -42,7 +43,7 @@ class Messages:
             if (text := self._skipped.popleft()) not in self._told:  # a sequence that repeats meets it again
                 self._told.add(text)
                 self.say(f"skipped: {text}")
-                sys.stderr.write(f"warning: skipped: {text}\n")
+                print_warning(f"skipped: {text}")
         if self._until < now:
             self.clear()
 

@@ -9,8 +9,10 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from ..messages.bugs import error_text
 from ..messages.formatting import shown
-from ..messages.validation import check_flag, check_path, check_size, check_type, is_a
+from ..messages.notes import Note, taken_by
+from ..messages.validation import check_flag, check_function, check_path, check_size, check_type, is_a
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
 from ..scene.frame import Frame
@@ -59,6 +61,7 @@ class Viewer(Session):
             draws 8 as one object
     record  an .mp4 or .gif to which the window is recorded
     panel   opens the panel, if its extra is installed
+    notes   called with one sentence for each note; None logs them (logger "pointshade_gl")
     command_line  gives the words of a command that makes a saved picture again ("": none does), and what it leaves out;
             None: the key P only saves
 
@@ -85,6 +88,7 @@ class Viewer(Session):
         record: str | Path | None = None,
         panel: bool = False,
         command_line: CommandLine | None = None,
+        notes: Note | None = None,
     ):
         others = check_sources(source, others, views)
         if not is_a(title, str):
@@ -95,12 +99,11 @@ class Viewer(Session):
         rates = check_rates(fps, 1 + len(others))
         count = VIEWS if views is None else check_views(views)
         check_flag(panel, "panel")
-        if command_line is not None and not callable(command_line):
-            raise TypeError(f"command_line must be a function, got {shown(command_line)}")
         self.events: list[Event] = []  # of the next turn
         messages, self.redrawing = Messages(), Redrawing()
         self.samples = SAMPLES  # of a picture in which nothing moves; 1 does not refine it
-        self._command_line = command_line
+        self._notes = None if notes is None else check_function(notes, "notes")
+        self._command_line = None if command_line is None else check_function(command_line, "command_line")
         with ExitStack() as undo:
             self.recorder = None if record is None else Recorder(check_path(record), rates[0] or RATE)
             if self.recorder:
@@ -149,6 +152,10 @@ class Viewer(Session):
 
     def step(self, wait: bool = True) -> None:
         """Make one turn: sleep until there is something to do (if `wait`), and redraw if anything has changed."""
+        with taken_by(self._notes):
+            self._turn(wait)
+
+    def _turn(self, wait: bool) -> None:
         self.window.wait(self.patience(time.perf_counter()) if wait else 0)
         events, self.events[:] = list(self.events), []
         for event in events:
@@ -293,10 +300,10 @@ class Viewer(Session):
             opened = self.document.instead(paths, self.state)
             self.show(opened, opened.first, opened.start)
             self._draw()
-        except (ValueError, TypeError, OSError, MemoryError) as error:
+        except Exception as error:  # also a bug: the window stays open
             unused = self.document
             self.show(*before)
-            self.say(f"not opened: {error}")
+            self.say(f"not opened: {error_text(error)}")
         else:
             unused = before[0]
             opened.playing.wake_by(self.window.wake)
@@ -323,7 +330,8 @@ class Viewer(Session):
         document, playing = self.document, self.document.playing
         saved = SavedPicture(picture, samples, path.name, document.first, playing.numbers, document.dropped)
         line, left_out = self._command_line(saved) if self._command_line else ("", "")
-        sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
+        if sys.stdout is not None:
+            sys.stdout.write(f"{path.absolute()}\n" + (f"{line}\n" if line else ""))
         told = [left_out]
         if line:
             self.window.copy(line)

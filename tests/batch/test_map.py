@@ -8,6 +8,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.batch.map import Drawn, _pictures
 from pointshade_gl.batch.processes import Tasks
+from pointshade_gl.messages.progress import Count
 
 from ..support import frames
 
@@ -48,10 +49,10 @@ PICTURES = [Drawn(np.full((2, 3, 4), k, np.uint8), [f"note {k}"]) for k in range
 
 def test_results_come_in_order_with_their_notes_and_errors_when_they_are_due():
     notes, error = [], ValueError("no depth")
-    first, given, third = _pictures(results(PICTURES[0], error, PICTURES[2]), notes.append, True)
+    first, given, third = _pictures(results(PICTURES[0], error, PICTURES[2]), notes.append, Count(), True)
     assert (first == 0).all() and given is error and (third == 2).all()
     assert notes == ["note 0", "note 2"]
-    pictures = _pictures(results(PICTURES[0], error, PICTURES[2]), notes.append, False)
+    pictures = _pictures(results(PICTURES[0], error, PICTURES[2]), notes.append, Count(), False)
     assert (next(pictures) == 0).all()
     with pytest.raises(ValueError, match=r"^no depth$"):
         next(pictures)
@@ -68,7 +69,7 @@ def test_workers_end_when_the_consumer_leaves():
         finally:
             ended.append(True)
 
-    pictures = _pictures(working(), print, False)
+    pictures = _pictures(working(), print, Count(), False)
     next(pictures)
     pictures.close()
     assert ended == [True]

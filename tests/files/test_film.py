@@ -91,7 +91,7 @@ class TestMp4:
 
     def test_when_ffmpeg_gives_up_its_words_are_told_and_nothing_is_left(self, tmp_path):
         film = Film(tmp_path / "out.mp4")
-        with pytest.raises(OSError, match=r"ffmpeg could not write the film: \S+"), film:
+        with pytest.raises(OSError, match=r"cannot write .*out.mp4: ffmpeg ended with \S+"), film:
             film.add(np.zeros((1, 1, 3), np.uint8))  # no even size is left
             film.add(np.zeros((1, 1, 3), np.uint8))
         assert not list(tmp_path.iterdir())
@@ -193,7 +193,7 @@ class TestBoth:
 @pytest.mark.parametrize(
     ("name", "error", "sentence"),
     [
-        ("out.avi", ValueError, r"out\.avi: the suffix of a film must be one of \.mp4, \.gif"),
+        ("out.avi", ValueError, r"out\.avi: the suffix of a film must be \.mp4 or \.gif"),
         ("out", ValueError, "the suffix of a film"),
         ("no/out.mp4", FileNotFoundError, "create it first"),
         ("folder.gif", IsADirectoryError, "it is a folder"),

@@ -100,7 +100,10 @@ def test_what_does_not_fit_is_named_and_nothing_is_written(renderer, tmp_path, o
 
 @pytest.mark.parametrize(
     ("name", "error", "words"),
-    [("a.png", ValueError, "suffix is .html"), ("no/a.html", FileNotFoundError, "create it first")],
+    [
+        ("a.png", ValueError, "suffix of a page must be .html or .htm"),
+        ("no/a.html", FileNotFoundError, "create it first"),
+    ],
 )
 def test_where_no_page_can_be_written_is_said_first(renderer, tmp_path, name, error, words):
     with pytest.raises(error, match=words):

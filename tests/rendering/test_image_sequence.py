@@ -73,8 +73,8 @@ def test_every_frame_of_a_sequence_becomes_its_file(renderer, tmp_path):
     done = []
     source = [grey(10 * k) for k in range(12)]
     shots, count = jobs_of(source, UNLIT, None, None, refuse)
-    written = write_series(renderer, shots, tmp_path / "%02d.png", 25, lambda: done.append(1))
-    assert written == (12, (40, 30)) and count == len(done) == 12
+    written = write_series(renderer, shots, tmp_path / "%02d.png", 25, lambda *told: done.append(told), count)
+    assert written == (12, (40, 30)) and done == [(k + 1, count) for k in range(12)]
     assert greys(sorted(tmp_path.iterdir())) == {f"{k:02d}.png": 10 * k for k in range(12)}
 
 

@@ -24,6 +24,7 @@ import numpy as np
 import pointshade_gl as ps
 from pointshade_gl.files.frames.examine import examine, facts
 from pointshade_gl.files.writing.film import Film
+from pointshade_gl.messages.bugs import is_expected
 
 from .damage import damaged
 from .places import ROOT
@@ -97,7 +98,7 @@ def run(job):
             error = f"{type(raised).__name__}: {raised}"
             places = traceback.extract_tb(raised.__traceback__)[::-1]
             where = " < ".join(f"{Path(at.filename).name}:{at.lineno}" for at in places)
-            is_told = "pointshade_gl" in places[0].filename and (places[0].line or "").startswith("raise ")
+            is_told = is_expected(raised) and "pointshade_gl" in places[0].filename
             is_told |= isinstance(raised, OSError) and bool(raised.filename)  # Python's own sentence names it
         found, opened = opened, None
         seconds = time.process_time() - before

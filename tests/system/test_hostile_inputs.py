@@ -59,7 +59,7 @@ def test_it_ends_soon_in_one_sentence_and_opens_nothing_else(outcomes, name):
     outcome = outcomes[f"refused: {name}"]
     sentence = REFUSED[name][2]
     assert outcome["kind"] in ("ValueError", "OSError", "FileNotFoundError", "IsADirectoryError"), outcome
-    assert sentence in outcome["sentence"]
+    assert sentence in outcome["sentence"] and outcome["is_told"], outcome
     assert "\n" not in outcome["sentence"] and len(outcome["sentence"]) < 700
     assert outcome["seconds"] < 2
     check_opened(outcome, secret=False)

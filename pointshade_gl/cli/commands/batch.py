@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 
 import typer
@@ -10,6 +9,7 @@ import typer
 from ...messages.formatting import option
 from ..batch_options import Asked
 from ..options import spread
+from ..output import complain
 
 INTERRUPTED = 130  # exit code
 
@@ -29,9 +29,8 @@ def batch(asked: Asked) -> None:
         planned, failures = plan_batch(asked)
         run(asked, planned, failures, started)
     except KeyboardInterrupt:
-        print(
+        complain(
             f"pointshade: interrupted; what is in {asked.output} is whole: the same command with "
-            f"{option('resume', True)} goes on",
-            file=sys.stderr,
+            f"{option('resume', True)} goes on"
         )
         raise typer.Exit(INTERRUPTED) from None

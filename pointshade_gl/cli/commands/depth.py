@@ -6,12 +6,12 @@ from ...files.access.numbered_names import first_of, is_numbered
 from ...scene.graph import Scene
 from ..inputs import check_look, load
 from ..look_options import NormalOptions
-from ..options import Device, FrameOptions, Output, Quiet, ViewOptions, spread
+from ..options import DepthOutput, Device, FrameOptions, Quiet, ViewOptions, spread
 
 
 @spread
 def depth(
-    output: Output,
+    output: DepthOutput,
     frame: FrameOptions,
     options: NormalOptions,
     place: ViewOptions,

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ...version import __version__
 from ..inputs import check_frame
-from ..options import Device, FrameOptions, Quiet, spread
+from ..options import Device, FrameOptions, Quiet, SheetOutput, spread
 from ..output import open_renderer
 
 
 @spread
 def info(
     frame: FrameOptions,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write a contact sheet: colour, depth, normals, lit.")
-    ] = None,
+    output: SheetOutput = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
     device: Device = 0,
     quiet: Quiet = False,

@@ -6,12 +6,12 @@ from ...files.access.numbered_names import first_of, is_numbered
 from ...scene.view import View
 from ..inputs import load
 from ..look_options import NormalOptions
-from ..options import Axes, Bits, Device, Explain, FrameOptions, Output, Quiet, spread
+from ..options import Axes, Bits, Device, Explain, FrameOptions, NormalsOutput, Quiet, spread
 
 
 @spread
 def normals(
-    output: Output,
+    output: NormalsOutput,
     frame: FrameOptions,
     options: NormalOptions,
     axes: Axes = None,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...files.access.numbered_names import first_of, is_numbered
+from ...files.access.written_suffixes import NUMBERED, POINTS, RENDERED, check_suffix
 from ...files.pictures.picture_files import check_writable, save_image
 from ...files.writing.film import check_series, is_series
 from ...messages.formatting import option
@@ -26,8 +27,8 @@ from ..options import (
     FilmOptions,
     FrameOptions,
     MoreInputs,
-    Output,
     Quiet,
+    RenderOutput,
     Small,
     ViewOptions,
     Views,
@@ -38,14 +39,12 @@ from ..page_options import PageOptions, is_page
 from ..picture_options import PictureOptions, view_of
 from ..usage_errors import check_folders
 
-POINTS = ".ply"
-
 
 @dataclass(frozen=True)
 class Asked:
     """What was typed. more: INPUTs after the first."""
 
-    output: Output
+    output: RenderOutput
     frame: FrameOptions
     look: LookOptions
     place: ViewOptions
@@ -63,7 +62,7 @@ class Asked:
         """Raises ValueError for several INPUTs where there can be one."""
         check_folders(self.more or [])
         is_sequence = self.film.turntable is None and is_series(self.output)
-        is_one = self.views is not None or is_sequence or self.output.suffix.lower() == POINTS
+        is_one = self.views is not None or is_sequence or self.output.suffix.lower() in POINTS
         if self.more and is_one:
             raise ValueError(
                 f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
@@ -107,7 +106,7 @@ def render(asked: Asked) -> None:
     """
     asked.check_inputs()
     view = asked.view()
-    if asked.output.suffix.lower() == POINTS:
+    if asked.output.suffix.lower() in POINTS:
         _write_points(asked, view)
     elif is_page(asked.output):
         _write_page(asked, view)
@@ -136,10 +135,8 @@ def _write_picture(asked: Asked, view: View) -> None:
 
 def _check_picture(output: Path, film: FilmOptions) -> None:
     """Raises ValueError or OSError unless a single picture can be written there."""
-    try:
-        check_writable(output)
-    except ValueError as error:
-        raise ValueError(f"{error}; films are .mp4 or .gif, points .ply") from None
+    check_suffix(output, RENDERED)
+    check_writable(output)
     if film.frames is not None:
         raise ValueError(
             f"{option('frames')} is for many pictures and {output} is one: write an .mp4, a .gif or %04d{output.suffix}"
@@ -151,6 +148,8 @@ def _write_series(asked: Asked, view: View) -> None:
     from ...rendering.image_sequence import jobs_of, write_series
 
     check_stream(view.look, asked.film.turntable is None)
+    if is_numbered(asked.output):
+        check_suffix(asked.output, NUMBERED)
     check_series(asked.output)
     asked.page.check_none(asked.output)
     source, tell = asked.read(view, is_many=True)
@@ -159,11 +158,11 @@ def _write_series(asked: Asked, view: View) -> None:
         start = time.perf_counter()
         with progress(count) as advance:
 
-            def done() -> None:
-                advance()
+            def tell_all(done: int, all: int) -> None:
+                advance(done, all)
                 tell(renderer)
 
-            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, done)
+            count, (width, height) = write_series(renderer, jobs, asked.output, asked.film.fps, tell_all, count)
         spent = time.perf_counter() - start
         report(asked.output, f"{count} pictures of {width}x{height} pixels", renderer, spent)
 

@@ -6,20 +6,29 @@ leaves its hidden `.part` file. The names of a process's hidden files begin alik
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from uuid import uuid4
 
+from ...messages.formatting import cut
 from .content import FilePath
 from .safe_paths import followed
 
 OURS = f".{uuid4().hex[:12]}-"  # with this the hidden names of this process begin
 _BLOCK = 1 << 20  # bytes that are read at once
+_NOT_OURS = "its folder is read-only, or belongs to somebody else"
+_FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+_FULL = tuple(getattr(errno, name) for name in ("ENOSPC", "EDQUOT", "EFBIG") if hasattr(errno, name))
 
 
-def check_place(path: Path) -> Path:
-    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot."""
+def check_place(path: Path, only_read: bool = False) -> Path:
+    """The path, if a file can be written there; a link's target counts. Raises OSError if it cannot.
+
+    only_read  perhaps nothing is to be written: then the folder may be read-only
+    """
     target = followed(path) if path.is_symlink() else path
     if not target.parent.is_dir():
         raise FileNotFoundError(f"cannot write {path}: there is no folder {target.parent}, create it first")
@@ -27,7 +36,41 @@ def check_place(path: Path) -> Path:
         raise IsADirectoryError(f"cannot write {path}: it is a folder")
     if target.exists() and not target.is_file():
         raise OSError(f"cannot write {path}: it is a pipe or a device")
+    if not only_read and not os.access(target.parent, os.W_OK | os.X_OK):
+        raise PermissionError(f"cannot write {path}: {_NOT_OURS}")
     return path
+
+
+@contextmanager
+def naming_written(path: FilePath) -> Iterator[None]:
+    """Every OSError inside says which file cannot be written, and why: the disk is full, the folder is read-only."""
+    try:
+        yield
+    except OSError as error:
+        if str(error).startswith("cannot write "):
+            raise
+        origin = _origin(error)
+        said = _NOT_OURS if origin.errno in _FORBIDDEN else origin.strerror or cut(error)
+        told = type(error)(f"cannot write {path}: {said}")
+        told.errno = origin.errno
+        raise told from error
+
+
+def _origin(error: OSError) -> OSError:
+    """The system's own error, if others have put it in their words since."""
+    while error.strerror is None and isinstance(error.__context__, OSError):
+        error = error.__context__
+    return error
+
+
+def error_of(said: str) -> OSError:
+    """The system's error in what a program or a library says of a file that it could not write, else one that says it.
+
+    Libraries of C and other programs only give a text.
+    """
+    found = (code for code in (*_FULL, *_FORBIDDEN) if os.strerror(code).lower() in said.lower())
+    code = next(found, None)
+    return OSError(said) if code is None else OSError(code, os.strerror(code))
 
 
 @contextmanager
@@ -35,11 +78,12 @@ def written_whole(path: FilePath) -> Iterator[Path]:
     """A path to write to, which at the end replaces the target, or a link's target; after an error it is removed."""
     target = followed(Path(path))
     temporary = hidden_beside(target)
-    try:
-        yield temporary
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with naming_written(path):
+        try:
+            yield temporary
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 def hidden_beside(target: Path) -> Path:

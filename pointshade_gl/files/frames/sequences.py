@@ -11,6 +11,7 @@ from typing import overload
 
 import numpy as np
 
+from ...messages.bugs import Bug, error_text, is_expected
 from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.frame import Frame
@@ -81,12 +82,14 @@ class FrameSequence(Sequence[Frame]):
             read = assemble(parts, self._options, note or self.note, self.reading, self._coding, self._stream)
             if note is None:
                 self._coding = self._coding or read.coding
-        except (ValueError, TypeError) as error:
-            if len(self) == 1:
+        except Exception as error:
+            if len(self) == 1 or isinstance(error, MemoryError):
                 raise
-            raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
-        except OSError as error:
-            raise OSError(f"frame {index}: {_naming(parts, error)}") from None
+            if isinstance(error, OSError):
+                raise OSError(f"frame {index}: {_naming(parts, error)}") from None
+            if is_expected(error):
+                raise ValueError(f"frame {index}: {_naming(parts, error)}") from None
+            raise Bug(f"frame {index}: {error_text(error)}") from error
         found = read.found._replace(frames=len(self), shown=index, poses=self.posed, poses_from=self.poses_from)
         return read._replace(found=found)
 

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...messages.bugs import is_expected
 from ...messages.formatting import shown
 
 Item = TypeVar("Item")
@@ -22,7 +23,7 @@ def telling(part: str) -> Iterator[None]:
         yield
     except (ValueError, TypeError, OSError) as error:
         text = str(error).removeprefix("node '': ")  # a Node without a name; the part's number is known here
-        if text.startswith((f"{part}:", f"{part} ")):
+        if text.startswith((f"{part}:", f"{part} ")) or not is_expected(error):
             raise
         kind = type(error) if isinstance(error, OSError) else ValueError
         raise kind(f"{part}: {text}") from None

@@ -21,8 +21,9 @@ from ...scene.light import Light
 from ...scene.mesh import Mesh
 from ...scene.node import Node
 from ...scene.point_object import PointObject
-from ..access.atomic_write import FileSet
+from ..access.atomic_write import FileSet, check_place, naming_written
 from ..access.content import FilePath
+from ..access.written_suffixes import SCENES, check_suffix
 from .cameras_and_lights import FLIP, Matrix, light_place, write_camera, write_light
 from .checks import telling
 from .container import LIGHTS, UNLIT, pack
@@ -37,11 +38,9 @@ COMPONENTS = {"f": 5126, "H": 5123, "I": 5125}  # by NumPy's type
 def save_scene(path: FilePath, scene: Scene) -> None:
     """See the package, which imports this module when it is first needed."""
     path, scene = check_path(path), check_type(scene, Scene, "scene")
-    if path.suffix.lower() not in (".gltf", ".glb"):
-        raise ValueError(f"cannot write {path}: its suffix must be .gltf or .glb")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"cannot write {path}: there is no folder {path.parent}, create it first")
-    with FileSet(path.parent) as files:
+    check_suffix(path, SCENES)
+    check_place(path)
+    with naming_written(path), FileSet(path.parent) as files:
         writer = _Writer(path, files)
         writer.scene(scene)
         writer.finish()

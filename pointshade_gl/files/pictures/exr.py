@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.formatting import cut
+from ..access.atomic_write import error_of
 from ..access.content import FilePath, import_extra, naming, open_regular
 from ..access.limits import FILE_BYTES, MAX_PIXELS, check_limit, check_pixels
 
@@ -45,7 +46,7 @@ def write_exr(path: FilePath, channels: dict[str, NDArray[Any]]) -> None:
         with OpenEXR.File(header, arrays) as file:
             file.write(str(path))
     except RuntimeError as error:
-        raise OSError(f"cannot write {path}: {cut(error)}") from None
+        raise error_of(cut(error)) from None
 
 
 def _check_header(path: FilePath, max_pixels: float) -> None:

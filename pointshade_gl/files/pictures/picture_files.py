@@ -8,8 +8,10 @@ import zlib
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 from threading import Lock
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
@@ -20,11 +22,12 @@ from ...messages.validation import as_given, check_path
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath, check_size, open_regular, read_head
 from ..access.limits import MAX_PIXELS, check_pixels
+from ..access.written_suffixes import IMAGES, PICTURES, check_suffix
 
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: a PNG is written without it
 
-_FORMATS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP", ".tif": "TIFF", ".tiff": "TIFF"}
+_FORMATS: dict[str, str] = dict(zip(PICTURES, ("PNG", "JPEG", "JPEG", "WEBP", "TIFF", "TIFF"), strict=True))
 _OPTIONS: dict[str, dict[str, Any]] = {
     "PNG": {"optimize": True},
     "JPEG": {"quality": 95},
@@ -51,8 +54,7 @@ class NotAPictureError(ValueError):
 def check_writable(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_image` cannot write there."""
     path = check_path(path)
-    if path.suffix.lower() not in (*_FORMATS, ".npy"):
-        raise ValueError(f"cannot write {path}: its suffix must be one of {', '.join(_FORMATS)}, .npy")
+    check_suffix(path, IMAGES)
     return check_place(path)
 
 
@@ -103,7 +105,8 @@ def check_picture(image: ArrayLike, kind: str) -> NDArray[Any]:
 
 def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> None:
     if suffix == ".npy":
-        np.save(file, array, allow_pickle=False)
+        plain: Any = SimpleNamespace(write=file.write)  # into a file NumPy would write without saying why it cannot
+        np.save(plain, array, allow_pickle=False)
         return
     kind = _FORMATS[suffix]
     if kind == "PNG" and (array.dtype == np.uint16 or not small):
@@ -113,7 +116,14 @@ def _encode(file: BinaryIO, array: NDArray[Any], suffix: str, small: bool) -> No
 
     if kind == "JPEG" and array.shape[2:] == (4,):
         array = (array[..., :3] * (array[..., 3:] / 255) + 0.5).astype(np.uint8)
-    Image.fromarray(np.ascontiguousarray(array)).save(file, kind, **_OPTIONS.get(kind, {}))
+    write_by_pillow(file, Image.fromarray(np.ascontiguousarray(array)), kind)
+
+
+def write_by_pillow(file: BinaryIO, image: Image.Image, kind: str) -> None:
+    """Write a picture in a format of Pillow. Into a file Pillow would write without saying why it cannot."""
+    encoded = BytesIO()
+    image.save(encoded, kind, **_OPTIONS.get(kind, {}))
+    file.write(encoded.getbuffer())
 
 
 def encode_png(array: NDArray[Any]) -> bytes:

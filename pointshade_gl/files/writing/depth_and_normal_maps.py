@@ -12,17 +12,15 @@ from ...messages.notes import Note, print_note
 from ...messages.validation import check_choice, check_path, depth_as_given
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
+from ..access.written_suffixes import DEPTH, NORMALS, check_suffix
 from ..pictures.exr import check_exr, write_exr
-from ..pictures.picture_files import AXES, check_writable, normals_to_rgb, save_image, turned_normals
-
-DEPTH_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".npy")
+from ..pictures.picture_files import AXES, normals_to_rgb, save_image, turned_normals, write_by_pillow
 
 
 def check_depth_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_depth` cannot write there."""
     path = check_path(path)
-    if path.suffix.lower() not in DEPTH_SUFFIXES:
-        raise ValueError(f"cannot write {path}: the suffix of depth must be one of {', '.join(DEPTH_SUFFIXES)}")
+    check_suffix(path, DEPTH, "the suffix of depth")
     return _check_map(path)
 
 
@@ -61,7 +59,7 @@ def save_depth(path: FilePath, depth: ArrayLike, notes: Note = print_note) -> No
         from PIL import Image
 
         with written_whole(path) as temporary, temporary.open("xb") as file:
-            Image.fromarray(metres).save(file, "TIFF")
+            write_by_pillow(file, Image.fromarray(metres), "TIFF")
 
 
 def _known_depth(depth: ArrayLike) -> NDArray[np.float32]:
@@ -98,21 +96,17 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{option('bits')} must be 8 or 16, got {bits}")
     if bits == 16 and path.suffix.lower() != ".png":
         raise ValueError(f"cannot write {path}: {option('bits', 16)} needs .png; .exr and .npy hold floats")
-    if path.suffix.lower() == ".exr":
-        return _check_map(path)
-    try:
-        return check_writable(path)
-    except ValueError as error:
-        raise ValueError(f"{error}, .exr") from None
+    check_suffix(path, NORMALS)
+    return _check_map(path)
 
 
 def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:
-    """Write normals completely or not at all: floats to .npy and .exr, colours to .png, .jpg, .webp and .tif.
+    """Write normals completely or not at all: floats to .npy and .exr, colours to pictures.
 
     Parameters
     ----------
     path : path
-        Its suffix chooses the format.
+        Its suffix chooses the format: .npy, .exr, .png, .jpg, .jpeg, .webp, .tif or .tiff.
     normals : (h, w, 3) float
         Unit vectors, camera axes; NaN where missing. Alpha is 0 there in pictures and in the RGBA channels of .exr.
     axes : {"opencv", "opengl", "directx"}, optional

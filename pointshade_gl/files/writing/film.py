@@ -13,24 +13,23 @@ from numpy.typing import ArrayLike
 
 from ...messages.formatting import option
 from ...messages.validation import check_fps, check_path
-from ..access.atomic_write import check_place, hidden_beside
+from ..access.atomic_write import check_place, error_of, hidden_beside, naming_written
 from ..access.content import FilePath
 from ..access.numbered_names import first_of, is_numbered
 from ..access.safe_paths import followed
+from ..access.written_suffixes import FILMS, check_suffix
 from ..pictures.picture_files import check_picture, check_writable
 
 if TYPE_CHECKING:
     from PIL import Image  # imported where it is used: most programs write no film
 
 BACKGROUND = (28, 28, 32)  # films have no alpha: where nothing was drawn they are dark grey
-FILM_SUFFIXES = (".mp4", ".gif")
 
 
 def check_film(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if no `Film` can be written there."""
     path = check_path(path)
-    if path.suffix.lower() not in FILM_SUFFIXES:
-        raise ValueError(f"cannot write {path}: the suffix of a film must be one of {', '.join(FILM_SUFFIXES)}")
+    check_suffix(path, FILMS, "the suffix of a film")
     if path.suffix.lower() == ".mp4":
         _find_ffmpeg(path)
     return check_place(path)
@@ -38,14 +37,14 @@ def check_film(path: FilePath) -> Path:
 
 def is_series(path: Path) -> bool:
     """True for a path of many pictures: a film, or a name with a number in it."""
-    return path.suffix.lower() in FILM_SUFFIXES or is_numbered(path)
+    return path.suffix.lower() in FILMS or is_numbered(path)
 
 
 def check_series(path: Path) -> None:
     """Raises ValueError or OSError unless many pictures can be written there; call it before a long computation."""
     if not is_series(path):
         raise ValueError(
-            f"many pictures need a film (.mp4, .gif) or a number in the name (such as %04d.png), got {path}"
+            f"many pictures need a film ({', '.join(FILMS)}) or a number in the name (such as %04d.png), got {path}"
         )
     if is_numbered(path):
         check_writable(first_of(path))
@@ -97,6 +96,10 @@ class Film:
             Transparent parts become dark grey.
         """
         picture = _flattened(image)
+        with naming_written(self.path):
+            self._add(picture)
+
+    def _add(self, picture: Image.Image) -> None:
         if self._writer is None:
             kind = _Mp4 if self.path.suffix.lower() == ".mp4" else _Gif
             self._writer = kind(self._temporary, picture.size, self.fps)
@@ -111,8 +114,9 @@ class Film:
         if self._writer is None:
             return
         try:
-            self._writer.finish()
-            self._temporary.replace(self.path)
+            with naming_written(self.path):
+                self._writer.finish()
+                self._temporary.replace(self.path)
         finally:
             self.discard()
 
@@ -188,7 +192,7 @@ class _Mp4:
         self._process.wait()
         self._log.seek(0)
         lines = self._log.read().decode(errors="replace").split("\n")
-        return OSError(f"ffmpeg could not write the film: {' '.join(lines).strip() or self._process.returncode}")
+        return error_of(f"ffmpeg ended with {' '.join(lines).strip() or self._process.returncode}")
 
 
 class _Gif:

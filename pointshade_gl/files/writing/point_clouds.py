@@ -13,6 +13,7 @@ from ...messages.validation import check_path, check_type
 from ...scene.point_cloud import PointCloud
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
+from ..access.written_suffixes import POINTS, check_suffix
 
 FAR = 1000.0  # sizes of a cloud from the world's origin: beyond, float32 would move its points visibly
 
@@ -20,8 +21,7 @@ FAR = 1000.0  # sizes of a cloud from the world's origin: beyond, float32 would 
 def check_points_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
     path = check_path(path)
-    if path.suffix.lower() != ".ply":
-        raise ValueError(f"cannot write {path}: the suffix of a point cloud must be .ply")
+    check_suffix(path, POINTS, "the suffix of a point cloud")
     if find_spec("plyfile") is None:
         raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[ply]' for .ply")
     return check_place(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...estimation.multi_view import Comparison, band_of, compared, gains_of, nearest_others
 from ...estimation.pose_outliers import contradictions
+from ...messages.progress import Count
 from ...scene.camera import view_matrix
 from ...scene.frame import Frame
 from ..core.additive_blend import AdditiveBlend
@@ -46,17 +48,21 @@ class ConsensusPass(FullscreenPasses):
         self._bands: WeakKeyDictionary[FrameTextures, tuple[int, float]] = WeakKeyDictionary()  # of votes, by version
         self._told = Told()
 
-    def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors]) -> Consensus:
+    def find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], count: Count) -> Consensus:
         """Find what frames with estimated normals agree on, and write the trust in each point to their textures.
 
-        A frame that contradicts the others has no vote: its points only close holes. A note names it.
+        A frame that contradicts the others has no vote: its points only close holes. A note names it. count: of frames
+        that were judged
         """
         for member in members:
             member.trust = member.trust or Image(self._context, member.size, RG8)
         made = [image for member in members for image in (member.surface, member.trust)]
-        return self._steps.run("consensus", self._find, tuple(members), tuple(colors), made, of=members[0])
+        find = partial(self._find, count=count)  # of which no step sees that it is another
+        return self._steps.run("consensus", find, tuple(members), tuple(colors), made, of=members[0])
 
-    def _find(self, members: Sequence[FrameTextures], colors: Sequence[Colors], _: list[Images]) -> Consensus:
+    def _find(
+        self, members: Sequence[FrameTextures], colors: Sequence[Colors], _: list[Images], count: Count
+    ) -> Consensus:
         inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
         seen = [(*one, color) for one, color in zip(inputs, colors, strict=True)]
         others = nearest_others(frames)
@@ -77,6 +83,7 @@ class ConsensusPass(FullscreenPasses):
                 voters = tuple(inputs[j] for j in others[k] if j not in found.frames)
                 self._steps.run("trust", self._judge, *inputs[k], voters, band, of=member)
             self._bands[member] = member.version, band
+            count.step()
         return Consensus(band, gains_of(comparisons, len(members)), found.frames)
 
     def _band_before(self, members: Sequence[FrameTextures]) -> float | None:

@@ -1,0 +1,68 @@
+"""Tells errors that are meant for users from bugs of this package, and puts either into a sentence."""
+
+from __future__ import annotations
+
+import dis
+import os
+import sys
+import traceback
+from pathlib import Path
+from types import TracebackType
+
+from ..version import __version__
+from .errors import ContextError
+from .formatting import cut
+
+PACKAGE = str(Path(__file__).parents[1]) + os.sep  # as code objects have it
+DEBUG = "POINTSHADE_DEBUG"  # the environment variable that shows tracebacks, of all errors
+_RAISE = dis.opmap["RAISE_VARARGS"]
+
+
+class Bug(ValueError):
+    """A bug that made one of many things fail, in a sentence. Whoever goes on after a ValueError goes on after it."""
+
+
+def is_expected(error: BaseException) -> bool:
+    """Return whether an error is about files, options or the machine, and no bug.
+
+    A ValueError or a TypeError is, if a `raise` of this package raised it: what others raise of their own on bad input,
+    such as NumPy and Pillow, is translated where files are read. One without a traceback came from another process.
+    """
+    if isinstance(error, OSError | MemoryError | ContextError):
+        return True
+    if not isinstance(error, ValueError | TypeError) or isinstance(error, Bug):
+        return False
+    at = _innermost(error.__traceback__)
+    return at is None or (_is_ours(at) and at.tb_frame.f_code.co_code[at.tb_lasti] == _RAISE)
+
+
+def error_text(error: BaseException) -> str:
+    """Return what an error says, in one line; of a bug that it is one. POINTSHADE_DEBUG=1 prints its traceback."""
+    if os.environ.get(DEBUG, "0") not in ("", "0") and sys.stderr is not None:
+        traceback.print_exception(error)
+    said = " ".join(str(error).split())
+    if isinstance(error, Bug):
+        return said
+    if is_expected(error):
+        return said or "not enough memory"
+    what = f"{type(error).__name__}: {cut(said)}".removesuffix(": ")
+    return (
+        f"{what}{_place_of(error)}: this is a bug in pointshade_gl {__version__}, and "
+        f"no mistake of yours; please report it with the command and what {DEBUG}=1 shows"
+    )
+
+
+def _place_of(error: BaseException) -> str:
+    """The last line of this package that ran, in words."""
+    ours = [at for at in traceback.extract_tb(error.__traceback__) if at.filename.startswith(PACKAGE)]
+    return f" (in {Path(ours[-1].filename).relative_to(PACKAGE).as_posix()}:{ours[-1].lineno})" if ours else ""
+
+
+def _innermost(at: TracebackType | None) -> TracebackType | None:
+    while at is not None and at.tb_next is not None:
+        at = at.tb_next
+    return at
+
+
+def _is_ours(at: TracebackType) -> bool:
+    return at.tb_frame.f_code.co_filename.startswith(PACKAGE)

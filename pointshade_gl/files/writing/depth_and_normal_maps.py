@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,7 @@ from ...messages.validation import as_given, check_choice, check_path
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..pictures.exr import check_exr, write_exr
-from ..pictures.picture_files import AXES, check_writable, normals_to_rgb, save_image, turned_normals
+from ..pictures.picture_files import AXES, AxesName, check_writable, normals_to_rgb, save_image, turned_normals
 
 DEPTH_SUFFIXES = (".png", ".exr", ".tif", ".tiff", ".npy")
 
@@ -106,7 +107,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
         raise ValueError(f"{error}, .exr") from None
 
 
-def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:
+def save_normals(path: FilePath, normals: ArrayLike, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
     """Write normals completely or not at all: floats to .npy and .exr, colours to .png, .jpg, .webp and .tif.
 
     Parameters

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import random
 import select
 import shlex
 import shutil
 import subprocess
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -33,10 +35,16 @@ settings.load_profile("same")
 
 def pytest_addoption(parser):
     parser.addoption("--update-golden", action="store_true", help="rewrite the stored pictures with today's pictures")
+    parser.addoption("--shuffle", metavar="SEED", help="run files in random order, and the tests of each file, too")
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
     """Tests of the system may take longer than others, unless --timeout says how long any test may take."""
+    if seed := config.getoption("shuffle"):
+        rng = random.Random(seed)
+        files = defaultdict(rng.random)
+        items.sort(key=lambda item: (files[item.path], rng.random()))
     if config.getoption("timeout", None) is None:
         for item in items:
             if item.get_closest_marker("system"):
@@ -202,6 +210,6 @@ def golden(request, renderer):
                 ps.save_image(FAILURES / f"{name}.actual.png", actual)
                 ps.save_image(FAILURES / f"{name}.{kind}.png", picture)
                 ps.save_image(FAILURES / f"{name}.{kind}.difference.png", difference_picture(actual, picture))
-                pytest.fail(f"{name} against {kind}: {complaint}; see {FAILURES.name}/")
+                pytest.fail(f"{name} against {kind}: {complaint}; see {FAILURES}")
 
     return check

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+import secrets
 import signal
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 LOCAL = "local"
 MISSING = "Ray is not installed: pip install 'pointshade-gl[ray]'"
 PATIENCE = 5.0  # seconds for a cluster to answer: by itself Ray would try for minutes
 STORE = 500 << 20  # bytes of shared memory of a Ray of our own: a few pictures are on their way at a time
+TOKEN = secrets.token_hex(32)  # Ray reads it once in a process
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM") if hasattr(signal, name)]
 
 
@@ -38,7 +41,7 @@ def connected(address: str, workers: int | None = None) -> Iterator[Any]:
     try:
         if address == LOCAL:
             processors = max(os.cpu_count() or 1, workers or 1)
-            with _no_reports():
+            with settings_of_local():
                 ray.init(LOCAL, num_cpus=processors, include_dashboard=False, object_store_memory=STORE, **quiet)
         else:
             _check_answers(address)
@@ -60,15 +63,21 @@ def silence_ray() -> None:
 
 
 @contextmanager
-def _no_reports() -> Iterator[None]:
-    """A Ray that starts inside tells its makers nothing over the network, unless the user has decided about it."""
-    name = "RAY_USAGE_STATS_ENABLED"
-    is_decided = name in os.environ
-    os.environ.setdefault(name, "0")
+def settings_of_local() -> Iterator[None]:
+    """A Ray of our own starts inside, with settings about which the user has not decided.
+
+    It tells its makers nothing over the network. Its token lies in the home, or nowhere if that cannot be written.
+    """
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - without a home it stays ~
+    settings = {"RAY_USAGE_STATS_ENABLED": "0"}
+    if not (home / ".ray").exists() and not os.access(home, os.W_OK):
+        settings["RAY_AUTH_TOKEN"] = TOKEN
+    ours = settings.keys() - os.environ.keys()
+    os.environ.update({name: settings[name] for name in ours})
     try:
         yield
     finally:
-        if not is_decided:
+        for name in ours:
             del os.environ[name]
 
 

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from ..files.access.atomic_write import naming_written, sha256_of
 from ..files.access.builtin import builtin_folder
@@ -15,7 +15,7 @@ from ..files.access.written_suffixes import BATCH_NORMALS as NORMALS
 from ..files.access.written_suffixes import BATCH_PAGE as PAGE
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import FrameSequence, first_readable, open_frames
-from ..files.pictures.picture_files import save_image
+from ..files.pictures.picture_files import AxesName, save_image
 from ..files.sources import is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals
 from ..messages.notes import once, print_note, taken
@@ -60,8 +60,8 @@ class Job:
     turntable: str | None = None
     frames: int | None = None
     fps: float = 25.0
-    axes: str | None = None
-    bits: int = 8
+    axes: AxesName | None = None
+    bits: Literal[8, 16] = 8
     quality: QualityName = "exact"
     title: str | None = None
 

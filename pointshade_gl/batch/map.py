@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ..messages.notes import Note, once, print_note, taken
 from ..messages.progress import Count, Progress
 from ..messages.validation import check_count, check_flag, check_function, check_number, check_type, is_a
 from ..rendering.notebook import Picture
-from ..rendering.request import FilePath, RenderRequest, loaded
+from ..rendering.request import FilePath, RenderRequest, Source, loaded
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
 from ..scene.graph import Scene
@@ -35,8 +35,32 @@ from .processes import on_processes, usable_cores
 AHEAD = 4  # pictures for each worker that may wait for their turn
 
 
+@overload
 def map(
-    frames: Iterable[Any] | FilePath,
+    frames: Iterable[Source] | FilePath,
+    look: Look | None = None,
+    view: View | None = None,
+    *,
+    workers: int | None = None,
+    ray: str | None = None,
+    num_gpus: float = 0.0,
+    device: int = 0,
+    return_exceptions: Literal[False] = False,
+) -> Iterator[NDArray[np.uint8]]: ...
+@overload
+def map(
+    frames: Iterable[Source] | FilePath,
+    look: Look | None = None,
+    view: View | None = None,
+    *,
+    workers: int | None = None,
+    ray: str | None = None,
+    num_gpus: float = 0.0,
+    device: int = 0,
+    return_exceptions: bool,
+) -> Iterator[NDArray[np.uint8] | Exception]: ...
+def map(
+    frames: Iterable[Source] | FilePath,
     look: Look | None = None,
     view: View | None = None,
     *,

@@ -35,7 +35,7 @@ class Worker:
         self._errors = tempfile.TemporaryFile(mode="w+")  # noqa: SIM115  # closed with the process
         jobs = Path(__file__).with_name("speed_jobs.py").read_text(encoding="utf-8")
         self._process = subprocess.Popen(
-            [sys.executable, "-c", jobs, str(device)], cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)},
+            [sys.executable, "-c", jobs, str(device)], cwd=folder, env=_environment(folder),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, text=True,
         )  # fmt: skip
         try:
@@ -66,6 +66,12 @@ class Worker:
         self._process.kill()
         self._process.communicate()
         self._errors.close()
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    """This one's, in which the package of a folder comes first."""
+    paths = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 def race(folders: dict[str, Path], device: int, rounds: int, advance: Callable[[], None]) -> dict[str, Times]:

@@ -66,7 +66,7 @@ def _view(asked: Asked, folder: Path, of_scene: bool) -> View:
 def _job(asked: Asked, source: Source, folder: Path, reading: tuple[tuple[str, Any], ...], view: View) -> Job:
     """The job of a source, without frame and path."""
     kind, film = asked.how.to, asked.film
-    writing = asked.axes, asked.bits, asked.page.exactness, asked.page.title
+    writing: tuple[Any, ...] = asked.axes, asked.bits, asked.page.exactness, asked.page.title
     return Job(source.path, folder, kind, None, view, reading, film.turntable, film.frames, film.fps, *writing)
 
 

@@ -29,9 +29,7 @@ from .output import open_renderer, progress, report, spinner, warn_skipped
 Source = Frame | Scene | Sequence[Frame]
 
 
-def write_normals(
-    source: Source, view: View, output: Path, axes: str | None, bits: int, explain: bool, device: int
-) -> None:
+def write_normals(source: Source, view: View, output: Path, axes: Any, bits: Any, explain: bool, device: int) -> None:
     """Writes normals by the method and the options of a view's look, as `save_normals` does."""
 
     def draw(renderer: Renderer, request: RenderRequest) -> Any:

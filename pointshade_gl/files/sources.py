@@ -9,7 +9,7 @@ from contextvars import copy_context
 from functools import partial
 from itertools import islice, repeat
 from os import PathLike
-from typing import Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -18,33 +18,36 @@ from ..messages.notes import Note, once, print_note
 from ..messages.validation import is_a
 from ..scene.frame import Frame
 from ..scene.graph import Scene
+from ..scene.option_fields import takes
 from ..scene.point_object import MOST_FRAMES
 from .access.builtin import SCENES, builtin_folder
 from .access.content import FilePath
 from .frames.frame_files import load_frame
-from .frames.frame_parts import ReadOptions
+from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
 from .gltf import load_scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 SCENE_FILES = (".gltf", ".glb")
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
-def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequence:
+@takes(LoadOptions, like=load_frame)
+def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> Frame | FrameSequence:
     """Open the frame, or the sequence of frames, of a folder, a depth file or a built-in name.
 
     Parameters
     ----------
     path : path or None
         As `folder` of `load_frame`.
-    **load_options
-        As for `load_frame`; with depth or color, the result is a single frame. Of each kind of note only the first is
-        printed.
 
     Returns
     -------
     Frame or FrameSequence
-        A sequence reads each frame when it is asked for; its slices are sequences, too.
+        A sequence reads each frame when it is asked for; its slices are sequences, too. With depth or color the result
+        is a single frame.
 
     Raises
     ------
@@ -54,9 +57,10 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
     Notes
     -----
     Pictures, cameras and poses are found by the patterns in files/access/file_name_patterns.py. Where several views
-    overlap, their depths show how poses are to be understood, see files/poses/pose_convention.py.
+    overlap, their depths show how poses are to be understood, see files/poses/pose_convention.py. Of each kind of note
+    only the first is printed.
     """
-    options = {name: value for name, value in load_options.items() if value is not None}
+    options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
     note = once(options.pop("notes", print_note))
@@ -66,12 +70,13 @@ def open_source(path: FilePath | None, **load_options: Any) -> Frame | FrameSequ
     return first.frame if len(sequence) == 1 else sequence
 
 
-def load_any(source: FilePath | None, **load_options: Any) -> Frame | Scene:
+@takes(LoadOptions)
+def load_any(source: FilePath | None, **load_options: Unpack[LoadOptions]) -> Frame | Scene:
     """Load what a folder, a file or a built-in name holds: a frame, the first one of a sequence, or a scene.
 
     load_options  as for `load_frame`; None counts as not given. Raises as `load_frame` and `load_scene` do.
     """
-    options = {name: value for name, value in load_options.items() if value is not None}
+    options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if not is_scene(source):
         return load_frame(source, **options)
     if given := [option(name) for name in options if name not in _LIMITS]:

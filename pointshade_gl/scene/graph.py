@@ -6,26 +6,29 @@ World axes are what the nodes' transforms make them; cameras look along z with y
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..messages.formatting import counted
-from ..messages.validation import check_color, check_type
+from ..messages.validation import Numbers, check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
 from .light import Light, transformed
 from .mesh import Mesh
-from .node import Node, check_nodes
+from .node import Node, NodeOptions, check_nodes
 from .placed import Matrix, Placed, Way
 from .point_object import PointObject
 from .preview import Preview
 from .shadow_cameras import Extent
 from .values import Value, frozen
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
@@ -36,7 +39,7 @@ class Scene(Value, Preview):
 
     Parameters
     ----------
-    nodes : tuple of Node
+    nodes : sequence of Node
         Nodes at the top; the others are their children.
     camera : Camera, optional
         Camera unless `render` is given another; None is one that sees everything, turned like the pose.
@@ -55,8 +58,18 @@ class Scene(Value, Preview):
 
     nodes: tuple[Node, ...] = ()
     camera: Camera | None = None
-    pose: ArrayLike | None = None
+    pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     ambient: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    if TYPE_CHECKING:  # what may be passed is more than what is kept
+
+        def __init__(
+            self,
+            nodes: Sequence[Node] = ...,
+            camera: Camera | None = None,
+            pose: Numbers | None = None,
+            ambient: Numbers = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
@@ -100,7 +113,7 @@ class Scene(Value, Preview):
                 continue
             above.add(id(node))
             stack.append((node, None, way))
-            world = parent @ np.asarray(node.transform)
+            world = parent @ node.transform
             contents = node.content if isinstance(node.content, tuple) else (node.content,)
             found.extend(Placed(content, world, node, way) for content in contents if content is not None)
             stack.extend((child, world, (way, k)) for k, child in reversed(list(enumerate(node.children))))
@@ -162,8 +175,7 @@ class Scene(Value, Preview):
     @property
     def scale(self) -> float:
         """Return the distance by which the middle lies ahead of the camera; 1 if it does not."""
-        pose = np.asarray(self.pose)
-        ahead = float(pose[:3, 2] @ (self.pivot - pose[:3, 3]))
+        ahead = float(self.pose[:3, 2] @ (self.pivot - self.pose[:3, 3]))
         return ahead if ahead > 0 else 1.0
 
     @property
@@ -172,7 +184,7 @@ class Scene(Value, Preview):
 
         It is the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
         """
-        own = np.asarray(self.pose)[:3, 1]
+        own = self.pose[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 
     @cached_property
@@ -202,7 +214,7 @@ class Scene(Value, Preview):
             yield tuple(path), node
             stack.extend((depth + 1, k, child) for k, child in reversed(list(enumerate(node.children))))
 
-    def with_node(self, path: tuple[int, ...], **changes: Any) -> Scene:
+    def with_node(self, path: tuple[int, ...], **changes: Unpack[NodeOptions]) -> Scene:
         """Return the scene with one node changed.
 
         Parameters
@@ -224,10 +236,11 @@ class Scene(Value, Preview):
             levels.append(levels[-1][k].children)
         if not 0 < len(path) < len(levels):
             raise ValueError(f"the scene has no node at the path {path}")
+        below = self.nodes
         for nodes, k in zip(levels[-2::-1], path[::-1], strict=True):
-            new = replace(nodes[k], **changes)
-            changes = {"children": (*nodes[:k], new, *nodes[k + 1 :])}
-        return replace(self, nodes=changes["children"])
+            below = (*nodes[:k], replace(nodes[k], **changes), *nodes[k + 1 :])
+            changes = {"children": below}
+        return replace(self, nodes=below)
 
     def with_every_node(self, changes: Callable[[Node], dict[str, Any]]) -> Scene:
         """Return the scene with all nodes changed.

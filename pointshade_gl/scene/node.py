@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from ..messages.formatting import shown
-from ..messages.validation import check_flag, is_a, items_of
+from ..messages.validation import Numbers, check_flag, is_a, items_of
 from .light import Light
 from .mesh import Mesh
 from .point_object import PointObject
 from .rotation import check_matrix
 from .values import Value, frozen
+
+Content = PointObject | Mesh | Light
+
+
+class NodeOptions(TypedDict, total=False):
+    """The fields of a Node."""
+
+    content: Content | Sequence[Content] | None
+    name: str
+    transform: Numbers
+    children: Sequence[Node]
+    visible: bool
+    shadow: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +37,14 @@ class Node(Value):
 
     Parameters
     ----------
-    content : PointObject, Mesh, Light, or a tuple of them, optional
+    content : PointObject, Mesh, Light, or a sequence of them, optional
         What is drawn here. The position and direction of a light are in node axes.
     name : str
         Its name in messages and files.
     transform : (4, 4) float
         Node-to-parent; of a point object a rotation, a translation and one scale for all axes. The default is the
         identity.
-    children : tuple of Node
+    children : sequence of Node
         Nodes below it.
     visible : bool
         False hides the node and all below it.
@@ -43,12 +57,24 @@ class Node(Value):
         For anything else; the message names the node.
     """
 
-    content: PointObject | Mesh | Light | tuple[PointObject | Mesh | Light, ...] | None = None
+    content: Content | tuple[Content, ...] | None = None
     name: str = ""
-    transform: ArrayLike = field(default_factory=lambda: np.eye(4))
+    transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     children: tuple[Node, ...] = ()
     visible: bool = True
     shadow: bool = True
+
+    if TYPE_CHECKING:  # what may be passed is more than what is kept
+
+        def __init__(
+            self,
+            content: Content | Sequence[Content] | None = None,
+            name: str = ...,
+            transform: Numbers = ...,
+            children: Sequence[Node] = ...,
+            visible: bool = ...,
+            shadow: bool = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         where = self.title

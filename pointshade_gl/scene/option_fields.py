@@ -102,7 +102,7 @@ def takes(known: type, *groups: type, like: Callable[..., Any] | None = None) ->
         listed = [(found[one.name], one) for one in (*plain, *named) if one.name in found]
         was, taken = older_names(one for one, _ in listed), {one.name for one in (*plain, *named)}
         called = _understanding(was, _checking(function, taken))
-        others = [entry for name, entry in _entries(like.__doc__).items() if name in taken] if like else []
+        others = [entry for name, entry in _entries(inspect.getdoc(like)).items() if name in taken] if like else []
         order = f" {' '.join(one.name for one in (*plain, *named))} ".replace(" ", "  ")
         called.__doc__ = with_parameters(function.__doc__, listed, others, order)
         called.__signature__ = signature.replace(parameters=[*plain, *named])

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, TypedDict, cast
 
 from ..messages.formatting import option
-from ..messages.validation import LARGEST, check_color, check_direction, check_number
+from ..messages.validation import LARGEST, Numbers, check_color, check_direction, check_number
 from .css_colors import linear_color
 from .option_fields import PICTURE, opt, option_class
 from .sample_pattern import check_samples
@@ -20,8 +19,8 @@ class FinishOptions(TypedDict, total=False):
     """The options of a Finish."""
 
     samples: int
-    background: str | Sequence[float] | None
-    ground: bool | Sequence[float]
+    background: str | Numbers | None
+    ground: bool | Numbers
     ground_height: float | None
 
 
@@ -49,7 +48,7 @@ class Finish:
         metavar="N",
         panel=PICTURE,
     )
-    background: str | Sequence[float] | None = opt(
+    background: str | Numbers | None = opt(
         None,
         'a colour: a name, "#rrggbb", or linear RGB; None or "transparent" is transparent. Alpha is the share of the '
         "pixel that is covered, and colours are not multiplied by it.",
@@ -57,7 +56,7 @@ class Finish:
         metavar="COLOR|transparent",
         panel=PICTURE,
     )
-    ground: bool | Sequence[float] = opt(
+    ground: bool | Numbers = opt(
         False,
         "True puts a ground under the object, on which only shadows are seen: those of lights that cast them. "
         "Without a light there is one that does, with soft shadows. Where the frame itself shows a floor, the "
@@ -99,7 +98,7 @@ class Finish:
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
 
 
-def _check_background(background: str | Sequence[float] | None) -> Vector | None:
+def _check_background(background: str | Numbers | None) -> Vector | None:
     if background is None:
         return None
     if not isinstance(background, str):
@@ -116,7 +115,7 @@ def _check_ground(ground: Any) -> bool | Vector:
     return ground if isinstance(ground, bool) else check_direction(ground, "ground")
 
 
-def _check_height(height: Any, ground: bool | Sequence[float]) -> float | None:
+def _check_height(height: Any, ground: bool | Numbers) -> float | None:
     if height is None:
         return None
     if ground is False:

@@ -9,9 +9,12 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 from enum import Enum
 from time import perf_counter
+from typing import Literal
 
 from .history import PAUSE
 from .views import Shown
+
+EventKind = Literal["key", "text", "move", "press", "release", "wheel", "leave", "drop", "refresh"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Event:
     time       seconds, of a clock that stands still while the window draws and cannot see events
     """
 
-    kind: str
+    kind: EventKind
     key: str = ""
     x: float = 0.0
     y: float = 0.0

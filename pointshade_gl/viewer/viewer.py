@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from ..messages.bugs import error_text
 from ..messages.formatting import shown
@@ -84,7 +85,7 @@ class Viewer(Session):
         lights: Sequence[Light] = (),
         others: Sequence[Frame | Iterable[Frame]] = (),
         fps: float | Sequence[float | None] | None = None,
-        views: int | str | Sequence[int] | None = None,
+        views: int | Literal["all"] | Sequence[int] | None = None,
         record: str | Path | None = None,
         panel: bool = False,
         command_line: CommandLine | None = None,

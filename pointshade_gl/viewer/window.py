@@ -12,7 +12,7 @@ from typing import Any
 from ..gpu.context.current_context import kept
 from ..messages.errors import ContextError
 from ..scene.camera import Camera
-from .events import Event
+from .events import Event, EventKind
 
 LONGEST_SLEEP = 0.5  # seconds
 BUTTONS = ("left", "right", "middle")  # as GLFW counts them
@@ -182,7 +182,7 @@ class Window:
         self.glfw.post_empty_event()
 
     def _tell(
-        self, kind: str, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
+        self, kind: EventKind, key: str = "", steps: float = 0.0, mods: int | None = None, paths: tuple[str, ...] = ()
     ) -> None:
         """Where the pointer was, the events before have told: asked now, it may have gone on."""
         glfw = self.glfw

@@ -1,6 +1,7 @@
 """`pointshade bench --speed --against`: versions are timed in turn, commits unpacked, stored figures read."""
 
 import json
+import os
 import subprocess
 
 import pytest
@@ -45,6 +46,14 @@ def test_outside_a_checkout_the_error_says_what_else_can_be_passed(tmp_path, mon
 def test_a_version_that_does_not_run_is_named(repository):
     with pytest.raises(ValueError, match=r"old does not run here: ImportError: no version 2"):
         against.Worker(repository, 0, "old")
+
+
+def test_a_version_finds_the_packages_that_this_one_finds(repository, monkeypatch, tmp_path):
+    (tmp_path / "beside.py").write_text("raise ImportError('beside is found')\n")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    (repository / "pointshade_gl" / "__init__.py").write_text("import beside\n")
+    with pytest.raises(ValueError, match="new does not run here: ImportError: beside is found"):
+        against.Worker(repository, 0, "new")
 
 
 @pytest.mark.gl

@@ -25,7 +25,7 @@ def refuse(text):
 
 
 def save(array, path):
-    path.parent.mkdir(exist_ok=True)
+    path.parent.mkdir(parents=True, exist_ok=True)
     Image.fromarray(array).save(path)
 
 
@@ -90,6 +90,19 @@ def test_files_win_over_the_folder(folder):
     np.testing.assert_allclose(frame.depth, DEEP * 2 / 5000, rtol=1e-6)  # the scale is still the folder's
     np.testing.assert_array_equal(frame.color, 255 - COLOR)
     assert frame.camera == camera
+
+
+@pytest.mark.parametrize("named", ["second_depth", "../link"])
+def test_the_colour_of_a_depth_by_another_path_lies_beside_it(tmp_path, monkeypatch, named):
+    """Folders with "depth" in their names may have their colours beside them: another data set's are not taken."""
+    for name, color in (("first_depth", 255 - COLOR), ("second_depth", COLOR)):
+        save(color, tmp_path / "sets" / name / "color.png")
+        save(DEEP, tmp_path / "sets" / name / "depth.png")
+        (tmp_path / "sets" / name / "intrinsics.json").write_text(json.dumps(INTRINSICS))
+    (tmp_path / "link").symlink_to(tmp_path / "sets" / "second_depth")
+    monkeypatch.chdir(tmp_path / "sets")
+    frame = ps.load_frame(named, depth=f"{named}/depth.png", notes=refuse)
+    np.testing.assert_array_equal(frame.color, COLOR)
 
 
 def test_arrays_need_no_file():

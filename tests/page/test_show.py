@@ -15,9 +15,9 @@ def made(renderer):
     return cell.draw_cell(renderer, FRAME, height=300, title='a "sphere" & more')
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def notebook(browser, made):
-    """The cell between others, so high that the notebook scrolls; and the page in it. One for all tests."""
+    """The cell between others, so high that the notebook scrolls; and the page in it. A click there is kept."""
     other = '<p style="height: 100px; margin: 0">In [1]</p>'
     with browser.opened(f"<!doctype html><title>notebook</title>{other}{made._repr_html_()}{6 * other}") as opened:
         inside = opened.page.frame_locator("iframe")

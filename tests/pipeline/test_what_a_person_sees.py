@@ -41,7 +41,7 @@ def complaint(cell):
         return ""
     FAILURES.mkdir(exist_ok=True)
     sheet([cell]).save(FAILURES / f"eyes {cell.name}.png")
-    return f"{cell.name}: {cell.share:.3f} % is wrong, {cell.bound} may be; see {FAILURES.name}/"
+    return f"{cell.name}: {cell.share:.3f} % is wrong, {cell.bound} may be; see {FAILURES}"
 
 
 @pytest.mark.parametrize("case", list(cases()), ids=lambda case: case.name)

@@ -12,6 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.cli.look_options import LookOptions as TypedLook
 from pointshade_gl.cli.options import ViewOptions
 from pointshade_gl.cli.picture_options import PictureOptions
+from pointshade_gl.files.frames.frame_parts import LoadOptions
 from pointshade_gl.messages import notes
 from pointshade_gl.rendering.request import DepthOptions, PointsOptions, RenderOptions, RenderRequest
 from pointshade_gl.scene.appearance import LookOptions
@@ -70,6 +71,13 @@ def test_the_types_for_editors_are_those_of_the_fields(listed, group, besides):
     assert known == {name: kind.__forward_arg__ for name, kind in listed.__annotations__.items()}
 
 
+def test_the_types_of_what_is_read_are_those_of_load_frame():
+    taken = inspect.signature(ps.load_frame).parameters
+    known = {name: one.annotation for name, one in taken.items() if one.kind is one.KEYWORD_ONLY}
+    listed = {name: kind.__forward_arg__.removesuffix(" | None") for name, kind in LoadOptions.__annotations__.items()}
+    assert listed == {name: kind.removesuffix(" | None") for name, kind in known.items()}
+
+
 @pytest.mark.parametrize(
     ("function", "options"),
     [
@@ -95,6 +103,7 @@ def test_help_lists_every_option_with_its_default_and_its_documentation(function
         (lambda: RenderRequest.of("vase", unligt=True), r"of\(\) got .* 'unligt' \(did you mean unlight\?\)"),
         (lambda: ps.render(RenderRequest.of("vase"), yaw=3), "a request has all its options: leave out yaw"),
         (lambda: ps.Look(flyng="snap"), "flyng"),
+        (lambda: ps.open_source("vase", depht_scale=3), r"open_source\(\) got .* \(did you mean depth_scale\?\)"),
     ],
 )
 def test_a_wrong_name_is_named(call, says):

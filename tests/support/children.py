@@ -7,6 +7,7 @@ import signal
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -26,6 +27,12 @@ def default_signals() -> Iterator[None]:
     finally:
         for ending in ignored:
             signal.signal(ending, signal.SIG_IGN)
+
+
+def environment_with(folder: Path) -> dict[str, str]:
+    """The environment for a process that finds the packages of a folder before those that this one finds."""
+    paths = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 @contextmanager

@@ -26,6 +26,7 @@ from pointshade_gl.files.frames.examine import examine, facts
 from pointshade_gl.files.writing.film import Film
 from pointshade_gl.messages.bugs import is_expected
 
+from .children import environment_with
 from .damage import damaged
 from .places import ROOT
 
@@ -112,7 +113,7 @@ def outcomes(jobs: list[dict], folder: Path) -> dict[str, dict]:
     temporary = folder / "temporary"
     temporary.mkdir()
     command = [sys.executable, "-m", __name__, folder / "jobs.json"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}
+    environment = environment_with(ROOT) | {"TMPDIR": str(temporary)}
     patience = 120 + 2 * len(jobs)  # seconds, for the slowest machine
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=patience)
     found = {one["name"]: one for one in map(json.loads, re.findall(r"^{.*}$", done.stdout, re.M))}

@@ -1,12 +1,12 @@
 """The package without its repository: sdist, wheel from the sdist, and a picture from the wheel alone."""
 
-import os
 import subprocess
 import sys
 import zipfile
 
 import pytest
 
+from ..support.children import environment_with
 from ..support.places import ROOT
 
 pytestmark = pytest.mark.system
@@ -43,7 +43,7 @@ def test_the_wheel_renders_the_vase_without_its_source(wheel, tmp_path):
         " print(p.shader_folder());"
         " sys.argv[1:] = ['render', '-o', 'vase.png']; pointshade_gl.cli.main.main()"
     )
-    environment = os.environ | {"PYTHONPATH": str(site)}
+    environment = environment_with(site)
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,9 @@ from ...messages.validation import check_positive
 from ...scene.camera import Camera
 from .missing_depth import blocks, known_values
 
-METRIC = ("z", "ray", "plane")
-KINDS = (*METRIC, "inverse", "disparity", "kinect")
+DepthKind = Literal["z", "ray", "plane", "inverse", "disparity", "kinect"]
+KINDS: tuple[DepthKind, ...] = get_args(DepthKind)
+METRIC = KINDS[:3]
 NEAREST, FARTHEST = 1.0, 10.0  # metres between which depth without a scale is laid
 
 # Konolige & Mihelich, "Technical description of Kinect calibration", 2010: eighths of a pixel, less than at infinity

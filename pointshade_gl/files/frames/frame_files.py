@@ -18,6 +18,7 @@ from ..access.content import FilePath
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..depth.depth_files import one_channel
+from ..depth.depth_kinds import DepthKind
 from ..index.folders import FrameFiles, check_folder, find_color
 from .assembly import assemble
 from .frame_parts import Assembled, Parts, ReadOptions, is_path
@@ -33,7 +34,7 @@ def load_frame(
     intrinsics: FilePath | ArrayLike | Camera | None = None,
     fov: float | None = None,
     depth_scale: float | None = None,
-    depth_kind: str | None = None,
+    depth_kind: DepthKind | None = None,
     baseline: float | None = None,
     pose: FilePath | ArrayLike | None = None,
     allow_outside: bool = False,

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple, TypedDict, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...messages.formatting import option
+from ...messages.notes import Note
 from ...messages.validation import check_choice, check_positive
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -19,7 +20,7 @@ from ..access.content import FilePath
 from ..access.limits import MAX_PIXELS
 from ..cameras.intrinsics import Intrinsics
 from ..containers.contents import Contents
-from ..depth.depth_kinds import KINDS, Coding
+from ..depth.depth_kinds import KINDS, Coding, DepthKind
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class ReadOptions:
     intrinsics: FilePath | ArrayLike | Camera | None = None
     fov: float | None = None
     depth_scale: float | None = None
-    depth_kind: str | None = None
+    depth_kind: DepthKind | None = None
     baseline: float | None = None
     pose: FilePath | ArrayLike | None = None
     max_pixels: float = MAX_PIXELS
@@ -40,6 +41,22 @@ class ReadOptions:
             raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
+
+
+class LoadOptions(TypedDict, total=False):
+    """The options of `load_frame`; None counts as not given."""
+
+    color: FilePath | ArrayLike | None
+    depth: FilePath | ArrayLike | None
+    intrinsics: FilePath | ArrayLike | Camera | None
+    fov: float | None
+    depth_scale: float | None
+    depth_kind: DepthKind | None
+    baseline: float | None
+    pose: FilePath | ArrayLike | None
+    allow_outside: bool | None
+    max_pixels: float | None
+    notes: Note | None
 
 
 class Parts(NamedTuple):

@@ -99,7 +99,7 @@ class _Writer:
             values["extras"] |= self.points(points.pop(0), node.name)
         if lights and np.array_equal(light_place(lights[0]), np.eye(4)):
             values["extensions"] = self.light(lights.pop(0), node.shadow)
-        index = self.add_node(node.name, np.asarray(node.transform), **values)
+        index = self.add_node(node.name, node.transform, **values)
         below = self.gltf["nodes"][index]["children"]
         shadow = {} if node.shadow else {"shadow": False}
         below += [self.add_node("", np.eye(4), extras=shadow | self.points(item, node.name)) for item in points]

@@ -119,7 +119,9 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     """The colour picture of a folder that belongs to a depth picture, which the caller has named."""
     folder = place.path
     items = [item for item in place.listing.files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
-    named = next((item for item in items if item.path == depth), Item(depth, depth.name.lower()))
+    alike = (item for item in items if item.path.name == depth.name)  # links are followed for few
+    own = next((item for item in alike if item.path.resolve() == depth.resolve()), None)
+    named = own or Item(depth, depth.name.lower())
     colors = _colors_of(folder, items, [named], lambda _: None)
     same = next((item.path for item in colors if item.key == named.key), None)
     if same or not colors:

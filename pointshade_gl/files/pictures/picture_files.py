@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from threading import Lock
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,7 +43,8 @@ TURNED = 0x0112  # the EXIF tag of how a camera was held
 _TILE = (322, 323)  # the TIFF tags of a tile's width and height
 # Signs of a normal's x, y and z (camera axes: right, down, forward) in other axes, by the names that normal maps have.
 # The surface that faces the viewer is blue in OpenGL's and in DirectX's; their green points up and down.
-AXES = {"opencv": (1, 1, 1), "opengl": (1, -1, -1), "directx": (1, 1, -1)}
+AxesName = Literal["opencv", "opengl", "directx"]
+AXES: dict[AxesName, tuple[int, int, int]] = {"opencv": (1, 1, 1), "opengl": (1, -1, -1), "directx": (1, 1, -1)}
 _pillow = Lock()  # its limit and Python's filters for warnings belong to the whole process: one thread at a time
 
 
@@ -253,7 +254,7 @@ def _check_webp(head: bytes, name: str, max_pixels: float) -> None:
     check_pixels(*sides, name, max_pixels)
 
 
-def normals_to_rgb(normals: ArrayLike, axes: str = "opengl", bits: int = 8) -> NDArray[Any]:
+def normals_to_rgb(normals: ArrayLike, axes: AxesName = "opengl", bits: int = 8) -> NDArray[Any]:
     """Normals in colours, by default the usual ones: red = right, green = up, blue = towards the viewer.
 
     normals  (h, w, 3) float, unit, camera axes (x right, y down, z forward), NaN where missing
@@ -268,7 +269,7 @@ def normals_to_rgb(normals: ArrayLike, axes: str = "opengl", bits: int = 8) -> N
     return image
 
 
-def turned_normals(normals: ArrayLike, axes: str) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+def turned_normals(normals: ArrayLike, axes: AxesName) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """Normals of the camera's axes in others, (h, w, 3) float and 0 where missing, and (h, w) where they are known."""
     array = as_given(normals, "normals must have shape (h, w, 3)")
     if array.ndim != 3 or array.shape[2] != 3:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +15,14 @@ from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..access.written_suffixes import DEPTH, NORMALS, check_suffix
 from ..pictures.exr import check_exr, write_exr
-from ..pictures.picture_files import AXES, normals_to_rgb, save_image, turned_normals, write_by_pillow
+from ..pictures.picture_files import (
+    AXES,
+    AxesName,
+    normals_to_rgb,
+    save_image,
+    turned_normals,
+    write_by_pillow,
+)
 
 
 def check_depth_path(path: FilePath) -> Path:
@@ -100,7 +108,7 @@ def check_normals_path(path: FilePath, axes: str | None = None, bits: int = 8) -
     return _check_map(path)
 
 
-def save_normals(path: FilePath, normals: ArrayLike, axes: str | None = None, bits: int = 8) -> None:
+def save_normals(path: FilePath, normals: ArrayLike, axes: AxesName | None = None, bits: Literal[8, 16] = 8) -> None:
     """Write normals completely or not at all: floats to .npy and .exr, colours to pictures.
 
     Parameters

@@ -1,0 +1,246 @@
+"""What users write: each public name in use, as pyright and mypy see it. Lines with `# wrong` must be errors.
+
+It is read, not run: see tests/test_user_types.py. What is made of a class is called like the class.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+import pointshade_gl as ps
+from pointshade_gl.viewer import Event, Viewer
+
+folder, matrix = Path("folder"), np.eye(4)
+rows = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+print(ps.__version__, ps.files.__name__)
+
+# cameras and poses
+camera = ps.Camera(500, 500.0, 319.5, 239.5, 640, 480)
+wide = ps.Camera.from_fov(60, 640, 480)
+rays, points = camera.rays(), camera.unproject(np.ones((480, 640), np.float32))
+corner = camera.unproject([1.0, 2.0], pixels=[(0, 0), (639, 479)], pose=rows)
+seen = camera.project([[0, 0, 1]], pose=matrix)
+across, column = camera.ray_at(320, 240), camera.pixel_at(0.1, 0.2, 1.0)
+smaller, fitted = camera.resized(320, 240), camera.fitted(100, 100)
+numbers = [camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, *camera.intrinsics]
+turned = ps.orbit_pose(None, [0, 0, 2], yaw=10, pitch=-5.0, dolly=0.1, upright=(0, 1, 0))
+moved = ps.orbit_pose(matrix, np.zeros(3), 10)
+
+# frames
+frame = ps.Frame(np.zeros((480, 640, 3), np.uint8), np.ones((480, 640)), camera, pose=rows, source="left")
+plain = ps.Frame(None, [[1.0, 2.0], [3.0, 4.0]], camera)
+color, depth, pose, name = frame.color, frame.depth, frame.pose, frame.source
+own, larger = frame.camera, frame.picture_camera
+facts = frame.points_known, frame.is_sparse, frame.box, frame.depth_range, frame.scale
+places = [frame.corners, frame.splat_corners(0.5), frame.main_corners, frame.pivot]
+loaded = ps.load_frame("vase")
+loaded = ps.load_frame(folder, allow_outside=True, max_pixels=1e8, notes=print)
+loaded = ps.load_frame(color="color.png", depth=folder / "depth.png", intrinsics="500,500,320,240", depth_scale=1000)
+loaded = ps.load_frame(depth=np.ones((2, 2)), color=[[[0, 0, 0]]], intrinsics=(500, 500, 320, 240), pose=matrix)
+loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseline=0.1, pose="pose.txt")
+
+# lights, materials, looks, views
+light = ps.Light(position=[0, 0, 1], direction=np.array([0, 0, 1]), color=(1, 0.9, 0.8), shadow=True)
+sun = ps.Light(direction=(0, 1, 0), intensity=2, attenuation=[1, 0, 0], cone=[10, 20], radius=0, angle=0.53)
+of_light = light.position, light.direction, light.color, light.intensity, light.attenuation, light.cone
+switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft
+material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
+strengths = material.ambient, material.diffuse, material.specular, material.shininess, material.strengths
+look = ps.Look(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
+other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="snap", temporal=True)
+other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True)
+of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying
+values = look.normals, look.point_size, look.max_depth_step, look.noise
+asked = look.temporal, look.unlight, look.remove_highlights
+checks = look.has_own_sizes, look.is_uniform, look.fills, look.farthest_reach, look.is_plain
+looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
+sizes, options = look.sizes_for(frame.depth), look.options
+finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)
+mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=np.ones(3), ground=np.ones(3))
+of_finish = finish.samples, finish.background, finish.ground, finish.ground_height
+vectors, changed = (finish.behind, finish.up), finish.options
+view = ps.View([light], matrix, picture_size="half", look=look, finish=finish)
+views = ps.View((light, sun), yaw=10, pitch=5, dolly=0.1, picture_size=(640, 480)), ps.View(pose=rows)
+of_view = view.lights, view.pose, view.yaw, view.pitch, view.dolly, view.picture_size, view.look, view.finish
+arguments = view.of(frame, pivot=[0, 0, 1])
+who, where = view.seen(frame)
+photograph = view.shows_photograph([frame, frame])
+
+# meshes and scenes
+mesh = ps.Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)], color=[1, 0, 0], shading="gouraud")
+box = ps.Mesh(np.zeros((3, 3)), np.zeros((1, 3), int), np.ones((3, 3)), [(0, 0)] * 3, texture=np.zeros((1, 1, 3), "u1"))
+of_mesh = mesh.positions, mesh.faces, mesh.normals, mesh.uv, mesh.texture, mesh.corners
+kept = mesh.color, mesh.material, mesh.shading
+point_object = ps.PointObject(frame, splat="round", normals=np.zeros((2, 2, 3)))
+several = ps.PointObject([frame, plain], look=look), ps.PointObject(frame, material, others=(plain,))
+of_object = point_object.frame, point_object.look, point_object.others, point_object.frames, point_object.members
+counts = point_object.is_single, point_object.points_known, point_object.scale
+node = ps.Node(point_object, "vase", rows, [ps.Node(light)], visible=True, shadow=False)
+group = ps.Node([mesh, light], transform=matrix, children=(node,)), ps.Node((mesh, light)), ps.Node()
+of_node = node.content, node.name, node.transform[:3, 3], node.children, node.visible, node.shadow, node.title
+scene = ps.Scene([node], camera, pose=rows, ambient=[1, 1, 1])
+empty = ps.Scene(), ps.Scene((node, *group), None, matrix, np.ones(3))
+of_scene = scene.nodes, scene.camera, scene.pose[:3, 3], scene.ambient, scene.bounds, scene.extent, scene.scale
+lights, names, boxes = scene.lights, scene.light_names, scene.boxes
+placed, things, count = list(scene.placed()), scene.things, scene.points_known
+framed, pivot, upright = scene.framed(), scene.pivot, scene.upright
+hidden = scene.with_node((0, 1), visible=False, transform=matrix)
+bare = scene.with_every_node(lambda each: {"shadow": each.name != "floor"})
+for path, below in scene.every_node():
+    print(path, below)
+
+# pictures
+picture = ps.render(frame)
+picture = ps.render("vase", light, material, camera, matrix, "adaptive", "none", 2)
+picture = ps.render(
+    [frame, plain], [light, sun], pose=rows, normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], samples=4
+)
+picture = ps.render(scene, samples=16, background="#102030", ground=(0, 1, 0), ground_height=0.1)
+picture = ps.render(folder, yaw=10, pitch=5, dolly=0.1, splat="footprint", noise="1.5mm", background=[0, 0, 1])
+picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, flying="keep", max_depth_step=0.05)
+picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
+normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
+point_cloud = ps.render_points(folder, light, shading="none", pose=rows)
+cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
+of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
+with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
+    drawn = renderer.render(scene, [light], samples=2)
+    texture = renderer.draw(frame, light, shading="gouraud")
+    maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
+    lit = renderer.render_points(frame)
+    hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
+    lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
+    driver, steps = renderer.context.renderer, renderer.steps
+    with renderer.prepared(scene, camera, matrix) as drawables:
+        print(drawables)
+    renderer.release()
+with ps.RendererPool(2, device=0, rasterizer="points") as renderer_pool:
+    waited, future = renderer_pool.render(frame, light, yaw=10.0), renderer_pool.submit(scene, samples=2)
+    awaited = renderer_pool.render_async(folder, shading="flat")
+    print(waited.shape, future.result().shape)
+    renderer_pool.release()
+ps.use_device(0)
+ps.release()
+try:
+    watched = ps.render(frame, samples=4, notes=print, progress=lambda done, of: done < 3)
+except ps.Cancelled as error:
+    print(error)
+try:
+    cell = ps.show(frame, height=300, quality="small", shading="phong")
+except (ps.ContextError, ps.ShaderError) as error:
+    print(error)
+
+# files
+ps.save_image("out.png", picture, small=True)
+ps.save_image(folder / "list.png", [[[0, 0, 0]]])
+ps.save_depth("out.exr", frame.depth, notes=print)
+ps.save_normals(folder / "normals.png", normals, axes="directx", bits=16)
+ps.save_points("out.ply", point_cloud)
+ps.save_page("out.html", scene, quality="exact", largest=512, title="A scene", light=light)
+ps.save_scene("out.glb", scene)
+ps.gltf.save_scene(folder / "out.gltf", scene)
+demo = ps.load_scene("demo", allow_outside=True, max_pixels=1e8, notes=print)
+demo = ps.gltf.load_scene(folder / "scene.gltf")
+with ps.Film(folder / "film.mp4", fps=30) as film:
+    film.add(picture)
+    film.add([[[0, 0, 0]]])
+film.close()
+film.discard()
+
+# sequences and streams
+source = ps.open_source("folder", depth_scale=5000, depth_kind="z", pose=None, notes=print)
+source = ps.sources.open_source(folder)
+frames = [source] if isinstance(source, ps.Frame) else source[10:20]
+for one in ps.prefetched(frames, print, ahead=4):
+    print(one)
+for one in ps.sources.prefetched([frame], print):
+    print(one)
+for together in ps.live_set([frame, [frame], source], print):
+    print(together[0].depth)
+for together in ps.live.live_set((frame,)):
+    print(together)
+loaded_any = ps.sources.load_any("demo", max_pixels=1e8)
+merged = ps.sources.views_of(source, 8), ps.sources.choose_views([frame, plain], [0, 1])
+is_scene = ps.sources.is_scene("scene.glb")
+ps.sources.check_posed([source])
+real_sense_source = ps.RealSenseSource((640, 480), fps=30)
+for one in real_sense_source:
+    print(one, real_sense_source.camera)
+real_sense_source.close()
+
+# batches and the window
+if __name__ == "__main__":
+    for result in ps.batch.map("folder", look, view, workers=2, device=0):
+        print(result)
+    for result in ps.batch.map(["a", folder, frame, [frame, plain], scene], ray="local", num_gpus=0.25):
+        print(result.shape)
+    for outcome in ps.batch.map([frame], return_exceptions=True):
+        print(outcome)
+    stage = ps.batch.Stage(look, view, camera)
+    rows_drawn = stage({"path": ["a", "b"]})
+event = Event("key", "N")
+viewer = Viewer(source, title="a", window_size=(640, 480), lights=[light], others=[frames], fps=[30, None], views="all")
+viewer.run()
+
+ps.rendr(frame)  # wrong
+ps.batch.mapp([frame])  # wrong
+ps.gltf.load("demo")  # wrong
+ps.files.load_frame("vase")  # wrong
+ps.render(frame, shading="fong")  # wrong
+ps.render(frame, normals="best")  # wrong
+ps.render(frame, splat="star")  # wrong
+ps.render(frame, point_size="fil")  # wrong
+ps.render(frame, upsample="no")  # wrong
+ps.render(frame, normals_at="frame")  # wrong
+ps.render(frame, flying="snp")  # wrong
+ps.render(frame, flyng="snap")  # wrong
+ps.render(frame, background=3)  # wrong
+ps.render(frame, ground="down")  # wrong
+ps.render(frame, samples="many")  # wrong
+ps.render(frame, camera="wide")  # wrong
+ps.render(frame, light="sun")  # wrong
+ps.render(3)  # wrong
+ps.render_depth(frame, samples=2)  # wrong
+ps.render_depth(frame, normals="best")  # wrong
+ps.render_points(frame, shading="fong")  # wrong
+ps.estimate_normals(frame, "magic")  # wrong
+ps.estimate_normals(frame, nois=1)  # wrong
+ps.Look(normals="best")  # wrong
+ps.Look(shading="fong")  # wrong
+ps.Look(flyng="snap")  # wrong
+ps.Material(shinines=3)  # wrong
+ps.Finish(background=3)  # wrong
+ps.View(picture_size="quarter")  # wrong
+ps.View(light)  # wrong
+ps.Light(positon=[0, 0, 1])  # wrong
+ps.Light("above")  # wrong
+ps.PointObject(frame, splat="star")  # wrong
+ps.Mesh("positions", "faces")  # wrong
+ps.Mesh(mesh.positions, mesh.faces, shading="fong")  # wrong
+ps.Node(frame)  # wrong
+ps.Scene(node)  # wrong
+ps.Frame(None, frame.depth)  # wrong
+ps.Renderer(rasterizer="gpu")  # wrong
+renderer.render(frame, shading="fong")  # wrong
+renderer.draw(frame, shadng="flat")  # wrong
+renderer_pool.submit(frame, shading="fong")  # wrong
+ps.RendererPool(rasterizer="gpu")  # wrong
+scene.with_node((0,), visibel=False)  # wrong
+camera.unprojekt(frame.depth)  # wrong
+ps.load_frame("vase", depth_kind="zed")  # wrong
+ps.load_frame("vase", depht_scale=5000)  # wrong
+ps.open_source("folder", depth_kind="zed")  # wrong
+ps.open_source("folder", depht_scale=5000)  # wrong
+ps.load_scene("demo", note=print)  # wrong
+ps.save_normals("normals.png", normals, axes="blender")  # wrong
+ps.save_normals("normals.png", normals, bits=12)  # wrong
+ps.save_page("out.html", frame, quality="tiny")  # wrong
+ps.save_page("out.html", frame, shadng="flat")  # wrong
+ps.show(frame, quality="tiny")  # wrong
+ps.batch.map([frame], worker=2)  # wrong
+ps.batch.map([3])  # wrong
+ps.live_set(frame)  # wrong
+Viewer(frame, views="some")  # wrong
+Viewer(frame, size=(640, 480))  # wrong
+Event("click")  # wrong
+print(picture.shpe)  # wrong

@@ -79,6 +79,9 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]
 
     with_rate  also show how many are done, how many a second, and the time left
     """
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -86,8 +89,7 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Callable[[], None]
     if with_rate:
         rate = TextColumn("{task.fields[rate]}")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn()
-    console, is_terminal = Console(stderr=True), sys.stderr.isatty()
-    with Progress(*columns, console=console, transient=True, disable=not is_terminal, speed_estimate_period=60) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=60) as bar:
         task = bar.add_task("rendering", total=steps, rate="")
 
         def advance() -> None:

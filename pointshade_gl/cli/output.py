@@ -90,6 +90,9 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
 
     with_rate  also show how many are done, how many a second, and the time left
     """
+    if not _is_terminal():
+        yield lambda *_: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -97,8 +100,7 @@ def progress(steps: int, with_rate: bool = False) -> Iterator[Progress]:
     if with_rate:
         rate = TextColumn("{task.fields[rate]}")
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn()
-    console, is_shown = Console(stderr=True), _is_terminal()
-    with Progress(*columns, console=console, transient=True, disable=not is_shown, speed_estimate_period=60) as bar:
+    with Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=60) as bar:
         task = bar.add_task("rendering", total=steps, rate="")
 
         def advance(done: int, _: int) -> None:

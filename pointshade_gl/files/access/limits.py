@@ -19,6 +19,7 @@ FILE_BYTES = 16  # bytes of a picture, an array or a buffer: four channels of 32
 TEXT_BYTES = 1 / 16  # bytes of a text file of numbers or names (8 MiB)
 PICTURE_TEXT = 1 / 4  # bytes of a picture whose values are written as text (32 MiB)
 JSON_VALUES = 1 / 32  # values in a JSON file (4 million); texts in it may be long
+CLOUD_TEXT = 1  # bytes of a point cloud that is written as text (128 MiB)
 SCENE_TEXT = 1  # bytes of a .gltf file, which may hold its buffers as text (128 MiB)
 SCENE_BYTES = 4  # bytes of a .glb file and of each buffer (512 MiB)
 SCENE_CORNERS = 1 / 4  # corners, normals, texture coordinates and indices of all meshes of a scene (34 million)

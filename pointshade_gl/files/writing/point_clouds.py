@@ -1,11 +1,8 @@
-"""Writes point clouds as .ply files, with the library plyfile."""
+"""Writes point clouds as .ply files."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +11,7 @@ from ...scene.point_cloud import PointCloud
 from ..access.atomic_write import check_place, written_whole
 from ..access.content import FilePath
 from ..access.written_suffixes import POINTS, check_suffix
+from ..arrays.ply import write_ply
 
 FAR = 1000.0  # sizes of a cloud from the world's origin: beyond, float32 would move its points visibly
 
@@ -22,8 +20,6 @@ def check_points_path(path: FilePath) -> Path:
     """The path, for a check before long work. Raises ValueError or OSError if `save_points` cannot write there."""
     path = check_path(path)
     check_suffix(path, POINTS, "the suffix of a point cloud")
-    if find_spec("plyfile") is None:
-        raise ValueError(f"cannot write {path}: pip install 'pointshade-gl[ply]' for .ply")
     return check_place(path)
 
 
@@ -41,7 +37,7 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
     Raises
     ------
     ValueError
-        For another suffix, and without the extra `ply`.
+        For another suffix.
     TypeError
         For anything but a PointCloud.
     OSError
@@ -49,10 +45,8 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
     """
     path = check_points_path(path)
     check_type(cloud, PointCloud, "cloud")
-    ply: Any = import_module("plyfile")  # only here: an optional extra
-    vertex = ply.PlyElement.describe(_vertices(cloud), "vertex")
     with written_whole(path) as temporary, temporary.open("xb") as file:
-        ply.PlyData([vertex], byte_order="<").write(file)
+        write_ply(file, {"vertex": _vertices(cloud)})
 
 
 def _vertices(cloud: PointCloud) -> np.ndarray:

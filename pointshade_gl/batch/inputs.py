@@ -28,7 +28,7 @@ from ..files.access.file_name_patterns import (
     TRANSFORMS,
 )
 from ..files.access.folder_listing import LEVELS, Item, Listing, words_of
-from ..files.access.safe_paths import Folder
+from ..files.access.safe_paths import Folder, from_root
 from ..files.index.folders import check_folder, find_frames
 from ..files.sources import SCENE_FILES
 
@@ -78,8 +78,8 @@ def is_about_frames(item: Item) -> bool:
 
 
 def _absolute(text: str) -> str:
-    """The path from the root, links not followed."""
-    return text if text in (*FRAMES, *SCENES) else os.path.abspath(text)  # noqa: PTH100 - resolve() follows links
+    """The path from the root; a built-in name stays."""
+    return text if text in (*FRAMES, *SCENES) else str(from_root(Path(text)))
 
 
 def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:

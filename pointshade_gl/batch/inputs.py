@@ -71,6 +71,12 @@ def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[
     return found
 
 
+def not_whole(inputs: Sequence[str], listing: Listing) -> list[tuple[str, str]]:
+    """The name of an input, and a sentence, for each folder in it of which something is left out."""
+    named = _named(map(_absolute, inputs)).items()
+    return [(str(name), sentence) for path, name in named for sentence in listing.not_whole(Path(path))]
+
+
 def is_about_frames(item: Item) -> bool:
     """Whether a file is called like one of cameras or poses, or like a list of pictures."""
     patterns = (*CAMERAS, *POSES, TRANSFORMS, PAIR_LISTS)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..batch.inputs import Source, find_sources
+from ..batch.inputs import Source, find_sources, not_whole
 from ..batch.jobs import FILMS, KINDS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
@@ -45,6 +45,8 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     planned, failures = plan(
         sources, lambda one: _job(asked, one, folder, given, views[is_scene(one.path)]), folder, listing
     )
+    said = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     return shard_of(planned, part), failures

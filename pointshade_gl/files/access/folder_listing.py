@@ -7,13 +7,16 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, FRAME_SUFFIXES, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+from .limits import FOLDER_FILES
 
 LEVELS = 3  # folders in folders in folders
-_MOST = 200_000  # files that are looked at
+_ORDER = attrgetter("order")
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _BITS = re.compile(r"\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
@@ -42,6 +45,11 @@ class Item:
     @cached_property
     def level(self) -> int:
         return self.name.count("/")
+
+    @cached_property
+    def order(self) -> list[tuple[int, str]]:
+        """By which 2.png comes before 10.png."""
+        return natural(self.path.name)
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -163,27 +171,36 @@ class Listing:
 
     def __init__(self) -> None:
         self._seen: dict[Path, _Seen] = {}
+        self._items: dict[tuple[Path, str], list[Item]] = {}  # of a folder's files, by their names in another
 
     def files(self, folder: Path, levels: int, suffixes: Collection[str] | None = None) -> list[Item]:
         """Return all files up to so many folders deep, in natural order: 2.png before 10.png. Hidden ones are left out.
 
         suffixes  in lower case, "" for none: only files with these
         """
-        found = self._walk(folder, "", levels, suffixes)
-        return sorted(found, key=lambda item: natural(item.path.name))
+        found = self._walk(folder, "", levels)
+        return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
 
     def folders(self, folder: Path) -> list[Path]:
         """Return the folders in a folder, in natural order, without hidden ones."""
         return self._look(folder).folders
 
-    def _walk(self, folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[Item]:
+    def not_whole(self, folder: Path) -> list[str]:
+        """Return a sentence for each folder, of those looked at in this one and itself, of which something is left out.
+
+        Each begins with its path.
+        """
+        missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
+        return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
+
+    def _walk(self, folder: Path, prefix: str, levels: int) -> Iterator[Item]:
         """Files first, then what is in the folders."""
-        seen = self._look(folder)
-        for path, name in seen.files:
-            if suffixes is None or suffix_of(name) in suffixes:
-                yield Item(path, prefix + name)
+        seen, at = self._look(folder), (folder, prefix)
+        if at not in self._items:
+            self._items[at] = [Item(path, prefix + path.name.lower()) for path in seen.files]
+        yield from self._items[at]
         for inside in seen.folders if levels else ():
-            yield from self._walk(inside, f"{prefix}{inside.name.lower()}/", levels - 1, suffixes)
+            yield from self._walk(inside, f"{prefix}{inside.name.lower()}/", levels - 1)
 
     def _look(self, folder: Path) -> _Seen:
         if folder not in self._seen:
@@ -192,22 +209,30 @@ class Listing:
 
 
 class _Seen(NamedTuple):
-    """A folder's files, with their names in lower case, and the folders in it, in natural order."""
+    """A folder's files, and the folders in it, in natural order.
 
-    files: list[tuple[Path, str]]
+    missed  why something in it is left out; "" if nothing is
+    """
+
+    files: list[Path]
     folders: list[Path]
+    missed: str = ""
 
 
 def _look_into(folder: Path) -> _Seen:
     """What is not hidden: macOS leaves hidden twins such as ._color.png on foreign disks."""
     try:
-        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."][:_MOST]
-    except PermissionError:
-        return _Seen([], [])
-    kinds = [_kind_of(entry) for entry in entries]
-    files = [(Path(one.path), one.name.lower()) for one, kind in zip(entries, kinds, strict=True) if kind == "file"]
-    folders = [Path(one.path) for one, kind in zip(entries, kinds, strict=True) if kind == "folder"]
-    return _Seen(files, sorted(folders, key=lambda path: natural(path.name)))
+        with os.scandir(folder) as found:
+            entries = list(islice((entry for entry in found if entry.name[0] != "."), FOLDER_FILES + 1))
+    except OSError as error:  # it may not be read, or is gone
+        return _Seen([], [], f"cannot be read ({error.strerror}): what is in it is left out")
+    missed = ""
+    if len(entries) > FOLDER_FILES:
+        missed = f"has more than {FOLDER_FILES} files: the others are left out; put them into several folders"
+    kinds = [(one.path, _kind_of(one)) for one in entries[:FOLDER_FILES]]
+    folders = [Path(path) for path, kind in kinds if kind == "folder"]
+    folders.sort(key=lambda path: natural(path.name))
+    return _Seen([Path(path) for path, kind in kinds if kind == "file"], folders, missed)
 
 
 def _kind_of(entry: os.DirEntry[str]) -> str:

@@ -15,10 +15,12 @@ from ..depth.colormaps import read_levels
 from ..pictures.picture_files import read_image
 from ..pictures.picture_heads import shallowness
 
+_NUMBER = re.compile(r"[0-9]+")
+
 
 def template(item: Item) -> str:
     """Return what the file names of a series have in common."""
-    return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.stem)}"
+    return f"{item.path.parent}/{_NUMBER.sub('#', item.stem)}"
 
 
 def best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
@@ -45,7 +47,7 @@ def best_group(folder: Path, items: list[Item], what: str, note: Note, partners:
             len(group[0].words),
         )
 
-    ranked = sorted(groups.values(), key=rank)
+    ranked = sorted(groups.values(), key=rank) if len(groups) > 1 else list(groups.values())
     best = ranked[0]
     if not partners and len(ranked) > 1:
         _tell_others(folder, best, ranked[1:], what, note)

@@ -103,7 +103,9 @@ def _check_still(asked: Asked) -> None:
 
 def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
     """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
-    inside = [source.path for source in sources if folder.is_relative_to(Path(source.path).resolve())]
+    paths = map(Path, {source.path for source in sources})
+    near = (path for path in paths if path.name in folder.parts or path.is_symlink())  # few: links need not be followed
+    inside = [path for path in near if folder.is_relative_to(os.path.realpath(path))]
     if inside and asked.how.to in UNMARKED:
         raise ValueError(
             f"{asked.output} is in {inside[0]}, which would take each {asked.how.to} there for its own colours: "

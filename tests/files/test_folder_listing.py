@@ -1,9 +1,11 @@
 """What lies in folders: files by level, in natural order, each folder looked at once."""
 
+import cProfile
 import errno
 import os
 from collections import Counter
 from pathlib import Path
+from pstats import Stats
 
 import numpy as np
 import pytest
@@ -11,9 +13,13 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.batch.inputs import find_sources
+from pointshade_gl.batch.jobs import Job
+from pointshade_gl.batch.plan import plan
 from pointshade_gl.batch.source_files import parts_of
 from pointshade_gl.files.access import folder_listing as listing
 from pointshade_gl.files.access.folder_listing import Listing
+
+VIEW = ps.View()
 
 
 @pytest.fixture
@@ -150,3 +156,16 @@ def test_a_folder_that_vanishes_during_the_scan_does_not_end_the_batch(tmp_path,
     sources = find_sources([str(tmp_path / "in")], tmp_path / "out", looks)
     assert [Path(one.path).name for one in sources] == ["a", "c"]
     assert len(looks.not_whole(tmp_path / "in")) == 1
+
+
+def test_a_folder_of_a_batch_is_planned_in_few_calls(tmp_path):
+    """Calls are counted in place of seconds, which depend on the machine: 10 000 folders are a usual batch."""
+    (tmp_path / "in").mkdir()
+    for k in range(50):
+        write_frames(tmp_path / "in" / f"{k}", 1)
+    with cProfile.Profile() as calls:
+        looks = Listing()
+        sources = find_sources([str(tmp_path / "in")], tmp_path / "out", looks)
+        planned, _ = plan(sources, lambda one: Job(one.path, tmp_path, view=VIEW), tmp_path / "out", looks)
+    assert len(planned) == 50
+    assert Stats(calls).total_calls < 1400 * 50

@@ -20,7 +20,7 @@ from ..access.file_name_patterns import (
     REGISTERED,
     TRANSFORMS,
 )
-from ..access.folder_listing import Item, key_of, matches, own_files
+from ..access.folder_listing import Item, key_of
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder, followed, from_root, places_of
 from ..arrays.named_numbers import named_of
@@ -30,6 +30,7 @@ from ..cameras.intrinsics import Intrinsics, Size
 from ..cameras.transforms_json import read_transforms
 from ..pictures.picture_heads import png_size
 from .folders import FrameFiles
+from .own_files import matches, own_files
 
 _PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
 

@@ -27,12 +27,13 @@ from ..access.file_name_patterns import (
     VALID,
     VIDEO_SUFFIXES,
 )
-from ..access.folder_listing import LEVELS, Item, key_of, matches, words_of
+from ..access.folder_listing import LEVELS, Item, key_of, words_of
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder, followed, places_of
 from ..pictures.picture_files import is_ours
 from ..pictures.picture_heads import is_deep_grey
 from .best_group import best_group, template
+from .own_files import matches
 from .pairing import find_partners
 from .picture_lists import listed_pictures
 

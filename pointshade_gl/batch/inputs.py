@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ from ..files.access.file_name_patterns import (
     TRANSFORMS,
 )
 from ..files.access.folder_listing import LEVELS, Item, Listing, words_of
-from ..files.access.safe_paths import Folder
+from ..files.access.safe_paths import Folder, from_root
 from ..files.index.folders import check_folder, find_frames
 from ..files.sources import SCENE_FILES
 
@@ -67,19 +67,26 @@ def find_sources(inputs: Sequence[str], output: Path, listing: Listing) -> list[
             found.append(Source(path, name))
         else:
             folder = check_folder(path)
-            found += _below(folder, name, {os.path.realpath(output)}, listing) or [Source(path, name)]
+            real, out = os.path.realpath(folder), os.path.realpath(output)
+            found += _below(folder, name, real, {out}, listing) or [Source(path, name)]
     return found
 
 
-def is_about_frames(item: Item) -> bool:
+def not_whole(inputs: Sequence[str], listing: Listing) -> list[tuple[str, str]]:
+    """The name of an input, and a sentence, for each folder in it of which something is left out."""
+    named = _named(map(_absolute, inputs)).items()
+    return [(str(name), sentence) for path, name in named for sentence in listing.not_whole(Path(path))]
+
+
+@lru_cache(1024)  # folders have files of the same names
+def is_about_frames(name: str) -> bool:
     """Whether a file is called like one of cameras or poses, or like a list of pictures."""
-    patterns = (*CAMERAS, *POSES, TRANSFORMS, PAIR_LISTS)
-    return item.name in _LISTS or any(pattern.fullmatch(item.name) for pattern in patterns)
+    return name in _LISTS or any(pattern.fullmatch(name) for pattern in (*CAMERAS, *POSES, TRANSFORMS, PAIR_LISTS))
 
 
 def _absolute(text: str) -> str:
-    """The path from the root, links not followed."""
-    return text if text in (*FRAMES, *SCENES) else os.path.abspath(text)  # noqa: PTH100 - resolve() follows links
+    """The path from the root; a built-in name stays."""
+    return text if text in (*FRAMES, *SCENES) else str(from_root(Path(text)))
 
 
 def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
@@ -94,52 +101,57 @@ def _named(paths: Iterable[str]) -> dict[str, PurePosixPath]:
     return names
 
 
-def _below(folder: Path, name: PurePosixPath, passed: set[str], listing: Listing) -> list[Source]:
+def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listing: Listing) -> list[Source]:
     """The sources of a folder: itself, if it holds a frame or a sequence, else those in its folders.
 
-    passed  real paths of folders that are not entered: those above it, and that of the outputs
+    real    its path with links followed
+    passed  such paths of folders that are not entered: those above it, and that of the outputs
     """
-    real = os.path.realpath(folder)
     if real in passed:
         return []
-    items = listing.files(folder, LEVELS)
-    files, inside = _split(items)
+    files, inside = listing.files(folder, 0), listing.folders(folder)
     scenes = [item.path for item in files if item.suffix in SCENE_FILES]
     if scenes:
         return [Source(str(path), name / path.stem) for path in scenes]
-    parts = [top for top, held in inside.items() if words_of(top) & _OF_SEQUENCES and not _is_whole(held)]
-    if _has_depth(files) or any(_has_depth(_of(items, top)) for top in parts) or _is_listed(folder, files, listing):
+    parts = [path for path in inside if words_of(path.name.lower()) & _OF_SEQUENCES and _is_part(path, listing)]
+    if _has_depth(files) or _has_depth(_of(parts, folder, listing)) or _is_listed(folder, files, listing):
         return [Source(str(folder), name)]
-    others = [path for path in listing.folders(folder) if path.name.lower() not in parts]
-    found = [source for path in others for source in _below(path, name / path.name, passed | {real}, listing)]
-    holds_more = files or len(inside) > 1  # perhaps camera and poses, beside the one folder that has frames
-    if len(found) > 1 or (found and not holds_more):
+    found = [
+        source
+        for path in inside
+        if path not in parts
+        for source in _below(path, name / path.name, _real(path, real), passed | {real}, listing)
+    ]
+    if len(found) > 1 or (found and not files and len(_filled(inside, listing)) <= 1):
         return found
     if _UNPACKED & {item.name for item in files} or _has_frames(folder, listing):
         return [Source(str(folder), name)]
-    if found:
+    if found:  # beside it perhaps camera and poses
         return found
     return [Source(str(item.path), name / item.path.stem) for item in files if item.suffix in _ALONE]
 
 
-def _split(items: list[Item]) -> tuple[list[Item], dict[str, list[Item]]]:
-    """The files of the folder itself, and those in each of its folders, as that folder sees them."""
-    inside: dict[str, list[Item]] = defaultdict(list)
-    for item in items:
-        top, slash, rest = item.name.partition("/")
-        if slash:
-            inside[top].append(Item(item.path, rest))
-    return [item for item in items if not item.level], inside
+def _real(path: Path, above: str) -> str:
+    """The path with links followed, for that of the folder above."""
+    return os.path.realpath(path) if path.is_symlink() else os.path.join(above, path.name)  # noqa: PTH118 - it is text
 
 
-def _of(items: list[Item], top: str) -> Iterator[Item]:
-    return (item for item in items if item.name.startswith(f"{top}/"))
+def _filled(folders: list[Path], listing: Listing) -> list[Path]:
+    """Those of the folders that hold files."""
+    return [path for path in folders if listing.files(path, LEVELS - 1)]
 
 
-def _is_whole(items: list[Item]) -> bool:
-    """Whether a folder holds depth and other pictures, told apart without its own name."""
+def _of(parts: list[Path], folder: Path, listing: Listing) -> Iterator[Item]:
+    """The files in some folders of a folder, by their names in it."""
+    tops = tuple(f"{path.name.lower()}/" for path in parts)
+    return (item for item in listing.files(folder, LEVELS) if item.name.startswith(tops)) if parts else iter(())
+
+
+def _is_part(folder: Path, listing: Listing) -> bool:
+    """Whether a folder holds a part of frames: not both depth and other pictures, told apart without its own name."""
+    items = listing.files(folder, LEVELS - 1)
     roles = {item.role for item in items if item.suffix in (*PICTURE_SUFFIXES, *DEPTH_SUFFIXES)}
-    return "depth" in roles and bool(roles & {"color", ""})
+    return bool(items) and not ("depth" in roles and roles & {"color", ""})
 
 
 def _has_depth(items: Iterable[Item]) -> bool:

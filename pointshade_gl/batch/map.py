@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.access.builtin import FRAMES, SCENES, builtin_folder
+from ..files.access.builtin import builtin_folder, builtin_name
 from ..files.frames.sequences import FrameSequence
 from ..files.sources import open_source
 from ..messages.bugs import Bug, error_text, is_expected
@@ -220,7 +220,7 @@ def _sendable(source: Any) -> Any:
     """A source as workers can take it: paths from the root, as they may stand in another folder."""
     if isinstance(source, FrameSequence):
         return _or_error(list, source)
-    if is_a(source, str, PathLike) and source not in (*FRAMES, *SCENES):
+    if is_a(source, str, PathLike) and builtin_name(source) is None:
         return str(Path(source).absolute())
     return source
 

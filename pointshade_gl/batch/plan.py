@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,9 +44,12 @@ def plan(
     """
     planned: dict[Path, Planned] = {}
     failures: list[Failure] = []
+    last, options = None, {}
     for source in sources:
         job = job_for(source)
-        made_from = {"version": __version__, "options": _options_of(job)}
+        if last is None or not _is_alike(job, last):
+            last, options = job, _options_of(job)
+        made_from = {"version": __version__, "options": options}
         try:
             parts = parts_of(source, dict(job.reading), output, listing)
         except Exception as error:  # also a bug: the other sources are drawn
@@ -91,6 +94,11 @@ def split_done(
             if thoroughly:
                 missing.append(one)
     return missing, changed
+
+
+def _is_alike(one: Job, other: Job) -> bool:
+    """Whether two jobs without a path differ by their sources alone; those of one command share all else."""
+    return all(getattr(one, part.name) is getattr(other, part.name) for part in fields(Job) if part.name != "source")
 
 
 def _options_of(job: Job) -> Entry:

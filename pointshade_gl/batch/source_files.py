@@ -6,6 +6,7 @@ Folders are listed, files are not opened: a batch of which everything is done en
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
@@ -44,8 +45,8 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
 
     Raises OSError if there are none, ValueError for files that hold nonsense.
     """
-    intrinsics = Path(reading.get("intrinsics") or "")
-    given = [intrinsics] if intrinsics.is_file() else []
+    intrinsics = reading.get("intrinsics")
+    given = [Path(intrinsics)] if intrinsics and Path(intrinsics).is_file() else []
     if is_scene(source.path):
         path = builtin_scene(source.path)
         return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
@@ -79,14 +80,18 @@ def _beside_frames(path: Path, output: Path, listing: Listing) -> list[Path]:
     """Files of cameras and poses, and lists."""
     folder, levels = (path, LEVELS) if path.is_dir() else (path.parent, 0)
     items = listing.files(folder, levels, {*CAMERA_SUFFIXES, *POSE_SUFFIXES})
-    return [item.path for item in items if is_about_frames(item) and not item.path.is_relative_to(output)]
+    return [item.path for item in items if is_about_frames(item.name) and not _is_in(output, item.path)]
 
 
 @lru_cache(1)
 def _beside_scene(folder: Path, output: Path, listing: Listing) -> list[Path]:
     """All files that a scene of a folder may name."""
     items = [item for item in listing.files(folder, LEVELS) if item.suffix not in SCENE_FILES]
-    return [item.path for item in items if not item.path.is_relative_to(output)]
+    return [item.path for item in items if not _is_in(output, item.path)]
+
+
+def _is_in(folder: Path, path: Path) -> bool:
+    return str(path).startswith(f"{folder}{os.sep}")
 
 
 def _state(files: Iterable[Path], more: str = "") -> str:

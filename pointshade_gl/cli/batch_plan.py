@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ..batch.inputs import Source, find_sources
+from ..batch.inputs import Source, find_sources, not_whole
 from ..batch.jobs import FILMS, NORMALS, PAGE, Job
 from ..batch.manifest import told
 from ..batch.plan import Failure, Planned, plan, shard_of
@@ -47,6 +47,8 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     planned, failures = plan(
         sources, lambda one: _job(asked, one, folder, given, views[is_scene(one.path)]), folder, listing
     )
+    said = "\n".join(failure.sentence for failure in failures)
+    failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
     if failures and not planned:
         raise ValueError(failures[0].sentence)
     return shard_of(planned, part), failures
@@ -103,7 +105,9 @@ def _check_still(asked: Asked) -> None:
 
 def _check_apart(asked: Asked, sources: Sequence[Source], folder: Path) -> None:
     """Raises ValueError for outputs in the folder of a sequence, which would be taken for its colours."""
-    inside = [source.path for source in sources if folder.is_relative_to(Path(source.path).resolve())]
+    paths = map(Path, {source.path for source in sources})
+    near = (path for path in paths if path.name in folder.parts or path.is_symlink())  # few: links need not be followed
+    inside = [path for path in near if folder.is_relative_to(os.path.realpath(path))]
     if inside and asked.how.to in UNMARKED:
         raise ValueError(
             f"{asked.output} is in {inside[0]}, which would take each {asked.how.to} there for its own colours: "

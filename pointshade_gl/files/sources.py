@@ -20,7 +20,7 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.option_fields import takes
 from ..scene.point_object import MOST_FRAMES
-from .access.builtin import SCENES, builtin_folder
+from .access.builtin import SCENES, builtin_folder, builtin_name
 from .access.content import FilePath
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 SCENE_FILES = (".gltf", ".glb")
+_END = object()  # of an iterator, which may give anything else, None included
 _LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames and scenes share
 
 
@@ -140,7 +141,8 @@ def choose_views(
 
 def is_scene(source: FilePath | None) -> TypeGuard[FilePath]:
     """Whether it is the name of a built-in scene or a glTF file's."""
-    return source in SCENES or (isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES))
+    is_file = isinstance(source, str | PathLike) and str(source).lower().endswith(SCENE_FILES)
+    return is_file or builtin_name(source) in SCENES
 
 
 def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: int = 2) -> Generator[Frame, None, None]:
@@ -168,12 +170,12 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
     if not is_a(source, Iterable):
         raise TypeError(f"source must be an iterable of frames, got {shown(source)}")
     if isinstance(source, Sequence):
-        jobs: Iterator[Callable[[], Frame | None]] = (partial(source.__getitem__, k) for k in range(len(source)))
+        jobs: Iterator[Callable[[], Any]] = (partial(source.__getitem__, k) for k in range(len(source)))
         workers = max(1, ahead)
     else:
         frames = iter(source)
-        jobs, workers = repeat(lambda: next(frames, None)), 1
-    waiting: deque[Future[Frame | None]] = deque()
+        jobs, workers = repeat(lambda: next(frames, _END)), 1
+    waiting: deque[Future[Any]] = deque()
     pool = ThreadPoolExecutor(workers, thread_name_prefix="pointshade-decode")
     try:
         while True:
@@ -185,7 +187,7 @@ def prefetched(source: Iterable[Frame], skipped: Callable[[str], None], ahead: i
             except (ValueError, OSError) as error:
                 skipped(str(error))
                 continue
-            if frame is None:
+            if frame is _END:
                 return
             yield frame
     finally:

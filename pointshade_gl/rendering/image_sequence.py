@@ -16,7 +16,7 @@ from ..files.sources import prefetched
 from ..files.writing.film import Film
 from ..messages.formatting import option
 from ..messages.progress import Count, Progress
-from ..messages.validation import check_choice
+from ..messages.validation import check_choice, check_type
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.turntable import TURN, TURNTABLES, views_of_turn
@@ -69,6 +69,7 @@ def sequence_jobs(source: Iterable[Frame], view: View, skipped: Callable[[str], 
 
     with closing(prefetched(source, skip, THREADS)) as frames:
         for frame in frames:
+            check_type(frame, Frame, "what the source gives")
             if ahead is None:
                 ahead = frame.pose[:3, :3].T @ (frame.pivot - frame.pose[:3, 3])
             yield number, RenderRequest.seen(frame, view, frame.pose[:3, :3] @ ahead + frame.pose[:3, 3])

@@ -12,6 +12,7 @@ import pointshade_gl as ps
 from pointshade_gl.files.access.builtin import builtin_folder
 from pointshade_gl.files.frames.color_files import read_color
 from pointshade_gl.files.poses.pose_files import load_pose
+from pointshade_gl.files.sources import load_any
 
 V, U = np.mgrid[0:30, 0:40]
 DEEP = (900 + 3 * U + 5 * V).astype(np.uint16)
@@ -238,7 +239,18 @@ def test_a_folder_without_depth_is_told(tmp_path):
 
 def test_a_built_in_name_is_a_folder_of_the_package_and_any_other_a_path():
     assert builtin_folder("vase").parts[-2:] == ("assets", "vase")
-    assert builtin_folder("./vase").parts == builtin_folder(Path("vase")).parts == ("vase",)
+    assert builtin_folder("./vase").parts == ("vase",)
+
+
+def test_a_path_of_a_built_in_name_is_that_name_where_nothing_else_is_called_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    built_in = ps.load_frame("vase")
+    np.testing.assert_array_equal(ps.load_frame(Path("vase")).depth, built_in.depth)
+    assert isinstance(load_any(Path("demo")), ps.Scene)
+    Path("vase").mkdir()
+    with pytest.raises(FileNotFoundError, match="vase has no depth picture"):
+        ps.load_frame(Path("vase"))
+    assert ps.load_frame("vase").depth.shape == built_in.depth.shape  # "./vase" is the folder
 
 
 def test_a_broken_pose_array_is_refused(tmp_path):

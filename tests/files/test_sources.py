@@ -426,6 +426,10 @@ class TestPrefetched:
     def test_any_iterable_will_do(self):
         assert distances(prefetched((constant(k) for k in (3, 1, 2)), refuse)) == [3, 1, 2]
         assert distances(prefetched(iter([]), refuse)) == []
+
+    def test_what_an_iterator_gives_is_passed_on_be_it_none(self):
+        first, last = constant(3), constant(1)
+        assert list(prefetched(iter([None, first, None, last]), refuse)) == [None, first, None, last]
         assert not decoding()
 
     def test_a_camera_that_stumbles_goes_on(self):

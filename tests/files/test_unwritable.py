@@ -44,7 +44,7 @@ WRITERS = {
 
 
 def needs_extra(name):
-    for suffix, module in ((".exr", "OpenEXR"), (".ply", "plyfile"), (".mp4", "imageio_ffmpeg")):
+    for suffix, module in ((".exr", "OpenEXR"), (".mp4", "imageio_ffmpeg")):
         if name.endswith(suffix):
             pytest.importorskip(module)
 

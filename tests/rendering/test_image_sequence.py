@@ -116,6 +116,11 @@ def test_nothing_to_write_is_said(renderer, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_what_is_no_frame_does_not_end_a_series_in_silence(renderer, tmp_path):
+    with pytest.raises(TypeError, match="what the source gives must be a Frame, got None"):
+        write_series(renderer, sequence_jobs(iter([grey(1), None, grey(2)]), UNLIT, refuse), tmp_path / "%d.png", 25)
+
+
 def test_the_camera_turns_round_the_first_frames_pivot_carried_along():
     """Frames whose own pivots jump do not make the camera jump."""
     moved = np.eye(4)

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import islice
+from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
-from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, FRAME_SUFFIXES, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, NEITHER, ONLY_DEPTH, REGISTERED, SHOWN_DEPTH
+from .limits import FOLDER_FILES
 
 LEVELS = 3  # folders in folders in folders
-_MOST = 200_000  # files that are looked at
+_ORDER = attrgetter("order")
+_DIGITS = re.compile(r"(\d+)")
+_remembered = lru_cache(4096)  # the folders of a batch have files of the same names
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _BITS = re.compile(r"\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
@@ -42,6 +47,11 @@ class Item:
     @cached_property
     def level(self) -> int:
         return self.name.count("/")
+
+    @cached_property
+    def order(self) -> tuple[tuple[int, str], ...]:
+        """By which 2.png comes before 10.png."""
+        return natural(self.path.name)
 
     @cached_property
     def words(self) -> frozenset[str]:
@@ -97,6 +107,7 @@ class Item:
         return float(self.key) if re.fullmatch(r"\d{1,18}(\.\d{0,18})?", self.key) else None
 
 
+@_remembered
 def key_of(stem: str) -> str:
     """A name without its suffix, in lower case, without the words that say what the file is for."""
     return _ROLE_WORD.sub("", _BITS.sub("", stem)).strip("._- ")
@@ -107,52 +118,7 @@ def numbers_in(key: str) -> tuple[int, ...]:
     return tuple(int(number[:18]) for number in re.findall(r"\d+", key))
 
 
-def matches(keys: Sequence[str], items: Iterable[Item]) -> list[Path | None]:
-    """For each frame, by its key, a file with the same key, numbers, last or first number. Empty if most have none."""
-    items = [item for item in items if item.key]
-    for same, is_part in _SAME:
-        if is_part and len({same(key) for key in keys}) < len(keys):
-            continue  # it does not tell one frame from another
-        named = {same(item.key): item.path for item in items}
-        named.pop(None, None)
-        found = [named.get(same(key)) for key in keys] if named else []
-        if 2 * (len(found) - found.count(None)) > len(found):
-            return found
-    return []
-
-
-# What two names of a frame may have in common, and whether it is only a part of all numbers.
-_SAME: tuple[tuple[Callable[[str], Any], bool], ...] = (
-    (lambda key: key or None, False),
-    (numbers_in, False),
-    (lambda key: next(reversed(numbers_in(key)), None), True),
-    (lambda key: next(iter(numbers_in(key)), None), True),
-)
-
-
-class Keyed(Protocol):
-    """A frame; `key` is what the names of its files have in common."""
-
-    @property
-    def key(self) -> str: ...
-
-
-def own_files(
-    items: Iterable[Item], frames: Sequence[Keyed], words: frozenset[str], is_other: Callable[[Item], Any]
-) -> list[Path | None]:
-    """For each frame a file called or laid as its own, or named like it alone. Empty if most of several have none."""
-    some = [(item, bool((item.words | item.folder_words | {item.suffix[1:]}) & words)) for item in items]
-    some = [(item, is_called) for item, is_called in some if is_called or item.suffix in FRAME_SUFFIXES]
-    if len(some) < 2:
-        return []  # before a frame is asked for its name
-    keys = [one.key for one in frames]
-    stems = set(keys)
-    own = [item for item, is_called in some if is_called or item.stem in stems]
-    own = [item for item in own if not ((item.suffix in ONLY_DEPTH and item.role == "depth") or is_other(item))]
-    found = matches(keys, own) if len(own) > 1 else []
-    return found if len(set(found)) > 1 else []
-
-
+@_remembered
 def words_of(name: str) -> frozenset[str]:
     """The words in a name, in lower case: depth and map of rawDepth-map_01."""
     return frozenset(word.lower() for word in _WORD.findall(name))
@@ -169,21 +135,30 @@ class Listing:
 
         suffixes  in lower case, "" for none: only files with these
         """
-        found = self._walk(folder, "", levels, suffixes)
-        return sorted(found, key=lambda item: natural(item.path.name))
+        found = self._walk(self._look(folder), "", levels)
+        return sorted((item for item in found if suffixes is None or item.suffix in suffixes), key=_ORDER)
 
     def folders(self, folder: Path) -> list[Path]:
         """Return the folders in a folder, in natural order, without hidden ones."""
         return self._look(folder).folders
 
-    def _walk(self, folder: Path, prefix: str, levels: int, suffixes: Collection[str] | None) -> Iterator[Item]:
+    def not_whole(self, folder: Path) -> list[str]:
+        """Return a sentence for each folder, of those looked at in this one and itself, of which something is left out.
+
+        Each begins with its path.
+        """
+        missed = ((path, seen.missed) for path, seen in self._seen.items() if seen.missed)
+        return [f"{path} {why}" for path, why in missed if path.is_relative_to(folder)]
+
+    def _walk(self, seen: _Seen, prefix: str, levels: int) -> Iterator[Item]:
         """Files first, then what is in the folders."""
-        seen = self._look(folder)
-        for path, name in seen.files:
-            if suffixes is None or suffix_of(name) in suffixes:
-                yield Item(path, prefix + name)
-        for inside in seen.folders if levels else ():
-            yield from self._walk(inside, f"{prefix}{inside.name.lower()}/", levels - 1, suffixes)
+        if prefix not in seen.items:
+            seen.items[prefix] = [Item(path, prefix + path.name.lower()) for path in seen.files]
+        yield from seen.items[prefix]
+        if levels and len(seen.inside) < len(seen.folders):
+            seen.inside.extend(map(self._look, seen.folders))
+        for path, inside in zip(seen.folders, seen.inside, strict=True) if levels else ():
+            yield from self._walk(inside, f"{prefix}{path.name.lower()}/", levels - 1)
 
     def _look(self, folder: Path) -> _Seen:
         if folder not in self._seen:
@@ -192,22 +167,34 @@ class Listing:
 
 
 class _Seen(NamedTuple):
-    """A folder's files, with their names in lower case, and the folders in it, in natural order."""
+    """A folder's files, and the folders in it, in natural order.
 
-    files: list[tuple[Path, str]]
+    missed  why something in it is left out; "" if nothing is
+    inside  the same of its folders, once they were looked at
+    items   its files by what stands before their names, as seen from the folder that was asked for
+    """
+
+    files: list[Path]
     folders: list[Path]
+    missed: str
+    inside: list[_Seen]
+    items: dict[str, list[Item]]
 
 
 def _look_into(folder: Path) -> _Seen:
     """What is not hidden: macOS leaves hidden twins such as ._color.png on foreign disks."""
     try:
-        entries = [entry for entry in os.scandir(folder) if entry.name[0] != "."][:_MOST]
-    except PermissionError:
-        return _Seen([], [])
-    kinds = [_kind_of(entry) for entry in entries]
-    files = [(Path(one.path), one.name.lower()) for one, kind in zip(entries, kinds, strict=True) if kind == "file"]
-    folders = [Path(one.path) for one, kind in zip(entries, kinds, strict=True) if kind == "folder"]
-    return _Seen(files, sorted(folders, key=lambda path: natural(path.name)))
+        with os.scandir(folder) as found:
+            entries = list(islice((entry for entry in found if entry.name[0] != "."), FOLDER_FILES + 1))
+    except OSError as error:  # it may not be read, or is gone
+        return _Seen([], [], f"cannot be read ({error.strerror}): what is in it is left out", [], {})
+    missed = ""
+    if len(entries) > FOLDER_FILES:
+        missed = f"has more than {FOLDER_FILES} files: the others are left out; put them into several folders"
+    kinds = [(one.path, _kind_of(one)) for one in entries[:FOLDER_FILES]]
+    folders = [Path(path) for path, kind in kinds if kind == "folder"]
+    folders.sort(key=lambda path: natural(path.name))
+    return _Seen([Path(path) for path, kind in kinds if kind == "file"], folders, missed, [], {})
 
 
 def _kind_of(entry: os.DirEntry[str]) -> str:
@@ -223,6 +210,7 @@ def suffix_of(name: str) -> str:
     return name[name.rfind(".") :] if "." in name else ""
 
 
-def natural(name: str) -> list[tuple[int, str]]:
+@_remembered
+def natural(name: str) -> tuple[tuple[int, str], ...]:
     """Sorts 2.png before 10.png."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
+    return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in _DIGITS.split(name))

@@ -12,6 +12,7 @@ from ...messages.formatting import option
 
 MAX_PIXELS = 2**27  # 134 million; a frame of 12 288 x 8 192 pixels has 101 million
 LONGEST_SIDE = 2**16  # pixels; graphics cards take up to 2**14 or 2**15
+FOLDER_FILES = 200_000  # files and folders of one folder that are looked at
 _ENDLESS = 10**18
 
 # Other limits for each pixel of that number: they rise with it, and never fall below what the default gives.

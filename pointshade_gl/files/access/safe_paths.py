@@ -56,12 +56,36 @@ class Folder:
             raise ValueError(f"{shown(str(name))} leaves the scene's folder{self._way_out()}")
         return path
 
+    def own(self, path: Path) -> Path:
+        """The path of a file in this folder as it is listed here, however it is written; any other path itself."""
+        here, rooted = from_root(self.path), from_root(path)
+        return self.path / rooted.relative_to(here) if rooted.is_relative_to(here) else path
+
     @property
     def _title(self) -> str:
         return "the scene's folder" if self.path == self.root else f"the folder {self.path}"
 
     def _way_out(self) -> str:
         return f": pass {option('allow_outside', True, beside_file=True)} to allow it"
+
+
+def places_of(path: Path) -> list[Path]:
+    """Where a path lies, from the root; then what it leads to, if there are links on the way.
+
+    What belongs to a file is known by names and neighbours. Those of the place where it lies come first: in a data set
+    that is made of links (git-annex, DVC) what they lead to has neither. Where nothing is found there, as beside a
+    single link to a data set on another disk, those of the file itself count.
+    """
+    return list(dict.fromkeys((from_root(path), followed(path))))
+
+
+def from_root(path: Path) -> Path:
+    """The path from the root, without dots. Links stay, but "link/.." is the folder above what the link leads to."""
+    top, *parts = path.absolute().parts
+    here = Path(top)
+    for part in parts:
+        here = here / part if part != ".." else (followed(here) if here.is_symlink() else here).parent
+    return here
 
 
 def followed(path: Path) -> Path:

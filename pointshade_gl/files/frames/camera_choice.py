@@ -11,6 +11,7 @@ from ...messages.formatting import option
 from ...messages.notes import Note
 from ...scene.camera import Camera
 from ..access.file_name_patterns import CODINGS, COMMON_CAMERAS
+from ..access.safe_paths import places_of
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.intrinsics import Intrinsics, Size, merged, place_camera, shows_the_same
 from .frame_parts import Parts, ReadOptions, is_path
@@ -25,7 +26,7 @@ def choose_camera(parts: Parts, options: ReadOptions, note: Note) -> Intrinsics 
     if source is None or not name or options.depth_scale or options.depth_kind or source.depth_scale:
         return source
     # what neither its file nor the caller says about the depth is that of a data set known by names
-    seen = "/".join(Path(name).parts[-_NAMES:]).lower()
+    seen = "\n".join("/".join(one.parts[-_NAMES:]) for one in places_of(Path(name))).lower()
     known = next((one for one in CODINGS if re.search(one.known_by, seen)), None)
     if known is None or source.depth_kind:
         return source

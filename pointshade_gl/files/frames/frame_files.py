@@ -123,12 +123,13 @@ def _from_parts(place: Folder, depth: Any, color: Any, options: ReadOptions, not
     check_folder(place.path)
     if depth is None:
         depth = open_folder(place, options, note).parts[0].path
-    if color is None and is_path(depth):
-        color = find_color(place, Path(depth), note)
+    files = [FrameFiles(place.own(Path(depth)))] if is_path(depth) else []
+    if color is None and files:
+        color = find_color(place, files[0].depth, note)
     for path in (depth, color):
         if is_path(path):
             place.check(Path(path))
-    cameras = find_filed(place, [FrameFiles(Path(depth))] if is_path(depth) else [], options, note)
+    cameras = find_filed(place, files, options, note)
     parts = _parts(depth, color)._replace(filed=cameras.of(0), missing=cameras.missing)
     read = assemble(parts, options, note)
     check_registration(read.frame, note)

@@ -12,7 +12,7 @@ from typing import overload
 import numpy as np
 
 from ...messages.bugs import Bug, error_text, is_expected
-from ...messages.formatting import option
+from ...messages.formatting import counted, option
 from ...messages.notes import Note
 from ...scene.frame import Frame
 from ..access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, VIDEO_SUFFIXES
@@ -157,6 +157,12 @@ def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequenc
     files = find_frames(place, note, options.max_pixels)
     if not files and (held := _open_container(place.path, note, options.max_pixels)):
         return _from_container(place, place.path, held, options, note)
+    missed = place.listing.not_whole(place.path)
+    if not files and missed:
+        raise OSError(f"{place.path} has no depth picture, but {missed[0]}")
+    if missed:
+        more = f" (and {counted(len(missed) - 1, 'more folder')} likewise)" if len(missed) > 1 else ""
+        note(f"{missed[0]}{more}")
     if not files:
         raise FileNotFoundError(
             f"{place.path} has no depth picture: expected depth.png (or {', '.join(DEPTH_SUFFIXES[:6])}...) "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from os.path import commonpath
+from functools import cache
 from pathlib import Path
 
 from ...messages.formatting import cut
@@ -20,9 +20,9 @@ from ..access.file_name_patterns import (
     REGISTERED,
     TRANSFORMS,
 )
-from ..access.folder_listing import Item, key_of, matches, own_files
+from ..access.folder_listing import Item, key_of
 from ..access.limits import MAX_PIXELS
-from ..access.safe_paths import Folder
+from ..access.safe_paths import Folder, followed, from_root, places_of
 from ..arrays.named_numbers import named_of
 from ..cameras.camera_files import read_intrinsics
 from ..cameras.camera_key_names import from_named
@@ -30,6 +30,7 @@ from ..cameras.intrinsics import Intrinsics, Size
 from ..cameras.transforms_json import read_transforms
 from ..pictures.picture_heads import png_size
 from .folders import FrameFiles
+from .own_files import matches, own_files
 
 _PARENTS = 2  # folders above the frames' own in which their camera may lie: scene/seq-01, set/test/000048
 
@@ -58,7 +59,7 @@ def find_cameras(place: Folder, frames: Sequence[FrameFiles], note: Note, max_pi
         return Cameras(None, own)
     failed: list[str] = []
     of_color = bool(frames) and _is_registered(place.path, frames[0])
-    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place)]:
+    for item in [*_nearest(_by_rank(items, of_color), frames), *_in_parents(place, frames)]:
         try:
             found = read_intrinsics(place.check(item.path), note, max_pixels, of_color)
         except (ValueError, OSError) as error:
@@ -78,8 +79,9 @@ def _nearest(items: Sequence[Item], frames: Sequence[FrameFiles]) -> list[Item]:
     """Sort by the number of folders shared with the first frame, most first: a folder may hold several data sets."""
     if not frames:
         return list(items)
-    here = frames[0].depth.parent
-    return sorted(items, key=lambda item: -len(commonpath([here, item.path.parent])))
+    here = {*from_root(frames[0].depth).parents}
+    shared = cache(lambda folder: len(here & {folder, *folder.parents}))
+    return sorted(items, key=lambda item: -shared(from_root(item.path.parent)))
 
 
 def _not_of_others(items: Sequence[Item], frames: Sequence[FrameFiles], place: Folder) -> list[Item]:
@@ -109,13 +111,15 @@ def _by_rank(items: Sequence[Item], of_color: bool = False) -> list[Item]:
     return [one[-1] for one in found]
 
 
-def _in_parents(place: Folder) -> list[Item]:
-    """The same in the folders above, nearest first."""
+def _in_parents(place: Folder, frames: Sequence[FrameFiles]) -> list[Item]:
+    """The same in the folders above, nearest first; then where links lead to, of the folder and of the first frame."""
     found: list[Item] = []
-    here = place.path.resolve()
-    for above in list(here.parents)[:_PARENTS]:
-        if above != above.parent:
-            items = place.listing.files(above, 0, CAMERA_SUFFIXES)
+    above = [one for here in places_of(place.path) for one in list(here.parents)[:_PARENTS]]
+    if frames and frames[0].depth.is_symlink():
+        above += list(followed(frames[0].depth).parents)[: _PARENTS + 1]
+    for one in dict.fromkeys(above):
+        if one != one.parent:
+            items = place.listing.files(one, 0, CAMERA_SUFFIXES)
             found += [item for item in _by_rank(items) if not TRANSFORMS.fullmatch(item.name)]
     return found
 
@@ -166,8 +170,9 @@ def _of_data_set(
     heads = [read_text(item.path, max_pixels)[:400] for item in lists]
     names = [item.path.name for item in place.listing.files(folder, 1) if item.suffix in (".freiburg",)]
     names += [item.path.name for item in lists]
-    names += ["/".join(path.parts[-3:]) for one in frames[:1] for path in (one.depth, one.color) if path]
-    seen = "\n".join(["/".join(folder.resolve().parts[-2:]), *names, *heads]).lower()
+    files = [(path, 3) for one in frames[:1] for path in (one.depth, one.color) if path]
+    names += ["/".join(one.parts[-most:]) for path, most in [(folder, 2), *files] for one in places_of(path)]
+    seen = "\n".join([*names, *heads]).lower()
     for known in DATA_SETS:
         if re.search(known.known_by, seen) and _has_size(frames, known.size):
             numbers = ",".join(f"{number:g}" for number in known.numbers)

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from ...messages.notes import Note
 from ..access.file_name_patterns import FRAME_POSES, NOT_A_POSE, POSE_SUFFIXES, POSES
-from ..access.folder_listing import Item, numbers_in, own_files
+from ..access.folder_listing import Item, numbers_in
 from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..poses.pose_files import read_poses
 from ..poses.pose_key_names import PoseList
 from .folders import FrameFiles
+from .own_files import own_files
 from .pairing import nearest
 
 CLOSE = 0.02  # seconds between a picture and its pose, as in the TUM benchmark's own tools

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
-
-import numpy as np
 
 from ...messages.formatting import option
 from ...messages.notes import Note
@@ -15,6 +11,8 @@ from ...messages.suggestions import near_path
 from ..access.builtin import FRAMES, SCENES
 from ..access.content import FilePath
 from ..access.file_name_patterns import (
+    ANY_PICTURE,
+    COLOR,
     COLOR_SUFFIXES,
     CONFIDENCE,
     CONTAINERS,
@@ -23,18 +21,19 @@ from ..access.file_name_patterns import (
     NOT_PICTURES,
     ONLY_DEPTH,
     RAW_SUFFIXES,
-    RAY_NAMES,
     RIGHT_VIEWS,
+    SHOWN_DEPTH,
     SPARSE,
     VALID,
     VIDEO_SUFFIXES,
 )
-from ..access.folder_listing import LEVELS, Item, key_of, matches, words_of
+from ..access.folder_listing import LEVELS, Item, key_of, words_of
 from ..access.limits import MAX_PIXELS
-from ..access.safe_paths import Folder
-from ..depth.colormaps import read_levels
-from ..pictures.picture_files import is_ours, read_image
-from ..pictures.picture_heads import is_deep_grey, shallowness
+from ..access.safe_paths import Folder, followed, places_of
+from ..pictures.picture_files import is_ours
+from ..pictures.picture_heads import is_deep_grey
+from .best_group import best_group, template
+from .own_files import matches
 from .pairing import find_partners
 from .picture_lists import listed_pictures
 
@@ -97,9 +96,7 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
     else:
         return []
     colors = listed_colors or _colors_of(folder, pictures, depths, note)
-    if not colors and place.root is None and _above(folder) != folder:
-        beside = [item for item in place.listing.files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
-        colors = _colors_of(_above(folder), beside, depths, note)
+    colors = colors or _colors_beside(place, folder, depths, note)
     masks = [item for item in pictures if (item.words | item.folder_words) & VALID and _is_mask_of(item, depths[0])]
     valid = (matches([item.key for item in depths], masks) if masks else []) or [None] * len(depths)
     if not colors:
@@ -117,25 +114,44 @@ def find_frames(place: Folder, note: Note, max_pixels: float = MAX_PIXELS) -> li
 
 def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     """The colour picture of a folder that belongs to a depth picture, which the caller has named."""
-    folder = place.path
-    items = [item for item in place.listing.files(_above(folder), 1) if item.suffix in COLOR_SUFFIXES]
-    alike = (item for item in items if item.path.name == depth.name)  # links are followed for few
-    own = next((item for item in alike if item.path.resolve() == depth.resolve()), None)
-    named = own or Item(depth, depth.name.lower())
-    colors = _colors_of(folder, items, [named], lambda _: None)
-    same = next((item.path for item in colors if item.key == named.key), None)
-    if same or not colors:
-        if not same:
-            note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
-        return same
-    if len(colors) > 1:
-        note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
-    return colors[0].path
+    real = followed(depth)
+    looks = [(place.path, depth)] + ([(real.parent, real)] if depth.is_symlink() and place.root is None else [])
+    for folder, file in looks:
+        named = Item(file, file.name.lower())
+        colors = _colors_in(place, folder, named) or _colors_beside(place, folder, [named], lambda _: None)
+        same = next((item.path for item in colors if item.key == named.key), None)
+        if len(colors) > 1 and not same:
+            note(f"{folder} has {len(colors)} colour pictures: {colors[0].path.name} is taken")
+        if colors:
+            return same or colors[0].path
+    note(f"no colour picture lies beside {depth.name} (color.*, rgb.*, image.*): the surface is light grey")
+    return None
 
 
-def _above(folder: Path) -> Path:
-    """Return the folder above a folder of depth pictures, where their colours may be; any other folder itself."""
-    return folder.resolve().parent if words_of(folder.resolve().name) & DEPTH else folder
+def _colors_in(place: Folder, folder: Path, depth: Item) -> list[Item]:
+    """The colour pictures of a folder, for one depth picture of it; in a folder of depth only what is surely none."""
+    items = [item for item in place.listing.files(folder, 1) if item.suffix in COLOR_SUFFIXES]
+    if _folders_above(folder):
+        items = [item for item in items if not item.words & SHOWN_DEPTH]
+        if depth.role != "depth":  # depth/image_1.png, depth/image_2.png
+            items = [item for item in items if (item.words - ANY_PICTURE | item.folder_words) & COLOR]
+    return _colors_of(folder, items, [depth], lambda _: None)
+
+
+def _colors_beside(place: Folder, folder: Path, depths: list[Item], note: Note) -> list[Item]:
+    """The colour pictures beside a folder of depth pictures, but not those of other frames: with depth of their own."""
+    for above, name in _folders_above(folder) if place.root is None else ():
+        items = [item for item in place.listing.files(above, 1) if not item.name.startswith(f"{name}/")]
+        others = {item.path.parent for item in items if item.level and item.role == "depth"}
+        items = [item for item in items if item.suffix in COLOR_SUFFIXES and item.path.parent not in others]
+        if colors := _colors_of(above, items, depths, note):
+            return colors
+    return []
+
+
+def _folders_above(folder: Path) -> list[tuple[Path, str]]:
+    """The folders above one of depth pictures, where their colours may be, and its name in each; none for others."""
+    return [(one.parent, one.name.lower()) for one in places_of(folder) if words_of(one.name) & DEPTH]
 
 
 def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
@@ -147,7 +163,7 @@ def _depths_of(folder: Path, pictures: list[Item], note: Note) -> list[Item]:
             found = [item for item in found if item.suffix in ONLY_DEPTH] or _deep_grey(found)
         if found:
             found = [item for item in found if item.suffix not in RAW_SUFFIXES] or found
-            return _best_group(folder, found, "depth", note)
+            return best_group(folder, found, "depth", note)
     return []
 
 
@@ -165,7 +181,7 @@ def _colors_of(folder: Path, pictures: list[Item], depths: list[Item], note: Not
         depth_too = {item.path for item in _deep_grey(found)}
         found = [item for item in found if item.path not in depth_too and (wanted or not is_ours(item.path))]
         if found:
-            return _best_group(folder, found, "colour", note, depths)
+            return best_group(folder, found, "colour", note, depths)
     videos = [item for item in allowed if item.suffix in VIDEO_SUFFIXES and item.role in ("color", "")]
     return videos[:1]
 
@@ -180,74 +196,9 @@ def _deep_grey(items: list[Item]) -> list[Item]:
     """Pictures of one channel of 16 bits, which are depth and nothing else. Those named alike are of one kind."""
     firsts: dict[str, bool] = {}
     for item in items:
-        if _template(item) not in firsts:
-            firsts[_template(item)] = is_deep_grey(item.path)
-    return [item for item in items if firsts[_template(item)]]
-
-
-def _template(item: Item) -> str:
-    """Return what the file names of a series have in common."""
-    return f"{item.path.parent}/{re.sub(r'[0-9]+', '#', item.stem)}"
-
-
-def _best_group(folder: Path, items: list[Item], what: str, note: Note, partners: Sequence[Item] = ()) -> list[Item]:
-    """Return files of one folder with similar names that fit their partners best; of equal keys the best suffix."""
-    suffixes = DEPTH_SUFFIXES if what == "depth" else COLOR_SUFFIXES
-    groups: dict[str, list[Item]] = {}
-    for item in items:
-        groups.setdefault(_template(item), []).append(item)
-    keys, numbers = {item.key for item in partners}, {item.numbers for item in partners if item.numbers}
-    places = {item.path.parent for item in partners}
-
-    def rank(group: list[Item]) -> tuple[float, ...]:
-        matched = sum(item.key in keys or item.numbers in numbers for item in group)
-        together = any(group[0].path.parent.parent in (place, place.parent, place.parent.parent) for place in places)
-        return (
-            -min(matched, len(partners)),
-            what == "depth" and shallowness(group[0].path),
-            what == "depth" and bool(RAY_NAMES.search(group[0].name)),
-            what == "depth" and not group[0].is_registered,
-            group[0].level,
-            -(group[0].path.parent in places),
-            -together,
-            group[0].stem not in (what, "color", "rgb"),
-            len(group[0].words),
-        )
-
-    ranked = sorted(groups.values(), key=rank)
-    best = ranked[0]
-    if not partners and len(ranked) > 1:
-        _tell_others(folder, best, ranked[1:], what, note)
-    if what == "colour" and partners and len(best) < len(partners):
-        same = [group for group in ranked if group[0].path.parent == best[0].path.parent]
-        best = [item for group in same for item in group]  # named one by one: kitchen.jpg, garden.jpg
-    by_stem: dict[str, list[Item]] = {}
-    for item in best:
-        by_stem.setdefault(item.stem, []).append(item)
-    kept = [_best_form(forms, suffixes) for forms in by_stem.values()]
-    if len(kept) == 1 < len(best):
-        note(f"{folder} has {', '.join(item.path.name for item in best)}: {kept[0].path.name} is taken")
-    return kept
-
-
-def _best_form(forms: list[Item], suffixes: tuple[str, ...]) -> Item:
-    """Return, of files that differ in their suffix, the one that keeps the most, and is no colour-mapped depth."""
-    forms = sorted(forms, key=lambda item: suffixes.index(item.suffix))
-    if len(forms) > 1 and suffixes == COLOR_SUFFIXES:
-        forms = [item for item in forms if not _is_mapped(item.path)] or forms
-    return forms[0]
-
-
-def _is_mapped(path: Path) -> bool:
-    image = read_image(path)
-    return image.ndim == 3 and image.dtype == np.uint8 and read_levels(image) is not None
-
-
-def _tell_others(folder: Path, best: list[Item], others: Iterable[list[Item]], what: str, note: Note) -> None:
-    rivals = [group[0].path.relative_to(folder).as_posix() for group in others if group[0].level == best[0].level]
-    if rivals:
-        listed = ", ".join(rivals[:3]) + (f" and {len(rivals) - 3} more" if len(rivals) > 3 else "")
-        note(f"{folder}: {best[0].path.relative_to(folder).as_posix()} is taken as the {what}, not {listed}")
+        if template(item) not in firsts:
+            firsts[template(item)] = is_deep_grey(item.path)
+    return [item for item in items if firsts[template(item)]]
 
 
 def _is_mask_of(item: Item, depth: Item) -> bool:

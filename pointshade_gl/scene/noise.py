@@ -77,7 +77,7 @@ class Noise:
     @property
     def may_be_bumpy(self) -> bool:
         """Return whether the noise is a sensor's that smooths its depth or matches windows: it may leave bumps."""
-        return self.grid is not None and (self.correlation > SMOOTHED or self.domain == "1/z")
+        return self.step > 0 and (self.correlation > SMOOTHED or self.domain == "1/z")
 
     @property
     def rounding(self) -> tuple[float, float]:

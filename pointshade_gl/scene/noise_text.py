@@ -7,7 +7,10 @@ import re
 from dataclasses import dataclass
 
 CLEAN = "clean"
-GRAMMAR = "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, bumps=0.003/m, by commas"
+GRAMMAR = (
+    "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, bumps=0.003/m, "
+    "by commas"
+)
 _UNITS = {"mm": 1e-3, "m": 1.0, "%": 1e-2, "/m": 1.0, "": 1.0}
 _ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m"), "repeated": ("",), "bumps": ("/m",)}
 

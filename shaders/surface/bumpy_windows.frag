@@ -9,16 +9,16 @@
 #include "common/bumpy_planes.glsl"
 
 uniform sampler2D depth_map;
-uniform sampler2D planes;
-uniform ivec2 first;  // middle pixel of the first cell
-uniform float bumps;
+uniform sampler2D planes;  // of the windows
+uniform ivec2 first;       // middle pixel of the first cell
+uniform float bumps;       // standard deviation of 1/z about the planes of the frame
 
 out vec4 plane;
 
 void main() {
     ivec2 cell = ivec2(gl_FragCoord.xy);
 #if SPREAD
-    plane = bumpy_plane(planes, depth_map, cell, first);
+    plane = bumpy_plane(planes, depth_map, cell, first, bumps);
 #elif MEASURE
     plane = window_bumps(depth_map, flat_middle(cell, first));
 #else

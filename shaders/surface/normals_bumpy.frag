@@ -1,11 +1,11 @@
 #version 330 core
-// Noisy depth -> surface (unit normal, depth) where it is a plane of bumpy_planes.glsl and nothing else. What it discards is
-// left to the stages of normals_adaptive.frag.
+// Noisy depth -> surface (unit normal, depth) where it is a plane of bumpy_planes.glsl and nothing else. What it
+// discards is left to the stages of normals_adaptive.frag.
 #include "common/bumpy_planes.glsl"
 #include "common/camera.glsl"
 
 uniform sampler2D calm_depth;
-uniform sampler2D planes;  // these three as in bumpy_windows.frag
+uniform sampler2D planes;  // of the cells; these three as in bumpy_windows.frag
 uniform ivec2 first;
 uniform float bumps;
 uniform vec4 intrinsics;

@@ -31,6 +31,7 @@ class BumpyPlanesPass(FullscreenPasses):
         cells, first = flat_grid(*frame.size)
         windows, planes = self._windows.fit(cells), self._planes.fit(cells)
         fit, spread = (self.fullscreen("surface/bumpy_windows.frag", SPREAD=k) for k in (0, 1))
-        fit.draw(windows.target, {"depth_map": frame.depth}, first=first, bumps=bumps)
-        spread.draw(planes.target, {"depth_map": frame.depth, "planes": windows.texture}, first=first)
+        common = {"depth_map": frame.depth, "first": first, "bumps": bumps}
+        fit.draw(windows.target, {}, **common)
+        spread.draw(planes.target, {"planes": windows.texture}, **common)
         return {"planes": planes.texture, "first": first}

@@ -3,8 +3,8 @@
 // Planes under noise that neighbours share: lumps, ripples and bands of sensors. Through the samples of
 // normals_adaptive.glsl they look like the surface. Wider windows tell them from it: what a plane leaves there has no
 // shape across the window, is as much as on other planes of the frame, and the windows close by hold, too. Windows lie
-// around the middles of cells, as in flat_cells.glsl. A plane is (x: depth at its origin, yz: slope of w = 1/z per pixel
-// relative to w, w: see below). bumps: standard deviation of w about the planes of the frame.
+// around the middles of cells, as in flat_cells.glsl. A plane is (x: depth at its origin, yz: slope of w = 1/z per
+// pixel relative to w, w: see below). bumps: standard deviation of w about the planes of the frame.
 
 const int FAR_REACH = 40;         // square of the distance from its middle that the widest window contains, cells
 const int FAR_STRETCH = 2;        // distance of its samples over that of WIDE
@@ -57,8 +57,8 @@ vec3 window_plane(float d[49], float m[49], int stretch) {
     return solve_plane(s, su, sv, suu, suv, svv, sd, sud, svd);
 }
 
-// What a plane leaves of the samples with weight m: its variance (x), its shape (y), the number of samples (z). Shape is
-// the mean square of a bowl, a saddle and a twist across the window, over that of the rest: 1 for white noise.
+// What a plane leaves of the samples with weight m: its variance (x), its shape (y), the number of samples (z). Shape
+// is the mean square of a bowl, a saddle and a twist across the window, over that of the rest: 1 for white noise.
 vec3 window_rest(float d[49], float m[49], vec3 plane, int stretch) {
     float wide = 0.0, s = 0.0, squares = 0.0;
     for (int k = 0; k < 49; ++k) {

@@ -56,7 +56,7 @@ def rms(values):
 
 
 def with_and_without(renderer, frame):
-    """The normals of a frame, and those by the same noise in words without bumps, as before there were planes for them."""
+    """The normals of a frame, and those by the same noise in words but without bumps: as before."""
     normals = renderer.estimate_normals(frame)
     words = replace(renderer.choice.noise.words, bumps=0.0)
     return normals, renderer.estimate_normals(frame, noise=str(words))

@@ -231,4 +231,5 @@ def told_noise(words: NoiseWords, shape: tuple[int, ...]) -> Noise:
     grid[:] = MARGIN * words.level, ROUNDED * words.step, words.shared
     share = 1.0 if words.level else 0.0
     sigma, relative = (0.0, words.level) if words.is_share else (words.level, 0.0)
-    return Noise(sigma, relative, words.step, words.domain, words.shared, words.repeated, share, grid, powers)
+    shared, misplaced, bumps = words.shared, words.repeated, words.bumps
+    return Noise(sigma, relative, words.step, words.domain, shared, misplaced, share, grid, powers, bumps)

@@ -32,7 +32,7 @@ class Decisions:
 
 def _kind(noise: Noise) -> tuple[Any, ...]:
     """Return the properties of noise on which neighbouring frames of a stream must agree."""
-    return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared
+    return noise.is_clean, noise.domain, noise.misplaced > 0, noise.is_shared, noise.bumps > 0
 
 
 def _is_clear(measured: Noise, kept: Noise) -> bool:

@@ -36,6 +36,8 @@ class Noise:
     share            share of the blocks with so much noise that it tilts normals visibly
     grid, powers     per block sigma / z = max(grid[..., 0] * z**powers[0], grid[..., 1] * z**powers[1]), noise and
                      rounding; grid[..., 2] is the block's own correlation
+    bumps            standard deviation of 1/z about wide planes, where the noise that neighbours share is wider than
+                     fits of normals; 0 if planes show none
     """
 
     sigma: float
@@ -47,6 +49,7 @@ class Noise:
     share: float
     grid: NDArray[np.float32] | None
     powers: tuple[float, float]
+    bumps: float = 0.0
 
     @property
     def is_clean(self) -> bool:
@@ -72,6 +75,11 @@ class Noise:
         return self.step > 0 and (self.domain == "1/z" or self.sigma < MOSTLY_STEP * self.step)
 
     @property
+    def may_be_bumpy(self) -> bool:
+        """Return whether the noise is a sensor's that smooths its depth or matches windows: it may leave bumps."""
+        return self.step > 0 and (self.correlation > SMOOTHED or self.domain == "1/z")
+
+    @property
     def rounding(self) -> tuple[float, float]:
         """Return the steps of depth and of 1 / depth: 0 where it is not rounded."""
         return (0.0, self.step) if self.domain == "1/z" else (self.step, 0.0)
@@ -84,7 +92,7 @@ class Noise:
         is_share = self.powers[0] > -0.5 and self.domain != "z"
         level = self.relative if is_share else self.sigma
         shared = self.correlation if self.correlation >= SHARED else 0.0
-        return NoiseWords(level, is_share, shared, self.step, self.domain, self.misplaced)
+        return NoiseWords(level, is_share, shared, self.step, self.domain, self.misplaced, self.bumps)
 
 
 @dataclass(frozen=True)
@@ -122,6 +130,8 @@ def describe(choice: Choice) -> str:
         found += ", lines are repeated"
     if noise.correlation:
         found += ", neighbours share part of the noise"
+    if noise.bumps:
+        found += f", bumps of {noise.bumps:.3g} in 1/z on planes"
     return f"{choice.method}: {found}" + ("" if choice.told else f" ({option('noise', str(noise.words))})")
 
 

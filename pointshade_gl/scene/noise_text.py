@@ -7,9 +7,12 @@ import re
 from dataclasses import dataclass
 
 CLEAN = "clean"
-GRAMMAR = "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, by commas"
+GRAMMAR = (
+    "'clean', or 1.5mm or 0.2%, and after it shared=2, steps=1mm or steps=0.0029/m, repeated=0.4, bumps=0.003/m, "
+    "by commas"
+)
 _UNITS = {"mm": 1e-3, "m": 1.0, "%": 1e-2, "/m": 1.0, "": 1.0}
-_ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m"), "repeated": ("",)}
+_ALLOWED = {"noise": ("mm", "m", "%"), "shared": ("",), "steps": ("mm", "m", "/m"), "repeated": ("",), "bumps": ("/m",)}
 
 
 @dataclass(frozen=True)
@@ -20,6 +23,7 @@ class NoiseWords:
     shared           noise that neighbours share, divided by noise that they do not share
     step, domain     rounding step, of depth in domain "z", of 1/depth in domain "1/z"; 0 and "" without one
     repeated         pixels (standard deviation) by which depths are displaced, as lines are repeated
+    bumps            standard deviation of 1/depth about planes, where neighbours share noise over many pixels
     """
 
     level: float = 0.0
@@ -28,6 +32,7 @@ class NoiseWords:
     step: float = 0.0
     domain: str = ""
     repeated: float = 0.0
+    bumps: float = 0.0
 
     def __str__(self) -> str:
         if not self.level:
@@ -37,6 +42,7 @@ class NoiseWords:
         steps = _length(self.step) if self.domain == "z" else f"{_short(self.step)}/m"
         words += [f"steps={steps}"] if self.step else []
         words += [f"repeated={_short(self.repeated)}"] if self.repeated else []
+        words += [f"bumps={_short(self.bumps)}/m"] if self.bumps else []
         return ",".join(words)
 
 
@@ -59,8 +65,8 @@ def noise_words(text: str) -> NoiseWords | None:
     level, unit = found["noise"]
     step, step_unit = found.get("steps", (0.0, ""))
     domain = "" if not step else "1/z" if step_unit == "/m" else "z"
-    shared, repeated = (found.get(name, (0.0, ""))[0] for name in ("shared", "repeated"))
-    return NoiseWords(level, unit == "%", shared, step, domain, repeated)
+    shared, repeated, bumps = (found.get(name, (0.0, ""))[0] for name in ("shared", "repeated", "bumps"))
+    return NoiseWords(level, unit == "%", shared, step, domain, repeated, bumps)
 
 
 def _short(number: float) -> str:

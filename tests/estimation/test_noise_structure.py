@@ -188,6 +188,7 @@ def test_frames_made_by_hand_are_judged_alone(renderer):
         ("1.5mm", NoiseWords(0.0015)),
         ("0.2%,shared=2", NoiseWords(0.002, True, 2.0)),
         ("2mm,shared=1.5,steps=1mm,repeated=0.4", NoiseWords(0.002, False, 1.5, 0.001, "z", 0.4)),
+        ("0.4mm,shared=6,steps=1mm,bumps=0.003/m", NoiseWords(0.0004, False, 6, 0.001, "z", 0.0, 0.003)),
         ("0.3%,steps=0.0029/m", NoiseWords(0.003, True, 0.0, 0.0029, "1/z")),
     ],
 )

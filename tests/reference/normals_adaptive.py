@@ -71,11 +71,12 @@ def nearer_surface(picture, pixel, here, stride):
     return found
 
 
-def estimate_adaptive(picture, pixel, intrinsics):
+def estimate_adaptive(picture, pixel, intrinsics, bumpy=None):
     """Return (h, w, 4) float32, zeros where depth is missing: unit normals towards the camera, and the depth of the
     surfaces they belong to. As normals_adaptive.frag.
 
-    picture (h, w, 2) float32: depth and noise over depth after average_pairs; pixel = pixel_grid(picture[..., 0]).
+    picture (h, w, 2) float32: depth and noise over depth after average_pairs; pixel = pixel_grid(picture[..., 0]);
+    bumpy = bumpy_surface(...), or None.
     """
     known, depth, ray, intrinsics = start(picture[..., 0], pixel, intrinsics)
     noise = picture[..., 1]
@@ -86,6 +87,12 @@ def estimate_adaptive(picture, pixel, intrinsics):
         *found, holds = answer(picture, (u, v), (depth[v, u], noise[v, u]), stride[v, u])
         for whole, part in zip((value, slope_u, slope_v), found, strict=True):
             whole[v, u] = np.where(holds, part, whole[v, u])
+    if bumpy is not None:
+        share = bumpy[..., 3]
+        planes = relative_step(depth, np.where(share > 0, bumpy[..., 0], depth)), bumpy[..., 1], bumpy[..., 2]
+        found = value, slope_u, slope_v
+        mixed = (a * (f32(1) - share) + b * share for a, b in zip(found, planes, strict=True))
+        value, slope_u, slope_v = (np.where(share > 0, new, old) for new, old in zip(mixed, found, strict=True))
     normals = normal_of_slope((slope_u, slope_v), ray, intrinsics)
     surface = np.concatenate([normals, (depth / (f32(1) + value))[..., None]], -1)
     return np.where(known[..., None], surface, ZERO)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from pointshade_gl.estimation.noise_bumps import find_bumps
 from pointshade_gl.estimation.noise_model import BLOCK_PATCHES, COARSE, find_noise, flat_grid, noise_grid, told_noise
 from pointshade_gl.scene.noise import Noise
 from pointshade_gl.scene.noise_text import NoiseWords
 
+from .bumpy_planes import bumpy_plane, bumpy_surface, is_bumpy_plane, widest_bumpy_window, window_bumps
 from .depth_average import average_pairs
 from .flat_cells import flat_middle, flat_plane, flat_surface, widest_window
 from .flying_pixels import flying_step
@@ -49,7 +53,11 @@ def structure_blocks(depth_map: np.ndarray) -> np.ndarray:
 
 def measure_noise(depth_map: np.ndarray, focal: float) -> Noise:
     coarse, structure = lambda: noise_blocks(depth_map, COARSE), lambda: structure_blocks(depth_map)
-    return find_noise(*noise_blocks(depth_map, 1), focal, coarse, structure)
+    noise = find_noise(*noise_blocks(depth_map, 1), focal, coarse, structure)
+    if not noise.may_be_bumpy:
+        return noise
+    cells, first = flat_grid(*depth_map.shape[::-1])
+    return replace(noise, bumps=find_bumps(window_bumps(depth_map, flat_middle(indices(*cells), first)), noise))
 
 
 def surface_by_noise(
@@ -85,11 +93,24 @@ def surface_by_noise(
         step = flying_step(depth_map, pixel, z, relative, focal)
         flies = known & (step != 0)
         calm = np.where(flies[..., None], np.stack([z / (F(1) + step), relative], -1), calm)
+    if noise.bumps and told is None:
+        return bumpy_surfaces(depth_map, calm, F(noise.bumps), intrinsics)
     surface = estimate_adaptive(calm, pixel, intrinsics)
     if not noise.is_rounded:
         return surface
     flat = flat_surfaces(depth_map, noise, intrinsics)
     return np.where(flat[..., 3:] > 0, flat, surface)
+
+
+def bumpy_surfaces(depth_map: np.ndarray, calm: np.ndarray, bumps: np.float32, intrinsics: np.ndarray) -> np.ndarray:
+    """The surface of bumpy_windows.frag, normals_bumpy.frag and normals_adaptive.frag. calm: from average_pairs."""
+    cells, first = flat_grid(*depth_map.shape[::-1])
+    cell, pixel = indices(*cells), indices(*depth_map.shape[::-1])
+    windows = widest_bumpy_window(depth_map, flat_middle(cell, first), bumps)
+    planes = bumpy_surface(bumpy_plane(windows, depth_map, cell, first, bumps), calm[..., 0], pixel, first)
+    surface = estimate_adaptive(calm, pixel_grid(depth_map), intrinsics, planes)
+    whole = (planes[..., 3] >= 1) & is_bumpy_plane(calm[..., 0], pixel, planes[..., :3], bumps)
+    return np.where(whole[..., None], np.concatenate([surface[..., :3], planes[..., :1]], -1), surface)
 
 
 def flat_surfaces(depth_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray:

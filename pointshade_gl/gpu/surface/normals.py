@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import moderngl
 import numpy as np
 
+from ...estimation.noise_bumps import find_bumps
 from ...estimation.noise_over_time import Decisions
 from ...scene.camera import Camera
 from ...scene.noise import Choice, Noise
@@ -17,6 +19,7 @@ from ..context.saved_state import enabled
 from ..core.frame_textures import DepthTextures
 from ..core.images import Fitted, Image, empty
 from ..core.passes import FullscreenPasses
+from .bumpy_planes import BumpyPlanesPass
 from .flat_cells import FlatCellsPass
 from .noise_measurement import NoisePass
 from .sparse_normals import SparsePass
@@ -74,7 +77,8 @@ class SurfacePass(FullscreenPasses):
 
     def measure_noise(self, frame: DepthTextures, camera: Camera) -> Noise:
         """Measure the noise, as "auto" and "adaptive" do. camera: that took the depth."""
-        return self._noise.measure(frame, _mean_focal(camera))
+        noise = self._noise.measure(frame, _mean_focal(camera))
+        return replace(noise, bumps=find_bumps(self._bumpy.measure(frame), noise)) if noise.may_be_bumpy else noise
 
     def _find_noise(
         self, frame: DepthTextures, camera: Camera, words: NoiseWords | None, stream: Stream | None
@@ -102,23 +106,30 @@ class SurfacePass(FullscreenPasses):
         calm = self._noise.calm_depth(frame, noise, levels, _mean_focal(camera) if snap else 0.0)
         if stream:
             calm = stream.temporal.filter_depth(calm, noise, stream, camera)
-        self._fit_planes(frame, calm, noise, camera)
+        self._fit_planes(frame, calm, noise, camera, noise.bumps if levels is None else 0.0)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
         if levels is None:
             frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
-    def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:
+    def _fit_planes(
+        self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera, bumps: float
+    ) -> None:
         """Fit planes, as wide as the noise requires, to the depth of `NoisePass.calm_depth`."""
         surface = frame.surface
+        inputs = {"calm_depth": calm, "intrinsics": camera.intrinsics}
+        if bumps:
+            inputs |= self._bumpy.find(frame, bumps)
         empty(surface.staged_target, surface.window)
         with enabled(self._context, DEPTH_TEST):
-            if noise.is_rounded:
+            if bumps:
+                self.fullscreen("surface/normals_bumpy.frag").draw(surface.staged_target, {}, **inputs, bumps=bumps)
+            elif noise.is_rounded:
                 self._flat.run(frame, noise, camera)
             for stage in range(4):
-                adaptive = self.fullscreen("surface/normals_adaptive.frag", STAGE=stage)
-                adaptive.draw(surface.staged_target, {"calm_depth": calm}, intrinsics=camera.intrinsics)
+                adaptive = self.fullscreen("surface/normals_adaptive.frag", STAGE=stage, BUMPY=int(bumps > 0))
+                adaptive.draw(surface.staged_target, {}, **inputs)
 
     @cached_property
     def _noise(self) -> NoisePass:
@@ -131,6 +142,10 @@ class SurfacePass(FullscreenPasses):
     @cached_property
     def _flat(self) -> FlatCellsPass:
         return self._keep(FlatCellsPass(self._context))
+
+    @cached_property
+    def _bumpy(self) -> BumpyPlanesPass:
+        return self._keep(BumpyPlanesPass(self._context))
 
 
 def _mean_focal(camera: Camera) -> float:

@@ -15,7 +15,7 @@ from .file_name_patterns import ANY_PICTURE, COLOR, DEPTH, FRAME_SUFFIXES, NEITH
 LEVELS = 3  # folders in folders in folders
 _MOST = 200_000  # files that are looked at
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
-_BITS = re.compile(r"\d+bits?")  # of leftImg8bit
+_BITS = re.compile(r"(?<!\d)\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
     DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
 )
@@ -225,4 +225,5 @@ def suffix_of(name: str) -> str:
 
 def natural(name: str) -> list[tuple[int, str]]:
     """Sorts 2.png before 10.png."""
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
+    parts = re.split(r"(\d+)", name)
+    return [(len(part.lstrip("0")), part.lstrip("0")) if part.isdecimal() else (-1, part) for part in parts]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import Field, fields
 from typing import Any
 
@@ -24,7 +23,7 @@ def light_from(text: str, **unless_said: Any) -> Light:
     may stand without a value. Raises ValueError for anything else, and as Light.
     """
     said: dict[str, Any] = {}
-    for word in re.sub(r"\s*([,=])\s*", r"\1", text).split():
+    for word in _joined(_joined(text, ","), "=").split():
         name, _, value = word.partition("=")
         if "=" not in word and word[0] in "+-.0123456789":
             name, value = "position", word
@@ -40,6 +39,11 @@ def light_from(text: str, **unless_said: Any) -> Light:
         return Light(**{**unless_said, **said})
     except (ValueError, TypeError) as error:
         raise ValueError(f"{option('light', shown(text))}: {error}") from None
+
+
+def _joined(text: str, separator: str) -> str:
+    """The text without blanks around the separators."""
+    return separator.join(part.strip() for part in text.split(separator))
 
 
 def _value(name: str, value: str, text: str) -> Any:

@@ -20,7 +20,7 @@ from .light_words import FIELDS
 # click's UsageError. Newer versions of Typer have click inside, older ones beside them; all of them export this child.
 UsageError: Any = typer.BadParameter.__base__
 _LIGHT_WORD = re.compile(rf"\b(?:{'|'.join(FIELDS)})\b(?:=|$)")
-_EXTRA = re.compile(r"extra argument\S* \((.*)\)")
+_EXTRA = re.compile(r"extra argument\S* \((.*)\)", re.DOTALL)
 _QUOTES = 'put the words of a light in quotes, as in --light "position=-.5,-.7,.2 shadow"'
 
 

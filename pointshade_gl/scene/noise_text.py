@@ -52,7 +52,7 @@ def noise_words(text: str) -> NoiseWords | None:
         return NoiseWords()
     found: dict[str, tuple[float, str]] = {}
     for k, word in enumerate(text.split(",")):
-        match = re.fullmatch(r"\s*(?:(\w+)=)?((?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
+        match = re.fullmatch(r"\s*(?:(\w+)=)?((?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?)(mm|m|%|/m|)\s*", word)
         if match is None or (k == 0) != (match[1] is None):
             return None
         name, unit = match[1] or "noise", match[3]

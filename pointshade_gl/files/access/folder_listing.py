@@ -20,7 +20,7 @@ _ORDER = attrgetter("order")
 _DIGITS = re.compile(r"(\d+)")
 _remembered = lru_cache(4096)  # the folders of a batch have files of the same names
 _WORD = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
-_BITS = re.compile(r"\d+bits?")  # of leftImg8bit
+_BITS = re.compile(r"(?<!\d)\d+bits?")  # of leftImg8bit
 _PARTS = sorted(
     DEPTH | COLOR - {"wide", "im"} | {"pose", "meta", "intrinsics", "conf", "confidence", "mask"}, key=len, reverse=True
 )
@@ -213,4 +213,5 @@ def suffix_of(name: str) -> str:
 @_remembered
 def natural(name: str) -> tuple[tuple[int, str], ...]:
     """Sorts 2.png before 10.png."""
-    return tuple((int(part), "") if part.isdecimal() else (-1, part) for part in _DIGITS.split(name))
+    parts = ((part, part.lstrip("0")) for part in _DIGITS.split(name))
+    return tuple((len(number), number) if part.isdecimal() else (-1, part) for part, number in parts)

@@ -16,11 +16,15 @@ from ..access.limits import MAX_PIXELS
 Named = dict[str, list[float]]  # by path: "camera_matrix.data", "frames.0.fl_x"
 _MOST = 65_536  # names that are looked at: a file of a thousand frames has their cameras too
 
-_LINE = re.compile(r"^(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*?)\"?\s*[:=,]\s*(.*)$")
+_LONGEST, _DEEPEST = 500, 10  # characters and levels of a name that is looked at; levels of a list of numbers
+
+# Each takes time in proportion to a line: where one repetition ends, the next cannot begin.
+_NAME = re.compile(r"(\s*)(?:-\s+)?\"?([A-Za-z_][\w./ -]*)")
+_VALUE = re.compile(r"\"?\s*[:=,](.*)")  # after a name
 _KEY = re.compile(r"^(\s*)(\d+):\s*$")  # BOP's and T-LESS' YAML: a block for each frame
 _HEADED = re.compile(r"^([A-Za-z_]\w*)\s+(-?[\d.][-+\d.eE\s]*)$")  # Matterport3D: intrinsics_matrix 1 0 0 ...
-_ITEM = re.compile(r"^\s*-\s+([^:]+)$")
-_OPEN_BRACKET = re.compile(r"\[[^\]]*\]")
+_ITEM = re.compile(r"^\s*-\s+([^:\s][^:]*)$")
+_BRACKETS = re.compile(r"\[[^\]]*\]")
 _AROUND = " \t\r\n,;[](){}\"'"  # numbers
 _TAG = re.compile(r"!!?[\w-]+")
 
@@ -38,6 +42,8 @@ def named_of(data: Any) -> Named:
 
 
 def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
+    if len(name) > _LONGEST or name.count(".") > _DEEPEST:
+        return
     numbers = _flat(value)
     if numbers is not None:
         yield name, numbers
@@ -46,17 +52,17 @@ def _walk(value: Any, name: str) -> Iterator[tuple[str, list[float]]]:
             yield from _walk(part, f"{name}.{key}".lstrip("."))
 
 
-def _flat(value: Any) -> list[float] | None:
-    """The numbers of a number, or of nested lists that hold nothing else."""
+def _flat(value: Any, levels: int = _DEEPEST) -> list[float] | None:
+    """The numbers of a number, or of nested lists that hold nothing else, up to so many levels."""
     if isinstance(value, bool) or value is None or isinstance(value, dict):
         return None
     if isinstance(value, int | float):
         return [float(value) if abs(value) < 1e300 else float("inf")]
-    if not isinstance(value, list) or not value:
+    if not isinstance(value, list) or not value or not levels:
         return None
     found: list[float] = []
     for part in value:
-        numbers = _flat(part)
+        numbers = _flat(part, levels - 1)
         if numbers is None:
             return None
         found += numbers
@@ -65,19 +71,20 @@ def _flat(value: Any) -> list[float] | None:
 
 def _named_of_lines(text: str) -> Named:
     """Names are joined to those of the lines above that are indented less, as in YAML."""
-    text = _OPEN_BRACKET.sub(lambda found: found[0].replace("\n", " "), text)
+    closed = text.rfind("]") + 1
+    text = _BRACKETS.sub(lambda found: found[0].replace("\n", " "), text[:closed]) + text[closed:]
     found: Named = {}
-    above: list[tuple[int, str]] = []
+    above: list[tuple[int, str]] = []  # indents, and names with those that they are joined to
     heading = ""  # MVSNet: a word, and a matrix in the lines below
     for line in text.splitlines()[:_MOST]:
-        line = line.split("#")[0]
+        line = line.partition("#")[0]
         if heading and line.strip() and (numbers := split_numbers(line, _AROUND)):
             found.setdefault(heading, []).extend(numbers)
             continue
         heading = line.strip() if re.fullmatch(r"[A-Za-z_]+", line.strip()) else ""
         item = _ITEM.match(line)
         if item and above and (numbers := split_numbers(item[1], _AROUND)):
-            found.setdefault(".".join(name for _, name in above), []).extend(numbers)
+            found.setdefault(above[-1][1], []).extend(numbers)
             continue
         if headed := _HEADED.match(line):
             found.setdefault(headed[1], split_numbers(headed[2]) or [])
@@ -85,14 +92,18 @@ def _named_of_lines(text: str) -> Named:
         if key := _KEY.match(line):
             above = [(len(key[1]), key[2])]
             continue
-        named = _LINE.match(line)
-        if not named:
+        start = _NAME.match(line)
+        rest = _VALUE.match(line, start.end()) if start else None
+        if not start or not rest:
             continue
-        indent, name, value = len(named[1]), named[2].strip(), _TAG.sub("", named[3]).strip()
+        indent, name, value = len(start[1]), start[2].strip(), _TAG.sub("", rest[1]).strip()
         while above and above[-1][0] >= indent:
             above.pop()
+        name = f"{above[-1][1]}.{name}" if above else name
+        if len(name) > _LONGEST or name.count(".") > _DEEPEST:
+            continue
         if not value:
             above.append((indent, name))
         elif numbers := split_numbers(value, _AROUND):
-            found[".".join([*(outer for _, outer in above), name])] = numbers
+            found[name] = numbers
     return found

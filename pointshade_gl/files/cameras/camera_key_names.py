@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections import ChainMap
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ..arrays.named_numbers import Named
 from .camera_numbers import from_matrix
 from .intrinsics import NORMALIZED, Intrinsics, Numbers, Size
 
-Words = dict[str, list[float]]
+Words = Mapping[str, list[float]]  # numbers of a group by their last word
 
 
 # What others call it, in lower case, without blanks, dashes and underscores. Of several in a file the earlier wins.
@@ -66,7 +67,8 @@ def from_named(named: Named, name: str, of_color: bool = False) -> list[Intrinsi
     of_color  the colour camera first: the depth was brought to it
     """
     named = {_SENS.sub(r"\1.\2", key): numbers for key, numbers in named.items()}
-    groups = [(_words(named, group), _words_around(named, group)) for group in _groups(named, of_color)]
+    grouped = _grouped(named)
+    groups = [(grouped.get(group, {}), _around(grouped, group)) for group in _groups(named, of_color)]
     outside = next((numbers[0] for key, numbers in named.items() if word(key) in BASELINE), None)
     found = [_from_group(*words, name) for words in groups]
     found = [camera and replace(camera, baseline=camera.baseline or outside) for camera in found]
@@ -83,23 +85,23 @@ def _groups(named: Named, of_color: bool) -> list[str]:
     return sorted(own, key=lambda group: (bool(last.search(group)), not first.search(group), group.count(".")))
 
 
-def _words(named: Named, group: str) -> Words:
-    """The numbers of a group by their last word. ROS and OpenCV put those of a matrix one level deeper, as `data`."""
-    found: Words = {}
+def _grouped(named: Named) -> dict[str, dict[str, list[float]]]:
+    """The words of each group. ROS and OpenCV put the numbers of a matrix one level deeper, as `data`."""
+    found: dict[str, dict[str, list[float]]] = {}
     for key, numbers in named.items():
-        outer = key.removesuffix(".data")
-        if outer.rpartition(".")[0] == group and not _OTHERS.search(outer.rpartition(".")[2]):
-            found.setdefault(word(outer), numbers)
+        group, _, last = key.removesuffix(".data").rpartition(".")
+        if not _OTHERS.search(last):
+            found.setdefault(group, {}).setdefault(word(last), numbers)
     return found
 
 
-def _words_around(named: Named, group: str) -> Words:
-    """The same with what stands further up: sizes and units often do."""
-    found = _words(named, group)
+def _around(grouped: dict[str, dict[str, list[float]]], group: str) -> Words:
+    """The words of a group with what stands further up: sizes and units often do."""
+    levels = [grouped.get(group, {})]
     while group:
         group = group.rpartition(".")[0]
-        found = _words(named, group) | found
-    return found
+        levels.append(grouped.get(group, {}))
+    return ChainMap(*levels)
 
 
 def _from_group(words: Words, around: Words, name: str) -> Intrinsics | None:
@@ -200,7 +202,7 @@ def from_colmap(text: str, name: str) -> dict[str, Intrinsics]:
     """The cameras of COLMAP's cameras.txt, by number: `1 PINHOLE 640 480 fx fy cx cy`; none for any other text."""
     found: dict[str, Intrinsics] = {}
     for line in text.splitlines():
-        words = line.split("#")[0].split()
+        words = line.partition("#")[0].split()
         if len(words) < 7 or not re.fullmatch(r"[A-Z_]+", words[1]):
             continue
         single = words[1].startswith(("SIMPLE", "RADIAL"))  # one focal length for both directions

@@ -22,7 +22,7 @@ from ..pictures.picture_files import TURNED
 from .contents import Contents, Frames
 
 BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
-_PACKET = re.compile(rb"<x:xmpmeta.{1,20000}?</x:xmpmeta>", re.DOTALL)
+_PACKET = re.compile(rb"<x:xmpmeta(?:(?!<x:xmpmeta).){1,20000}?</x:xmpmeta>", re.DOTALL)
 _MATRIX = re.compile(rb"IntrinsicMatrix>(.{1,2000}?)</depthData:IntrinsicMatrix>", re.DOTALL)
 _NUMBER = rb"{}(?:>|=\")([-+0-9.eE]+)"
 _QUARTERS = {3: 2, 6: 1, 8: 3}  # of a turn clockwise, for each EXIF orientation without mirroring

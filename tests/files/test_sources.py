@@ -233,6 +233,15 @@ class TestPoses:
         assert "nearest time stamp, up to 0.004 apart" in notes[0]
         assert notes[1:] == ["poses are read from groundtruth.txt"]
 
+    def test_names_in_lists_may_have_spaces(self, tmp_path):
+        for folder, array in (("depth", DEEP), ("rgb", COLOR)):
+            save(array, tmp_path / folder / "one view.png")
+            save(array, tmp_path / folder / "other.png")
+            lines = f"0.5 {folder}/one view.png\n1.5 2.5 {folder}/other.png\n"  # two numbers are of another file
+            (tmp_path / f"{folder}.txt").write_text(lines)
+        frame = open_source(tmp_path, **OPTIONS)
+        np.testing.assert_array_equal(frame.color, COLOR)
+
     def test_tum_poses_by_number_and_by_order(self, tmp_path):
         write(tmp_path, 3)
         (tmp_path / "poses_tum.txt").write_text(tum_lines(self.WAY, 0, 1))

@@ -1,8 +1,18 @@
 """Shader files: includes, and complaints that name file and line."""
 
+import signal
+from types import SimpleNamespace
+
 import pytest
 
-from pointshade_gl.gpu.core.programs import build_program, set_uniforms, shader_folder, splice, translate_log
+from pointshade_gl.gpu.core.programs import (
+    build_compute,
+    build_program,
+    set_uniforms,
+    shader_folder,
+    splice,
+    translate_log,
+)
 from pointshade_gl.messages.errors import ShaderError
 
 
@@ -53,3 +63,24 @@ def test_a_misspelt_uniform_is_an_error(renderer):
         with pytest.raises(KeyError):
             set_uniforms(program, intrinsic=(1, 1, 1, 1))
         program.release()
+
+
+@pytest.mark.parametrize("kind", ["program", "compute_shader"])
+def test_ctrl_c_waits_until_a_program_is_built(monkeypatch, kind):
+    """moderngl ends the process where it is interrupted."""
+    built = []
+
+    def build(*_, **shaders):
+        signal.raise_signal(signal.SIGINT)
+        built.append(shaders)
+
+    context = SimpleNamespace(**{kind: build}, info={"GL_RENDERER": ""}, version_code=450)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            if kind == "program":
+                build_program(context, "fullscreen.vert", "output/present.frag")
+            build_compute(context, "meshes/grid.comp")
+        assert len(built) == 1 and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)

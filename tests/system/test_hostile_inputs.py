@@ -45,7 +45,8 @@ def outcomes(tmp_path_factory):
 def check_opened(outcome, secret):
     """Files that were opened lie in the job's folder, or belong to Python or to this package. Returns secret ones."""
     folder = Path(outcome["folder"])
-    places = folder, outcome["temporary"], ROOT, sys.prefix, sys.base_prefix, "/proc", "/sys", os.devnull
+    python = sys.prefix, sys.base_prefix, *filter(None, sys.path)
+    places = folder, outcome["temporary"], ROOT, *python, "/proc", "/sys", os.devnull
     own = [Path(place).resolve() for place in places]
     opened = [(folder / path).resolve() for path in outcome["opened"]]
     others = [path for path in opened if not any(path.is_relative_to(place) for place in own)]

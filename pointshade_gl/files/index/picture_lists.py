@@ -54,13 +54,22 @@ def _read_list(place: Folder, path: Path, max_pixels: float) -> list[list[Item]]
     check_limit(len(lines), f"{path} has {len(lines)} lines", max_pixels, PARTS)
     found, named = [], cache(place.named)  # colours stand beside several depths
     for line in lines:
-        words = line.split("#")[0].split()
+        words = _words(line.split("#")[0])
         if len(words) not in (2, 4) or not _NUMBER.fullmatch(words[0]):
             continue
         if not all(text.lower().endswith(_PICTURES) for text in words[1::2]):
             continue
         try:
+            if " " in words[1] and not named(words[1]).is_file():
+                continue
             found.append([_item(named, words[k + 1], words[k]) for k in range(0, len(words), 2)])
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
     return found
+
+
+def _words(line: str) -> list[str]:
+    """Time stamps and names; a single name may have spaces in it."""
+    words = line.split()
+    is_one = len(words) > 2 and not any(word.lower().endswith(_PICTURES) for word in words[:-1])
+    return line.strip().split(None, 1) if is_one else words

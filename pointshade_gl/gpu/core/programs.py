@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import re
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +19,7 @@ from ...scene.camera import Camera
 from ..context.software_driver import by_flat_inputs, by_images, reads_images, wants_software
 
 Spliced = tuple[str, list[tuple[str, int]]]  # text, and for each line of it (file, line)
+_ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"')
 # Mesa "0:12(5): error", NVIDIA "0(12) : error", macOS and Intel "ERROR: 0:12: "
 _DRIVER_LINE = re.compile(r"(?:ERROR: )?\b0[:(](\d+)\)?(?:\(\d+\))?\s*:\s*(?:error)?:?\s*(.*)", re.IGNORECASE)
@@ -89,7 +94,8 @@ def build_program(
     spliced = fragment_text, fragment_origin
     fragment_text, fragment_origin = _begin(context, fragment, spliced, defines + flat, version)
     try:
-        return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
+        with signals_later():
+            return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text)
     except moderngl.Error as error:
         log = str(error)
         origin = vertex_origin if "vertex_shader" in log else fragment_origin
@@ -101,9 +107,29 @@ def build_compute(context: moderngl.Context, name: str, **constants: int) -> mod
     defines = [f"#define {constant} {value}" for constant, value in constants.items()]
     text, origin = _begin(context, name, splice(name), defines)
     try:
-        return context.compute_shader(text)
+        with signals_later():
+            return context.compute_shader(text)
     except moderngl.Error as error:
         raise ShaderError(translate_log(str(error), origin) or f"{name}: {error}") from error
+
+
+@contextmanager
+def signals_later() -> Iterator[None]:
+    """Handle signals that come inside afterwards: moderngl crashes where Ctrl-C interrupts it as it builds a program."""
+    handlers = {ending: signal.getsignal(ending) for ending in _ENDINGS}
+    if threading.current_thread() is not threading.main_thread():  # no other thread handles signals
+        handlers.clear()
+    handlers = {ending: handler for ending, handler in handlers.items() if callable(handler)}
+    came: list[tuple[int, Any]] = []
+    for ending in handlers:
+        signal.signal(ending, lambda *seen: came.append(seen))
+    try:
+        yield
+    finally:
+        for ending, handler in handlers.items():
+            signal.signal(ending, handler)
+        for ending, frame in came:
+            handlers[signal.Signals(ending)](ending, frame)
 
 
 def translate_log(log: str, origin: list[tuple[str, int]]) -> str:

@@ -17,7 +17,7 @@ from ..core.images import RGBA16, Image
 from ..core.memory import Owner
 from ..core.steps import Steps
 from .highlight_removal import HighlightRemovalPass
-from .unlighting import UnlightingPass
+from .unlighting import SmallCopy, UnlightingPass
 
 
 class SourceColors(Owner):
@@ -46,22 +46,24 @@ class SourceColors(Owner):
         colors = Colors(textures.color, textures)
         if not (look.unlight or look.remove_highlights) or frame.color is None:
             return colors
-        light = self._steps.run("find light", self._albedo.find_light, textures, textures.surface, of=textures)
+        inputs = textures, textures.surface, frame.camera
+        copy = self._steps.run("small copy", self._albedo.copy, *inputs, of=textures)
+        light = self._steps.run("find light", self._albedo.find_light, copy, of=textures)
         if look.remove_highlights:
-            colors = self._without_highlights(textures, frame, light)
+            colors = self._without_highlights(textures, frame, copy, light)
         if look.unlight:
             textures.light = light
             if light.tells:
                 image = textures.albedo = textures.albedo or Image(self._context, textures.color.size, RGBA16)
-                self._steps.run("albedo", self._albedo.run, colors, surface, camera, light, image, of=textures)
+                inputs = colors, surface, camera, copy, light, image
+                self._steps.run("albedo", self._albedo.run, *inputs, of=textures)
                 return Colors(image.texture, image)
             _note_once(textures, "light", light.why, frame.camera, describe_light(light))
         return colors
 
-    def _without_highlights(self, textures: FrameTextures, frame: Frame, light: FoundLight) -> Colors:
+    def _without_highlights(self, textures: FrameTextures, frame: Frame, copy: SmallCopy, light: FoundLight) -> Colors:
         surface, camera = textures.surface, frame.camera
-        inputs = self._albedo, textures, surface, camera, light
-        found = self._steps.run("find highlights", self._matte.find_highlights, *inputs, of=textures)
+        found = self._steps.run("find highlights", self._matte.find_highlights, copy, light, of=textures)
         textures.highlights = found
         if not found.tells:
             _note_once(textures, "highlights", found.why, camera, describe_highlights(found))

@@ -47,6 +47,11 @@ class FoundLight:
         """Whether the picture shows its light at all."""
         return self.strength > 0
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether nothing speaks against it."""
+        return self.strength == 1
+
 
 class Loss(NamedTuple):
     """A robust cost of differences, and by how much each of them pulls the fit."""

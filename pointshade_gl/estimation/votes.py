@@ -2,69 +2,81 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .light_pairs import Array
+from .light_pairs import Array, Index
 
-NEAR = 0.3  # of the picture's longer side: standard deviation
-ALIKE = 0.02  # of chromaticity
-CELLS = 0.15, 0.02  # of the grid: these are at most the standard deviations
+DEVIATIONS = 0.3, 0.3, 0.02, 0.02  # of place, in longer sides of the picture, and of chromaticity
+CELLS = 0.15, 0.15, 0.02, 0.02  # of the grid
+MOST = 2400  # voters
 OTHERS = 1e-3  # weight of all colours together, where none is alike
 
 
-def ask(values: Array, voters: NDArray[np.bool_], chromaticity: Array) -> tuple[Array, Array]:
+def ask(values: Array, voters: NDArray[np.bool_], red: Array, green: Array) -> tuple[Array, Array]:
     """Return, (h, w) each, mean and standard deviation of the values of voters, weighed by distance and colour.
 
-    values        (h, w), read where there are voters
-    chromaticity  (h, w, 2) red and green of their sum with blue
+    values      (h, w), read where there are voters, of whom there is at least one
+    red, green  (h, w) of their sum with blue
 
     A bilateral grid (Chen, Paris, Durand 2007): all voters at the cost of a few.
     """
-    height, width = values.shape
-    spots = np.indices((height, width)).transpose(1, 2, 0) / (CELLS[0] * max(height, width))
-    places = np.concatenate([spots, chromaticity / CELLS[1]], -1).reshape(-1, 4)
-    places -= np.floor(places.min(0))
-    shape = tuple(places.max(0).astype(int) + 2)
-    says, votes = values.reshape(-1), voters.reshape(-1)
-    grid = _gathered(places[votes], np.stack([np.ones(votes.sum()), says[votes], says[votes] ** 2], -1), shape)
-    for axis, (deviation, cell) in enumerate(zip((NEAR, NEAR, ALIKE, ALIKE), np.repeat(CELLS, 2), strict=True)):
-        grid = np.moveaxis(np.tensordot(_gaussian(shape[axis], deviation / cell), grid, (1, axis)), 0, axis)
-    grid += OTHERS * grid.reshape(-1, 3).sum(0) / max(grid[..., 0].size, 1)
-    weight, mean, square = _spread(grid, places).T
-    mean, square = mean / np.maximum(weight, 1e-30), square / np.maximum(weight, 1e-30)
+    spots = np.indices(values.shape, np.float32) / max(values.shape)
+    places = np.stack([*spots, red, green]).reshape(4, -1) / np.array(CELLS, np.float32)[:, None]
+    places -= np.floor(places.min(1, keepdims=True))
+    shape = tuple((places.max(1).astype(int) + 2).tolist())
+    chosen = np.flatnonzero(voters)
+    chosen = chosen[:: -(-len(chosen) // MOST)]
+    said = values.reshape(-1)[chosen]
+    grid = _gathered(places[:, chosen], np.stack([np.ones_like(said), said, said**2]), shape)
+    for axis, (deviation, cell) in enumerate(zip(DEVIATIONS, CELLS, strict=True)):
+        grid = _blurred(grid, axis + 1, deviation / cell)
+    grid = grid.reshape(3, -1)
+    grid += OTHERS * grid.mean(1, keepdims=True)
+    weight, mean, square = _read(grid, places, shape)
+    mean, square = mean / weight, square / weight
     deviation = np.sqrt(np.maximum(square - mean**2, 0))
-    return mean.reshape(height, width), deviation.reshape(height, width)
-
-
-def _gaussian(count: int, deviation: float) -> NDArray[np.float64]:
-    """Return the weights between the cells of an axis; the grid itself blurs by a variance of 1/3 cells."""
-    off = np.subtract.outer(np.arange(count), np.arange(count))
-    return np.exp(-0.5 * off**2 / (deviation**2 - 1 / 3))
-
-
-def _corners(places: Array, shape: tuple[int, ...]):
-    """Yield the flat index and the weight of the 16 cells around each place."""
-    low = places.astype(int)
-    part = places - low
-    steps = np.array([int(np.prod(shape[k + 1 :])) for k in range(len(shape))])
-    first = low @ steps
-    for corner in product((0, 1), repeat=len(shape)):
-        weight = np.prod([part[:, k] if up else 1 - part[:, k] for k, up in enumerate(corner)], axis=0)
-        yield first + int(steps @ corner), weight
+    return mean.reshape(values.shape), deviation.reshape(values.shape)
 
 
 def _gathered(places: Array, values: Array, shape: tuple[int, ...]) -> Array:
-    size = int(np.prod(shape))
-    grid = np.zeros((size, values.shape[1]))
+    """Return (k, *shape) the sums of values (k, n) in the cells around their places (4, n)."""
+    size, corners = int(np.prod(shape)), list(_corners(places, shape))
+    index, weight = (np.concatenate(parts) for parts in zip(*corners, strict=True))
+    sums = [np.bincount(index, weight * np.tile(row, len(corners)), size) for row in values]
+    return np.array(sums, np.float32).reshape(-1, *shape)
+
+
+def _read(grid: Array, places: Array, shape: tuple[int, ...]) -> Array:
+    """Return (k, n) the values (k, cells) of a grid between its cells."""
+    found = np.zeros((len(grid), places.shape[1]), np.float32)
     for index, weight in _corners(places, shape):
-        for k in range(values.shape[1]):
-            grid[:, k] += np.bincount(index, weight * values[:, k], size)
-    return grid.reshape(*shape, values.shape[1])
+        for sums, row in zip(found, grid, strict=True):
+            sums += weight * row.take(index)
+    return found
 
 
-def _spread(grid: Array, places: Array) -> Array:
-    flat = grid.reshape(-1, grid.shape[-1])
-    return sum(weight[:, None] * flat[index] for index, weight in _corners(places, grid.shape[:-1]))
+def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Array]]:
+    """Yield the flat index and the weight of each of the 16 cells around each place."""
+    low = places.astype(int)
+    shares = np.stack([1 - (places - low), places - low]).astype(np.float32)
+    steps = np.array([int(np.prod(shape[k + 1 :])) for k in range(len(shape))])
+    first = steps @ low
+    sides = list(product((0, 1), repeat=2))
+    near, alike = ({(a, b): shares[a, k] * shares[b, k + 1] for a, b in sides} for k in (0, 2))
+    for one, other in product(sides, sides):
+        yield first + int(steps @ (*one, *other)), near[one] * alike[other]
+
+
+def _blurred(grid: Array, axis: int, deviation: float) -> Array:
+    """Blur a grid along an axis by a Gaussian; gathering and reading between cells blur it by a variance of 1/3."""
+    grid = np.moveaxis(grid, axis, 0)
+    blurred = grid.copy()
+    for off in range(1, min(len(grid), int(3 * deviation) + 2)):
+        weight = np.float32(np.exp(-0.5 * off**2 / (deviation**2 - 1 / 3)))
+        blurred[off:] += weight * grid[:-off]
+        blurred[:-off] += weight * grid[off:]
+    return np.moveaxis(blurred, 0, axis)

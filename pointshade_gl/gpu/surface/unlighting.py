@@ -8,7 +8,7 @@ import numpy as np
 
 from ...estimation.light_fit import FoundLight, fit_light
 from ...estimation.light_pairs import LUMINANCE, Array
-from ...estimation.photo_shading import DARKEST, find_gains
+from ...estimation.photo_shading import DARKEST, find_gains, is_known
 from ...scene.camera import Camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RGBA32F, Image, read_texture
@@ -79,7 +79,7 @@ class UnlightingPass(FullscreenPasses):
 
 def _gain_map(copy: SmallCopy, light: FoundLight) -> Array:
     """Return (h, w, 4) float32: x and y of the normal, log luminance, and log gain."""
-    known = (copy.colors[..., 3] > 0) & copy.surfaces[..., :3].any(-1)
+    known = is_known(copy.colors, copy.surfaces)
     brightness = np.log(np.maximum(copy.colors[..., :3] @ LUMINANCE, DARKEST))
     gains = find_gains(copy.colors, copy.surfaces, copy.rays, light)
     brightness = np.where(known, brightness, np.float32(UNKNOWN))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from .messages.errors import ContextError, ShaderError
 from .rendering.renderer import Renderer
-from .rendering.thread_renderer import estimate_normals, render, render_depth, render_points
+from .rendering.thread_renderer import estimate_albedo, estimate_normals, render, render_depth, render_points
 from .scene.appearance import Look, Material
 from .scene.camera import Camera, orbit_pose
 from .scene.frame import Frame
@@ -56,6 +56,7 @@ __all__ = [
     "Scene",
     "ShaderError",
     "View",
+    "estimate_albedo",
     "estimate_normals",
     "live_set",
     "load_frame",

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,43 +25,63 @@ WHITE = 95  # percent of the picture are lit less than what keeps its brightness
 GAINS = np.log(0.4), np.log(20)
 
 
-def find_gains(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> Array:
-    """Return (h, w) float32 the log of what linear light is multiplied by, so that the albedo remains.
+@dataclass(frozen=True, eq=False)
+class PhotoSamples:
+    """Samples of a photograph and of what it shows.
 
-    colors    (h, w, 4) linear RGB and 1; 0.5 where clipped, 0 where unknown
-    surfaces  (h, w, 4) unit normals, camera axes, towards the camera, and depth; 0 where unknown
-    rays      (h, w, 3) from the camera through the samples, z = 1
+    colors    (h, w, 4) float32: linear RGB and 1; 0.5 where clipped, 0 where unknown
+    surfaces  (h, w, 4) float32: unit normals, camera axes, towards the camera, and depth; 0 where unknown
+    rays      (h, w, 3) float32 from the camera through the samples, z = 1
+    size      of the whole frame, in samples
     """
-    known = is_known(colors, surfaces)
+
+    colors: Array
+    surfaces: Array
+    rays: Array
+    size: tuple[float, float]
+
+    @cached_property
+    def unclipped(self) -> Array:
+        """The colours, 0 where they are clipped."""
+        return np.where(self.colors[..., 3:] == 1, self.colors, np.float32(0))
+
+    @cached_property
+    def is_known(self) -> NDArray[np.bool_]:
+        """(h, w) whether both colour and normal are known."""
+        x, y, z, _ = np.moveaxis(self.surfaces, -1, 0)
+        return (self.colors[..., 3] > 0) & ((x != 0) | (y != 0) | (z != 0))
+
+    @cached_property
+    def brightness(self) -> Array:
+        """(h, w) log luminance."""
+        return np.log(np.maximum(self.colors[..., :3] @ LUMINANCE, DARKEST))
+
+
+def find_gains(photo: PhotoSamples, light: FoundLight) -> Array:
+    """Return (h, w) float32 the log of what linear light is multiplied by, so that the albedo remains."""
+    known = photo.is_known
     if not known.any():
         return np.zeros(known.shape, np.float32)
-    shading = find_shading(colors, surfaces, rays, light)
+    shading, _ = find_shading(photo, light)
     white = np.percentile(shading[known], WHITE)
     return np.where(known, np.clip(light.strength * (white - shading), *GAINS), 0).astype(np.float32)
 
 
-def is_known(colors: Array, surfaces: Array) -> NDArray[np.bool_]:
-    """Return (h, w) whether both colour and normal of a sample are known."""
-    return (colors[..., 3] > 0) & ((surfaces[..., 0] != 0) | (surfaces[..., 1] != 0) | (surfaces[..., 2] != 0))
-
-
-def find_shading(colors: Array, surfaces: Array, rays: Array, light: FoundLight) -> Array:
-    """Return (h, w) the log of how brightly each sample is lit, from the same arrays.
+def find_shading(photo: PhotoSamples, light: FoundLight) -> tuple[Array, Array]:
+    """Return, (h, w) each, the log of how brightly samples are lit, and how surely the light reaches them, 0..1.
 
     What the light surely reaches votes on the albedo of what it does not.
     """
-    known = is_known(colors, surfaces)
-    luminance = colors[..., :3] @ LUMINANCE
-    brightness = np.log(np.maximum(luminance, DARKEST))
-    facing = surfaces[..., :3] @ np.array(light.direction, np.float32)
+    known, brightness = photo.is_known, photo.brightness
+    facing = photo.surfaces[..., :3] @ np.array(light.direction, np.float32)
     shading = np.log(max(light.ambient, LEAST_AMBIENT) + np.maximum(facing, 0))
     faces = np.clip((facing - GRAZING[0]) / (GRAZING[1] - GRAZING[0]), 0, 1)
-    visible = _eroded(visible_light(surfaces, rays, light.direction))
+    visible = _eroded(visible_light(photo.surfaces, photo.rays, light.direction))
     lit = faces * visible
-    voters = known & (lit > SURE) & (colors[..., 3] == 1) & (luminance > DARK)
+    red, green, blue, unclipped = np.moveaxis(photo.colors, -1, 0)
+    voters = known & (lit > SURE) & (unclipped == 1) & (brightness > np.log(DARK))
     if not voters.any():
-        return shading
-    red, green, blue, _ = np.moveaxis(colors, -1, 0)
+        return shading, lit
     total = np.maximum(red + green + blue, 1e-6)
     albedo, deviation = ask(brightness - shading, voters, red / total, green / total)
     trust = SPREAD / (SPREAD + deviation**2)
@@ -69,7 +92,7 @@ def find_shading(colors: Array, surfaces: Array, rays: Array, light: FoundLight)
     change = 0.5 * lit * trust * np.clip(in_light[0], -LARGEST, LARGEST)
     for shadow, around, most in zip((attached, cast), in_shadow, (np.inf, 0.0), strict=True):
         change += np.where(shadow, (1 - lit) * np.minimum(around + trust * (miss - around), most), 0)
-    return np.clip(shading + change, *RANGE)
+    return np.clip(shading + change, *RANGE), lit
 
 
 def _eroded(image: Array) -> Array:

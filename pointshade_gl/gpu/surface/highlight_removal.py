@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.highlight_fit import FoundHighlights, fit_highlights
-from ...estimation.light_fit import FoundLight
+from ...estimation.highlight_fit import FoundHighlights
 from ...scene.camera import Camera
 from ..core.frame_textures import FrameTextures, PointSurface
 from ..core.images import Image
 from ..core.passes import FullscreenPasses, data_texture
-from .unlighting import SmallCopy
 
 
 class HighlightRemovalPass(FullscreenPasses):
-    """Finds the highlights in a small copy of the frame, which is read back, and removes them on the GPU."""
-
-    def find_highlights(self, copy: SmallCopy, light: FoundLight) -> FoundHighlights:
-        """Find the highlights in a frame's colour image."""
-        return fit_highlights(copy.unclipped, copy.surfaces, copy.rays, light)
+    """Removes highlights from a frame's colour image on the GPU."""
 
     def run(
         self, frame: FrameTextures, surface: PointSurface, camera: Camera, found: FoundHighlights, matte: Image

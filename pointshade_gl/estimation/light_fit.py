@@ -21,10 +21,11 @@ STEPS = 20  # of the fit
 FLAT = 1.1  # ratio of most to least light that is not worth a change
 COARSE = 0.3  # difference of log brightness that smooth texture makes
 LEAST_AMBIENT = 0.1  # over direct light, where two fits are compared
-# From no trust to all of it:
-SEEN = 0.07, 0.12  # difference of log brightness by which the direction shows in pairs of exactly one hue
-AGREED = 0.6, 0.85  # correlation of the shading by the two fits
-MISSED = 0.35, 0.7  # what other functions of the normals say beside the light, over `SEEN`: from all of it to none
+# From no trust to all of it; measured on 480 generated scenes and photographs, 210 of them under ambient light.
+SEEN = 0.07, 0.12  # difference of log brightness that the judge's light makes in pairs of exactly one hue
+MADE = 0.1, 0.15  # difference that the light makes in these pairs
+AGREED = 0.6, 0.85  # correlation of the shading by the two
+MISSED = 0.25, 0.4  # what other functions of the normals say beside the judge's light, over `MADE`: from all to none
 
 
 @dataclass(frozen=True)
@@ -93,11 +94,13 @@ def _judged(judge: Array, light: Array, pairs: Pairs, normals: Array) -> tuple[f
     low, high = np.percentile(1 + np.maximum(normals @ judge, 0), (0.5, 99.5))
     if high < FLAT * low:
         return 0.0, "nearly all of its light is ambient"
-    seen = _seen(judge, pairs)
+    made = _made(light, pairs)
+    # Where colours change smoothly, brightness does as well, and the pairs hardly ever have exactly one hue.
+    seen = _made(judge, pairs) * float(pairs.weight.mean())
     doubts = {
-        "nearly all of its light is ambient": _ramp(seen * float(pairs.weight.mean()), *SEEN),
+        "nearly all of its light is ambient": _ramp(seen, *SEEN) * _ramp(made, *MADE),
         "its surfaces do not agree on the light": _ramp(_agreement(judge, light, normals), *AGREED),
-        "its texture follows the normals, or there are several lights": 1 - _ramp(_missed(judge, pairs) / seen, *MISSED),
+        "its texture follows the normals, or there are several lights": 1 - _ramp(_missed(judge, pairs) / made, *MISSED),
     }
     strength = float(np.prod(list(doubts.values())))
     return strength, min(doubts, key=doubts.__getitem__) if strength < 1 else ""
@@ -117,18 +120,15 @@ def _agreement(one: Array, other: Array, normals: Array) -> float:
     return float((first * second).sum() / max(np.sqrt((first**2).sum() * (second**2).sum()), 1e-9))
 
 
-def _seen(light: Array, pairs: Pairs) -> float:
-    """Return the difference of log brightness that the directional light makes in the pairs, root mean square.
-
-    Where colours change smoothly, brightness does as well, and the pairs hardly ever have exactly one hue.
-    """
+def _made(light: Array, pairs: Pairs) -> float:
+    """Return the difference of log brightness that a light makes in the pairs, root mean square."""
     one, two = (np.log1p(np.maximum(normals @ light, 0)) for normals in (pairs.one, pairs.two))
     return max(float(np.sqrt(np.average((one - two) ** 2, weights=pairs.weight))), 1e-6)
 
 
 def _missed(light: Array, pairs: Pairs) -> float:
-    """Return what normals explain of the brightness beyond the light, in units of `_seen`, as smooth texture
-    or other lights do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
+    """Return the difference of log brightness that normals explain beyond the light, as smooth texture or other lights
+    do: by spherical harmonics of first and second order (Ramamoorthi, Hanrahan 2001)."""
     miss = _miss(light, pairs)[0]
     slopes = _harmonics(pairs.one) - _harmonics(pairs.two)
     pull = pairs.weight / (1 + (miss / COARSE) ** 2)

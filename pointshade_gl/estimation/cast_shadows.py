@@ -26,8 +26,8 @@ def visible_light(surfaces: Array, rays: Array, towards: tuple[float, float, flo
         return np.ones((height, width), np.float32)
     lengths = np.linalg.norm(rays, axis=-1)
     away = surfaces[..., 3] * lengths
-    axes = _axes(np.array(towards), rays.mean((0, 1)))
-    along = (rays / lengths[..., None]) @ axes.T.astype(np.float32)
+    axes = _axes(np.array(towards), rays.mean((0, 1))).astype(np.float32)
+    along = (rays / lengths[..., None]) @ axes.T
     slant = np.arccos(np.clip(along[..., 0], -1, 1))
     turn = np.arctan2(along[..., 2], along[..., 1])
     slants = _steps(slant, pixel, MOST * (height + width))
@@ -53,7 +53,7 @@ def _steps(angles: Array, step: float, most: int) -> Array:
     """Return angles at even steps over a range; at least two."""
     low, high = float(angles.min()), float(angles.max())
     count = int(np.clip(np.ceil((high - low) / step), 1, most)) + 1
-    return np.linspace(low, low + max(high - low, step), count)
+    return np.linspace(low, low + max(high - low, step), count, dtype=np.float32)
 
 
 def _horizon(away: Array, rays: Array, axes: Array, slants: Array, turns: Array) -> Array:

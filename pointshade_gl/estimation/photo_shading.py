@@ -18,6 +18,8 @@ LEAST_AMBIENT = 0.03  # over direct light
 GRAZING = 0.05, 0.3  # n . l at which a sample begins to be lit, and is for certain
 SURE = 0.99  # of being lit: so sure a voter is
 SPREAD = 0.09  # squared deviation of log albedo: voters who differ more say little about one sample
+HUE = 3.0  # samples: standard deviation of what tells the hue of dark ones
+GREY = 5e-4  # linear light: weaker colours are noise
 SHADOW, LIT = 5.0, 3.0  # samples: standard deviations of what neighbours share
 LARGEST = 0.5  # correction of log shading where the light reaches
 RANGE = np.log(0.02), np.log(1.5)  # of log shading
@@ -50,6 +52,17 @@ class PhotoSamples:
         """(h, w) whether both colour and normal are known."""
         x, y, z, _ = np.moveaxis(self.surfaces, -1, 0)
         return (self.colors[..., 3] > 0) & ((x != 0) | (y != 0) | (z != 0))
+
+    @cached_property
+    def surroundings(self) -> Array:
+        """(h, w, 4) float32 linear RGB around each sample, and 0: bright samples count most, and all dark ones are grey.
+
+        It has the hue that dark samples, which are mostly noise, should have.
+        """
+        around = _blurred(np.moveaxis(self.colors * (self.colors[..., 3:] > 0), -1, 0), HUE)
+        around[:3] += GREY
+        around[3] = 0
+        return np.ascontiguousarray(np.moveaxis(around, 0, -1), np.float32)
 
     @cached_property
     def brightness(self) -> Array:
@@ -115,7 +128,11 @@ def _blurred(images: Array, deviation: float) -> Array:
     reach = round((np.sqrt(4 * deviation**2 + 1) - 1) / 2)
     for _ in range(2):
         for _ in range(3):
-            sums = np.cumsum(np.pad(images, ((0, 0), (reach + 1, reach), (0, 0))), 1)
-            images = (sums[:, 2 * reach + 1 :] - sums[:, : -2 * reach - 1]) / (2 * reach + 1)
-        images = images.transpose(0, 2, 1)
+            padded = np.pad(images, ((0, 0), (reach, reach), (0, 0)))
+            count = images.shape[1]
+            images = padded[:, :count].copy()
+            for off in range(1, 2 * reach + 1):
+                images += padded[:, off : off + count]
+            images /= np.float32(2 * reach + 1)
+        images = np.ascontiguousarray(images.transpose(0, 2, 1))
     return images

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from .light_pairs import Array, Index
 
-DEVIATIONS = 0.3, 0.3, 0.02, 0.02  # of place, in longer sides of the picture, and of chromaticity
-CELLS = 0.15, 0.15, 0.02, 0.02  # of the grid
-MOST = 2400  # voters
+CELLS = 0.3, 0.3, 0.02, 0.02  # standard deviations of place, in longer sides of the picture, and of chromaticity
+MOST = 1200  # voters
+REACH = 4  # cells that a blur looks at, on each side
 OTHERS = 1e-3  # weight of all colours together, where none is alike
 
 
@@ -32,8 +32,8 @@ def ask(values: Array, voters: NDArray[np.bool_], red: Array, green: Array) -> t
     chosen = chosen[:: -(-len(chosen) // MOST)]
     said = values.reshape(-1)[chosen]
     grid = _gathered(places[:, chosen], np.stack([np.ones_like(said), said, said**2]), shape)
-    for axis, (deviation, cell) in enumerate(zip(DEVIATIONS, CELLS, strict=True)):
-        grid = _blurred(grid, axis + 1, deviation / cell)
+    for axis in range(1, 5):
+        grid = _blurred(grid, axis)
     grid = grid.reshape(3, -1)
     grid += OTHERS * grid.mean(1, keepdims=True)
     weight, mean, square = _read(grid, places, shape)
@@ -71,12 +71,12 @@ def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Arr
         yield first + int(steps @ (*one, *other)), near[one] * alike[other]
 
 
-def _blurred(grid: Array, axis: int, deviation: float) -> Array:
-    """Blur a grid along an axis by a Gaussian; gathering and reading between cells blur it by a variance of 1/3."""
+def _blurred(grid: Array, axis: int) -> Array:
+    """Blur a grid along an axis by a Gaussian of one cell, less what gathering and reading between cells blur."""
     grid = np.moveaxis(grid, axis, 0)
     blurred = grid.copy()
-    for off in range(1, min(len(grid), int(3 * deviation) + 2)):
-        weight = np.float32(np.exp(-0.5 * off**2 / (deviation**2 - 1 / 3)))
+    for off in range(1, min(len(grid), REACH + 1)):
+        weight = np.float32(np.exp(-0.5 * off**2 / (1 - 1 / 3)))
         blurred[off:] += weight * grid[:-off]
         blurred[:-off] += weight * grid[off:]
     return np.moveaxis(blurred, 0, axis)

@@ -3,12 +3,12 @@
 // Divides the light of a picture out of its colours, so that another light does not shade them twice. The gain is known
 // for samples, some pixels apart; between them it follows the normals and the brightness of the picture.
 
-const float SAMPLE_WIDTH = 0.6;    // samples: standard deviation
+const float LEAST_SHARE = 1e-3;    // of a sample at the far end of the square between four
 const float SAMPLE_BEND = 0.09;    // squared difference of normals
 const float SAMPLE_STEP = 0.3;     // difference of log luminance
-const float DARK_LIGHT = 0.01;     // linear luminance below which a hue is mostly noise
-const float DARKEST_LIGHT = 0.002; // below which it is all noise
-const vec2 RAISED = vec2(2.0, 6.0);  // gains from which on, and from which on certainly, that noise would be seen
+const float DARKEST_LIGHT = 0.002;         // linear luminance that is not told from less
+const vec2 NOISY = vec2(0.004, 0.012);     // below the first, a hue is all noise, from the second on it is none
+const vec2 RAISED = vec2(2.0, 6.0);        // gains from which on, and from which on certainly, that noise would be seen
 
 // Linear light times a gain, but at most 1: all channels are multiplied by the same, so that the hue stays.
 vec3 gained(vec3 linear, float gain) {
@@ -42,35 +42,35 @@ vec3 normal_between(sampler2D surface_map, vec2 at, vec4 source) {
     return mix_normal(seen, seen_weights(seen, source));
 }
 
-// How much the sample counts that is the k-th of 3x3 around a position among samples.
+// How much one of the four samples around a position counts, that far away.
 // own: normal and log luminance of what is seen there; sampled: x and y of the normal, and log luminance, of the sample
 float sample_weight(vec2 off, vec4 own, vec3 sampled) {
     vec3 normal = vec3(sampled.xy, -sqrt(max(1.0 - dot(sampled.xy, sampled.xy), 0.0)));
     float bend = 2.0 * (1.0 - dot(normal, own.xyz)) / SAMPLE_BEND;
-    float width = dot(off, off) / (2.0 * SAMPLE_WIDTH * SAMPLE_WIDTH);
-    return exp(-width - bend - abs(sampled.z - own.w) / SAMPLE_STEP);
+    vec2 share = max(1.0 - abs(off), LEAST_SHARE);
+    return share.x * share.y * exp(-bend - abs(sampled.z - own.w) / SAMPLE_STEP);
 }
 
 // What linear light of such a normal is multiplied by, at a position among the samples; 1 without any.
-// gain_map: x and y of the normal, log luminance, log gain; hue_map: linear light
+// gain_map: x and y of the normal, log luminance, log gain; hue_map: linear light around the samples
 vec3 unlit(sampler2D gain_map, sampler2D hue_map, vec2 at, vec3 normal, vec3 linear) {
-    ivec2 last = textureSize(gain_map, 0) - 1, middle = ivec2(floor(at + 0.5));
+    ivec2 last = textureSize(gain_map, 0) - 1, low = ivec2(floor(at));
     float luminance = luminance_of(linear), total = 0.0, sum = 0.0;
     vec4 own = vec4(normal, log(max(luminance, DARKEST_LIGHT)));
-    for (int k = 0; k < 9; ++k) {
-        ivec2 place = clamp(middle + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+    for (int k = 0; k < 4; ++k) {
+        ivec2 place = clamp(low + ivec2(k % 2, k / 2), ivec2(0), last);
         vec4 sampled = texel_at(gain_map, place);
         float weight = sample_weight(vec2(place) - at, own, sampled.xyz);
         total += weight;
         sum += weight * sampled.w;
     }
     float gain = total > 0.0 ? exp(sum / total) : 1.0;
-    float hueless = clamp(1.0 - luminance / DARK_LIGHT, 0.0, 1.0);
+    float hueless = clamp((NOISY.y - luminance) / (NOISY.y - NOISY.x), 0.0, 1.0);
     hueless *= clamp((gain - RAISED.x) / (RAISED.y - RAISED.x), 0.0, 1.0);
     vec3 around = vec3(0.0);
-    int reads = hueless > 0.0 ? 9 : 0;  // a loop that no pixel takes costs software drivers nothing
+    int reads = hueless > 0.0 ? 4 : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < reads; ++k) {
-        ivec2 place = clamp(middle + ivec2(k % 3, k / 3) - 1, ivec2(0), last);
+        ivec2 place = clamp(low + ivec2(k % 2, k / 2), ivec2(0), last);
         around += sample_weight(vec2(place) - at, own, texel_at(gain_map, place).xyz) * texel_at(hue_map, place).rgb;
     }
     float bright = luminance_of(around);

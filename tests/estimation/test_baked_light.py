@@ -240,12 +240,12 @@ class TestPictures:
         with renderer._in_use():
             (textures,) = renderer._pipeline.gpu_scene.frames._kept
             albedo = textures.albedo.read() / 65535
-            photo = renderer._pipeline.gpu_scene.frames._colors._albedo.sample(textures, textures.surface, LARGE)
+            photo = renderer._pipeline.gpu_scene.frames.colors._albedo.sample(textures, textures.surface, LARGE)
             gains = gain_map(photo, find_gains(photo, textures.light))
         surface_map = surface_map_of(normals.astype(F), frame.depth)
         picture = np.concatenate([frame.color, np.full((240, 320, 1), 255)], -1).astype(F) / F(255)
         source, samples = np.array(LARGE.intrinsics, F), np.array(photo.size, F)
-        mirror = unlit.albedo_of(picture, surface_map, source, gains, photo.colors, samples)
+        mirror = unlit.albedo_of(picture, surface_map, source, gains, photo.surroundings, samples)
         np.testing.assert_allclose(albedo, mirror, atol=2e-4)
 
     def test_it_costs_nothing_unless_it_is_asked_for_and_runs_once_for_a_frame(self, renderer):

@@ -12,8 +12,8 @@ from .splat_corners import corner_pixel, corner_surface, corners_at, four
 from .vectors import dot
 
 F = np.float32
-SAMPLE_WIDTH, SAMPLE_BEND, SAMPLE_STEP = F(0.6), F(0.09), F(0.3)
-DARK_LIGHT, DARKEST_LIGHT = F(0.01), F(0.002)
+LEAST_SHARE, SAMPLE_BEND, SAMPLE_STEP = F(1e-3), F(0.09), F(0.3)
+DARKEST_LIGHT, NOISY = F(0.002), (F(0.004), F(0.012))
 RAISED = F(2.0), F(6.0)
 
 
@@ -48,27 +48,27 @@ def sample_weight(off: np.ndarray, own: np.ndarray, sampled: np.ndarray) -> np.n
     flat = sampled[..., :2]
     normal = np.concatenate([flat, -np.sqrt(np.maximum(F(1) - dot(flat, flat), F(0)))], -1)
     bend = F(2) * (F(1) - dot(normal, own[..., :3])[..., 0]) / SAMPLE_BEND
-    width = dot(off, off)[..., 0] / (F(2) * SAMPLE_WIDTH * SAMPLE_WIDTH)
-    return np.exp(-width - bend - np.abs(sampled[..., 2] - own[..., 3]) / SAMPLE_STEP)
+    share = np.maximum(F(1) - np.abs(off), LEAST_SHARE)
+    return share[..., 0] * share[..., 1] * np.exp(-bend - np.abs(sampled[..., 2] - own[..., 3]) / SAMPLE_STEP)
 
 
 def unlit(
     gain_map: np.ndarray, hue_map: np.ndarray, at: np.ndarray, normal: np.ndarray, linear: np.ndarray
 ) -> np.ndarray:
-    last, middle = np.array(gain_map.shape[1::-1]) - 1, np.floor(at + F(0.5)).astype(int)
+    last, low = np.array(gain_map.shape[1::-1]) - 1, np.floor(at).astype(int)
     luminance = luminance_of(linear)
     own = np.concatenate([normal, np.log(np.maximum(luminance, DARKEST_LIGHT))[..., None]], -1)
     total, summed = np.zeros_like(luminance), np.zeros_like(luminance)
     around = np.zeros_like(linear)
-    for k in range(9):
-        place = np.clip(middle + np.array((k % 3, k // 3)) - 1, 0, last)
+    for k in range(4):
+        place = np.clip(low + np.array((k % 2, k // 2)), 0, last)
         sampled = gain_map[place[..., 1], place[..., 0]]
         weight = sample_weight(place.astype(F) - at, own, sampled[..., :3])
         total += weight
         summed += weight * sampled[..., 3]
         around += weight[..., None] * hue_map[place[..., 1], place[..., 0], :3]
     gain = np.where(total > 0, np.exp(summed / np.where(total > 0, total, F(1))), F(1))
-    hueless = np.clip(F(1) - luminance / DARK_LIGHT, F(0), F(1))
+    hueless = np.clip((NOISY[1] - luminance) / (NOISY[1] - NOISY[0]), F(0), F(1))
     hueless *= np.clip((gain - RAISED[0]) / (RAISED[1] - RAISED[0]), F(0), F(1))
     bright = luminance_of(around)
     scaled = around * (luminance / np.where(bright > 0, bright, F(1)))[..., None]

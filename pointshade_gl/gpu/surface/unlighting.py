@@ -45,9 +45,11 @@ class UnlightingPass(FullscreenPasses):
         made = {name: data_texture(self._context, width, height, 4) for name in ("gain_map", "hue_map")}
         try:
             made["gain_map"].write(gain_map(photo, gains))
-            made["hue_map"].write(np.ascontiguousarray(photo.colors))
-            values = {"source": camera.intrinsics, "samples": photo.size}
-            self.fullscreen("surface/unlighting.frag").draw(albedo.target, maps | made, **values)
+            made["hue_map"].write(photo.surroundings)
+            aligned = colors.texture.size == surface.size
+            source = {} if aligned else {"source": camera.intrinsics}
+            unlight = self.fullscreen("surface/unlighting.frag", ALIGNED=int(aligned))
+            unlight.draw(albedo.target, maps | made, samples=photo.size, **source)
         finally:
             for texture in made.values():
                 texture.release()

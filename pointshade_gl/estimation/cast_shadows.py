@@ -33,7 +33,9 @@ def visible_light(surfaces: Array, rays: Array, towards: tuple[float, float, flo
     slants = _steps(slant, pixel, MOST * (height + width))
     turns = _steps(turn, pixel / max(float(np.sin(slant).max()), 1e-3), MOST * (height + width))
     horizon = _horizon(away, rays, axes, slants, turns)
-    column, row = (np.rint((at - steps[0]) / (steps[1] - steps[0])).astype(int) for at, steps in ((slant, slants), (turn, turns)))
+    column, row = (
+        np.rint((at - steps[0]) / (steps[1] - steps[0])).astype(int) for at, steps in ((slant, slants), (turn, turns))
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
         below = (away - horizon[row, column] / np.sin(slant)) / (away * pixel)
     return np.where(surfaces[..., 3] > 0, 1 - np.clip(np.nan_to_num(below, nan=-1.0) / (2 * MARGIN) + 0.5, 0, 1), 1)

@@ -100,7 +100,8 @@ def _judged(judge: Array, light: Array, pairs: Pairs, normals: Array) -> tuple[f
     doubts = {
         "nearly all of its light is ambient": _ramp(seen, *SEEN) * _ramp(made, *MADE),
         "its surfaces do not agree on the light": _ramp(_agreement(judge, light, normals), *AGREED),
-        "its texture follows the normals, or there are several lights": 1 - _ramp(_missed(judge, pairs) / made, *MISSED),
+        "its texture follows the normals, or there are several lights": 1
+        - _ramp(_missed(judge, pairs) / made, *MISSED),
     }
     strength = float(np.prod(list(doubts.values())))
     return strength, min(doubts, key=doubts.__getitem__) if strength < 1 else ""

@@ -1,4 +1,4 @@
-"""Keeps one light for the frames of a stream: looking for it in each would take longer, and the picture would flicker."""
+"""Keeps one light for the frames of a stream: looked for in each, it would cost more, and flicker."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> P
         empty = np.zeros(0, np.float32)
         return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
     first = places[chance.integers(0, len(places), TRIES * PAIRS)]
-    far = np.exp(chance.uniform(*np.log(reach.way), len(first))) * max(width, height)
+    far = np.exp(chance.uniform(np.log(reach.way[0]), np.log(reach.way[1]), len(first))) * max(width, height)
     way = np.rint(chance.normal(size=(2, len(first))) * far).astype(int)
     v, u = first // width, first % width
     inside = (v + way[0] >= 0) & (v + way[0] < height) & (u + way[1] >= 0) & (u + way[1] < width)

@@ -55,9 +55,9 @@ class PhotoSamples:
 
     @cached_property
     def surroundings(self) -> Array:
-        """(h, w, 4) float32 linear RGB around each sample, and 0: bright samples count most, and all dark ones are grey.
+        """(h, w, 4) float32 linear RGB around each sample, and 0. Bright samples count most, and the darkest are grey.
 
-        It has the hue that dark samples, which are mostly noise, should have.
+        That is the hue that dark samples should have, whose own is mostly noise.
         """
         around = _blurred(np.moveaxis(self.colors * (self.colors[..., 3:] > 0), -1, 0), HUE)
         around[:3] += GREY
@@ -117,7 +117,7 @@ def _eroded(image: Array) -> Array:
 
 
 def _means(image: Array, weights: Array, deviation: float) -> Array:
-    """Return the weighted means around each sample, about by a Gaussian, for each of weights (n, h, w); 0 without any."""
+    """Return the means around each sample, about by a Gaussian, for each of weights (n, h, w); 0 without any."""
     weights = weights.astype(np.float32)
     total, summed = np.split(_blurred(np.concatenate([weights, weights * image]), deviation), 2)
     return np.where(total > 1e-4, summed / np.maximum(total, 1e-4), 0)

@@ -12,6 +12,7 @@ from .light_pairs import Array
 from .photo_shading import PhotoSamples, find_shading
 
 ROUNDS = 3  # of lights from the albedo, and of the albedo under these lights
+STEPS = 6  # of their exposures and of the weights
 FITS = 8  # of a light, each without what the last one missed
 OFF = 3.0  # times the median miss: more is shadow or highlight
 SHADED = 1e-3  # weight of what no light reaches
@@ -32,44 +33,53 @@ class LitPhoto(NamedTuple):
     weight: Array
 
 
+class _Agreement(NamedTuple):
+    """What n photographs agree on under their lights.
+
+    albedo     (h, w), log
+    exposures  (n,), log, over their mean
+    shadings   (n, h, w), log
+    weights    (n, h, w): less where a photograph contradicts the others
+    """
+
+    albedo: Array
+    exposures: Array
+    shadings: Array
+    weights: Array
+
+
 def share_albedo(photos: Sequence[PhotoSamples]) -> list[LitPhoto]:
     """Find the light of each photograph, so that all agree on one albedo. They have one camera, and things at rest."""
     lights = [fit_light(p.unclipped, p.surfaces) for p in photos]
-    brightness = [p.brightness for p in photos]
-    known = [p.is_known for p in photos]
-    for k in range(ROUNDS + 1):
-        found = [find_shading(p, light) for p, light in zip(photos, lights, strict=True)]
-        weights = np.array([
-            ok * (p.colors[..., 3] == 1) * np.exp(2 * shading) * (lit**2 + SHADED)
-            for p, ok, (shading, lit) in zip(photos, known, found, strict=True)
-        ])
-        albedos = np.array([y - shading for y, (shading, _) in zip(brightness, found, strict=True)])
-        albedo, exposures, weights = _agreed(albedos, weights)
-        if k < ROUNDS:
-            lights = [
-                _refitted(p, y - e - albedo, w, light)
-                for p, y, e, w, light in zip(photos, brightness, exposures, weights, lights, strict=True)
-            ]
-    seen = weights.sum(0) > 0
-    top = float(np.percentile(albedo[seen], 99)) if seen.any() else 0.0
-    return [
-        LitPhoto(light, (BRIGHTEST - top - e - shading).astype(np.float32), w.astype(np.float32))
-        for light, e, (shading, _), w in zip(lights, exposures, found, weights, strict=True)
-    ]
+    found = _agree(photos, lights)
+    for _ in range(ROUNDS):
+        lights = [
+            _refitted(photo, photo.brightness - exposure - found.albedo, weight, light)
+            for photo, exposure, weight, light in zip(photos, found.exposures, found.weights, lights, strict=True)
+        ]
+        found = _agree(photos, lights)
+    seen = found.weights.sum(0) > 0
+    top = float(np.percentile(found.albedo[seen], 99)) if seen.any() else 0.0
+    gains = (BRIGHTEST - top - found.exposures[:, None, None] - found.shadings).astype(np.float32)
+    return [LitPhoto(*one) for one in zip(lights, gains, found.weights.astype(np.float32), strict=True)]
 
 
-def _agreed(albedos: Array, weights: Array) -> tuple[Array, Array, Array]:
-    """Return (h, w) the log albedo on which photographs (n, h, w) agree, (n,) their log exposures over the mean, and
-    their weights, less where they contradict the others."""
-    exposures, given = np.zeros(len(albedos)), weights
-    for _ in range(6):
-        total = np.maximum(weights.sum(0), 1e-9)
-        albedo = (weights * (albedos - exposures[:, None, None])).sum(0) / total
-        off = albedos - exposures[:, None, None] - albedo
-        steps = [np.average(o, weights=w) if w.sum() else 0.0 for o, w in zip(off, weights, strict=True)]
-        exposures = exposures + steps - np.mean(steps)
+def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agreement:
+    """Return what photographs agree on; the more light reaches a place in one of them, the more it says there."""
+    pairs = [find_shading(photo, light) for photo, light in zip(photos, lights, strict=True)]
+    shadings, lit = (np.array(parts) for parts in zip(*pairs, strict=True))
+    told = np.array([p.is_known & (p.colors[..., 3] == 1) for p in photos])
+    weights = given = told * np.exp(2 * shadings) * (lit**2 + SHADED)
+    albedos = np.array([p.brightness for p in photos]) - shadings
+    exposures, albedo = np.zeros(len(photos)), albedos[0]
+    for _ in range(STEPS):
+        alike = albedos - exposures[:, None, None]
+        albedo = (weights * alike).sum(0) / np.maximum(weights.sum(0), 1e-9)
+        off = alike - albedo
+        steps = (weights * off).sum((1, 2)) / np.maximum(weights.sum((1, 2)), 1e-9)
+        exposures = exposures + steps - steps.mean()
         weights = given / (1 + (off / APART) ** 2)
-    return albedo, exposures, weights
+    return _Agreement(albedo, exposures, shadings, weights)
 
 
 def _refitted(photo: PhotoSamples, shading: Array, weight: Array, light: FoundLight) -> FoundLight:

@@ -65,7 +65,7 @@ def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Arr
     shares = np.stack([1 - (places - low), places - low]).astype(np.float32)
     steps = np.array([int(np.prod(shape[k + 1 :])) for k in range(len(shape))])
     first = steps @ low
-    sides = list(product((0, 1), repeat=2))
+    sides = [(0, 0), (0, 1), (1, 0), (1, 1)]
     near, alike = ({(a, b): shares[a, k] * shares[b, k + 1] for a, b in sides} for k in (0, 2))
     for one, other in product(sides, sides):
         yield first + int(steps @ (*one, *other)), near[one] * alike[other]

@@ -379,8 +379,8 @@ class Renderer:
         """Estimate the albedo that several photographs of one view share, each under its own light.
 
         Their camera and what they show stay where they are; only the light moves. The lights are estimated from the
-        photographs, as `unlight=True` does it for a single one, and what one of them shows in shadow another may show
-        lit. `explain` describes the lights. Relight it as any picture: `Frame(albedo, frame.depth, frame.camera)`.
+        photographs, and what one of them shows in shadow another may show lit. `explain` describes the lights. Relight
+        the albedo as any picture: `Frame(albedo, frame.depth, frame.camera)`.
 
         Parameters
         ----------

@@ -14,7 +14,7 @@ def check_photographs(frames: Sequence[Frame]) -> tuple[Frame, ...]:
     """Return the frames as a tuple. Raises TypeError for anything else, ValueError unless they show one view."""
     photos = check_frames(frames)
     if len(photos) < 2:
-        raise ValueError("photographs of one view must be two or more, got 1: unlight=True is for a single one")
+        raise ValueError("photographs of one view must be two or more, got 1")
     first = photos[0]
     for k, one in enumerate(photos):
         if one.color is None:

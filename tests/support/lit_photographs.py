@@ -47,11 +47,11 @@ def photograph(shape: str, texture: str, light: str, seed: int) -> Photograph:
     return Photograph(ps.Frame(picture, np.where(known, hits.depth + noise, 0), CAMERA), hits, relit)
 
 
-def relit_psnr(renderer: ps.Renderer, shown: Photograph, **options: bool) -> float:
+def relit_psnr(renderer: ps.Renderer, shown: Photograph, unlight: bool = False) -> float:
     """How near a photograph comes to the truth when it is relit, after one exposure: decibels in sRGB."""
     towards, ambient = RELIT
     light = ps.Light(direction=tuple((-towards).tolist()))
-    picture = renderer.render(shown.frame, light=light, material=ps.Material(ambient, 1 - ambient, 0), **options)
+    picture = renderer.render(shown.frame, light=light, material=ps.Material(ambient, 1 - ambient, 0), unlight=unlight)
     where = shown.hits.surface >= 0
     found, truth = decode(picture[..., :3].astype(float))[where], shown.relit[where]
     white = np.percentile(truth, 99.5)

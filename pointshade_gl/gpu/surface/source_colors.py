@@ -79,11 +79,13 @@ class SourceColors(Owner):
         image = Image(self._context, textures.color.size, RGBA16)
         try:
             self._albedo.run(Colors(textures.color, textures), textures.surface, camera, photo, gains, image)
-            return image.read()[..., :3] / np.float32(65535)
+            return (image.read()[..., :3] / 65535).astype(np.float32)
         finally:
             image.release()
 
-    def _without_highlights(self, textures: FrameTextures, frame: Frame, photo: PhotoSamples, light: FoundLight) -> Colors:
+    def _without_highlights(
+        self, textures: FrameTextures, frame: Frame, photo: PhotoSamples, light: FoundLight
+    ) -> Colors:
         surface, camera = textures.surface, frame.camera
         found = self._steps.run("find highlights", _find_highlights, photo, light, of=textures)
         textures.highlights = found

@@ -48,8 +48,8 @@ class UnlightingPass(FullscreenPasses):
             made["hue_map"].write(photo.surroundings)
             aligned = colors.texture.size == surface.size
             source = {} if aligned else {"source": camera.intrinsics}
-            unlight = self.fullscreen("surface/unlighting.frag", ALIGNED=int(aligned))
-            unlight.draw(albedo.target, maps | made, samples=photo.size, **source)
+            freeing = self.fullscreen("surface/unlighting.frag", ALIGNED=int(aligned))
+            freeing.draw(albedo.target, maps | made, samples=photo.size, **source)
         finally:
             for texture in made.values():
                 texture.release()

@@ -20,7 +20,7 @@ from ..files.depth.depth_kinds import KINDS
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
-from ..scene.option_fields import FILM, FRAME, VIEW
+from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.view import SIZES, View
 from .completion import complete_input
@@ -46,6 +46,14 @@ Views = Annotated[
         help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
         "object.",
         rich_help_panel=VIEW,
+    ),
+]
+UnlightAll = Annotated[
+    bool,
+    typer.Option(
+        "--unlight-all",
+        help="The frames of INPUT are photographs of one view, each under its own light: draw their common albedo.",
+        rich_help_panel=LIGHT,
     ),
 ]
 MoreInputs = Annotated[

@@ -2,6 +2,9 @@
 // (Toksvig, "Mipmapping Normal Maps", 2005). The certainty of a normal is the length that the mean of all normals has
 // that it may be: 1 if there is no doubt.
 
+const float WANDERING = 9.0;  // times the variance of noisy normals: highlights lie about these, and are seen to wander
+                              // unless they are three times as wide
+
 // Of a tilt with this variance, radians squared along each axis.
 float normal_certainty(float variance) {
     return 1.0 / (1.0 + variance);

@@ -44,7 +44,7 @@ class TiledPoints(Versioned):
     def has_doubts(self) -> bool:
         """Return whether some of the normals are uncertain and are used."""
         noise = self._measured() if self.shading == "phong" else None
-        return noise is not None and noise.is_shared
+        return noise is not None and noise.grid is not None
 
     def light_with(self, light: Callable[[ShownPoints], None]) -> None:
         """Set the function that lights the points of each tile, for shading models that interpolate light."""

@@ -105,8 +105,7 @@ class SurfacePass(FullscreenPasses):
         self._fit_planes(frame, calm, noise, camera)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
-        if levels is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
+        frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
     def _fit_planes(self, frame: DepthTextures, calm: moderngl.Texture, noise: Noise, camera: Camera) -> None:

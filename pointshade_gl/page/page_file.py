@@ -119,9 +119,10 @@ def draw_page(
     request = RenderRequest.of(source, **options)
     request = replace(request, source=reduced(request.source, largest))
     still = renderer.render(request)
+    gain = 2.0**renderer.exposure
     showing = arranged(request)
     parts = list(_parts(renderer, showing, QUALITIES[quality]))
-    data = showing.values() | {"things": [head for head, _ in parts]}
+    data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
     for sentence in data["leftOut"]:
         print_note(f"in the page {sentence}")
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))

@@ -7,8 +7,12 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..files.access.numbered_names import is_numbered, numbered
 from ..files.pictures.picture_files import save_image
@@ -81,16 +85,26 @@ def write_series(
     fps: float,
     done: Callable[[], None] = lambda: None,
 ) -> tuple[int, tuple[int, int]]:
-    """Draws and writes the pictures of all jobs. Returns how many, and (width, height) of the first.
+    """Draws and writes the pictures of all jobs, in the exposure of the first. Returns how many, and (width, height) of
+    the first.
 
     path  a film, or a name in which each job's number replaces %04d
     done  called after each picture
     """
+    found: list[float] = []
+
+    def draw(request: RenderRequest) -> NDArray[np.uint8]:
+        if found:
+            request = replace(request, finish=replace(request.finish, exposure=found[0]))
+        image = renderer.render(request)
+        found[:] = [renderer.exposure]
+        return image
+
     if is_numbered(path):
-        count, first = write_numbered(jobs, renderer.render, save_image, path, done)
+        count, first = write_numbered(jobs, draw, save_image, path, done)
     else:
         with Film(path, fps) as film:
-            count, first = _write_all(jobs, renderer.render, lambda _, image: film.add(image), 1, path, done)
+            count, first = _write_all(jobs, draw, lambda _, image: film.add(image), 1, path, done)
     return count, (first.shape[1], first.shape[0])
 
 

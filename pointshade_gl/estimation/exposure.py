@@ -19,9 +19,10 @@ def stops_to_match(lit: Array, photograph: Array) -> float:
                      Those that no light reaches do not count.
     """
     reached = (lit[..., :3].max(-1) > 0) & (photograph[..., 3] > 0)
-    if not reached.any() or not (wanted := brightness(photograph[reached, :3])) > 0:
+    light, own = (np.ascontiguousarray(one[reached, :3].T) for one in (lit, photograph))
+    if not reached.any() or not (wanted := brightness(own)) > 0:
         return 0.0
-    low, high, light = -MOST, MOST, lit[reached, :3]
+    low, high = -MOST, MOST
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         if brightness(light * np.float32(2**middle)) < wanted:
@@ -32,5 +33,5 @@ def stops_to_match(lit: Array, photograph: Array) -> float:
 
 
 def brightness(light: Array) -> float:
-    """Return the median of the means of the channels, sRGB from 0 to 1, of linear light (n, 3)."""
-    return float(np.median(linear_to_srgb(np.minimum(light, np.float32(1))).mean(-1)))
+    """Return the median of the means of the channels, sRGB from 0 to 1, of linear light (3, n)."""
+    return float(np.median(linear_to_srgb(np.minimum(light, np.float32(1))).mean(0)))

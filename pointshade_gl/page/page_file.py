@@ -117,7 +117,10 @@ def draw_page(
     if not is_a(title, str, type(None)):
         raise TypeError(f"title must be a text, got {shown(title)}")
     request = RenderRequest.of(source, **options)
-    request = replace(request, source=reduced(request.source, largest))
+    whole, request = request, replace(request, source=reduced(request.source, largest))
+    if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
+        renderer.draw(whole)
+        request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
     still = renderer.render(request)
     gain = 2.0**renderer.exposure
     showing = arranged(request)

@@ -71,6 +71,8 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
+        if alone is not None and not isinstance(alone, PlacedMesh) and alone.shading == "none":
+            return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
         return self._steps.run("exposure", partial(self._measure, measure, is_guessed, drawables), scene, tuple(lights))

@@ -130,6 +130,11 @@ class Renderer:
         return self._pipeline.gpu_scene.frames.choice
 
     @property
+    def exposure(self) -> float:
+        """Return by how many stops the light of the last picture was multiplied."""
+        return self._pipeline.exposure
+
+    @property
     def weights(self) -> dict[Frame, float]:
         """Return how much each frame of the last picture counts where several show the same: 1 for a primary view."""
         return weights(self._pipeline.gpu_scene.drawn)
@@ -246,6 +251,8 @@ class Renderer:
             )  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
+            if finish.exposure == "sensor" and isinstance(request.source, Scene):  # whose lights were made for it
+                finish = replace(finish, exposure=0.0)
             if finish.ground is True:
                 source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
                 finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))

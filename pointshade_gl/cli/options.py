@@ -36,6 +36,7 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
 RenderOutput = Annotated[Path, _output(RENDERED)]
 NormalsOutput = Annotated[Path, _output(NORMALS)]
 DepthOutput = Annotated[Path, _output(DEPTH)]
+AlbedoOutput = Annotated[Path, _output(IMAGES)]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]

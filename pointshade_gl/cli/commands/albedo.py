@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 
 from ...files.pictures.picture_files import check_writable, save_image
-from ..options import Device, Explain, FrameOptions, Output, Quiet, spread
+from ..options import AlbedoOutput, Device, Explain, FrameOptions, Quiet, spread
 from ..output import open_renderer, report
 from ..photographs import albedo_of, load_photographs
 
 
 @spread
 def albedo(
-    output: Output, frame: FrameOptions, explain: Explain = False, device: Device = 0, quiet: Quiet = False
+    output: AlbedoOutput, frame: FrameOptions, explain: Explain = False, device: Device = 0, quiet: Quiet = False
 ) -> None:
     """Write the albedo that several photographs of one view share, each taken under its own light.
 

@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any
 from .messages.errors import Cancelled, ContextError, ShaderError
 from .rendering.renderer import Renderer
 from .rendering.renderer_pool import RendererPool
-from .rendering.thread_renderer import estimate_normals, release, render, render_depth, render_points, use_device
+from .rendering.thread_renderer import (
+    estimate_albedo,
+    estimate_normals,
+    release,
+    render,
+    render_depth,
+    render_points,
+    use_device,
+)
 from .scene.appearance import Look, Material
 from .scene.camera import Camera, orbit_pose
 from .scene.frame import Frame
@@ -59,6 +67,7 @@ __all__ = [
     "Scene",
     "ShaderError",
     "View",
+    "estimate_albedo",
     "estimate_normals",
     "live_set",
     "load_frame",

@@ -12,6 +12,7 @@ from ..messages.errors import ContextError
 from ..messages.formatting import as_command_line
 from ..messages.notes import few_notes
 from ..version import __version__
+from .commands.albedo import albedo
 from .commands.batch import batch
 from .commands.bench import bench
 from .commands.depth import depth
@@ -50,7 +51,7 @@ def _every_command(
     """Turn depth and colour pictures into lit objects, on the GPU."""
 
 
-for _command in (render, normals, depth, view, info, batch, bench):  # as the help lists them
+for _command in (render, normals, depth, albedo, view, info, batch, bench):  # as the help lists them
     app.command()(_command)
 
 

@@ -43,7 +43,7 @@ def typed(group: type, panels: tuple[str, ...], with_defaults: bool = True) -> l
     found: list[Typed] = []
     for one in listed:
         has, is_switch = option_of(one), one.default is False
-        kind = has.kind if one.default is None else type(one.default)
+        kind = has.kind if one.default is None or has.read else type(one.default)
         names = [f"--{one.name.replace('_', '-')}"] if is_switch else []
         default = one.default if with_defaults or is_switch else None
         how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}

@@ -20,7 +20,7 @@ from ..files.depth.depth_kinds import KINDS
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
-from ..scene.option_fields import FILM, FRAME, VIEW
+from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.view import SIZES, View
 from .completion import complete_input
@@ -36,6 +36,7 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
 RenderOutput = Annotated[Path, _output(RENDERED)]
 NormalsOutput = Annotated[Path, _output(NORMALS)]
 DepthOutput = Annotated[Path, _output(DEPTH)]
+AlbedoOutput = Annotated[Path, _output(IMAGES)]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
 Device = Annotated[int, typer.Option(metavar="N", help="Which GPU to use (Linux).")]
 Small = Annotated[bool, typer.Option("--small", help="Take longer to write a smaller PNG.")]
@@ -46,6 +47,14 @@ Views = Annotated[
         help="Merge N evenly chosen frames of a sequence with poses, or all, or those with these numbers, into one "
         "object.",
         rich_help_panel=VIEW,
+    ),
+]
+UnlightAll = Annotated[
+    bool,
+    typer.Option(
+        "--unlight-all",
+        help="The frames of INPUT are photographs of one view, each under its own light: draw their common albedo.",
+        rich_help_panel=LIGHT,
     ),
 ]
 MoreInputs = Annotated[

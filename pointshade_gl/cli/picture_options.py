@@ -35,7 +35,7 @@ class PictureOptions(group_of(typed(Finish, (PICTURE,), with_defaults=False))):
             chosen["samples"] = 1 if is_photograph and not self.ground else FILM if is_film else STILL
         if "background" not in chosen and (chosen["samples"] > 1 or self.ground):
             chosen["background"] = _OPAQUE.get(suffix)
-        return Finish(**chosen)
+        return Finish(**{"exposure": "sensor", **chosen})
 
     def check_none(self, output: Path) -> None:
         """Raises ValueError if one was given for an output that is no picture."""

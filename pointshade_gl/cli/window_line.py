@@ -51,6 +51,8 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         return "", "no command line names this camera"
     look, left_out = _look_words(picture)
     words = [*source, *look, *_light_words(picture, picture.lights), *_pose_words(picture), *size]
+    if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
+        words += ["--exposure", text_of(picture.exposure)]
     words += ["--samples", str(saved.samples), "-o", saved.name]
     return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out]))
 

@@ -57,7 +57,7 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     samples = Samples(colors, surfaces, rays)
     if len(samples.at) < 300:
         return _none("it shows too little")
-    ambient = light.ambient if light.tells else float(np.clip(light.ambient, *AMBIENT))
+    ambient = light.ambient if light.is_sure else float(np.clip(light.ambient, *AMBIENT))
     found = search(samples, light, ambient)
     if found is None:
         return _none("no highlights found")
@@ -68,10 +68,10 @@ def fit_highlights(colors: Array, surfaces: Array, rays: Array, light: FoundLigh
     uneven = _unevenness(samples, found, pairs, strength)
     if uneven > UNEVEN:
         return _none("no highlights found, what looks like one has another shape")
-    least = STANDS_OUT[not light.tells] * max(1, 4 * uneven)
+    least = STANDS_OUT[not light.is_sure] * max(1, 4 * uneven)
     if not _stands_out(samples, found, strength, ambient, least):
         return _none("no highlights found that stand out from its texture")
-    if not light.tells and not _shades(samples, found, strength):
+    if not light.is_sure and not _shades(samples, found, strength):
         return _none("no highlights found where its shading says that the light is")
     strengths = _strengths(samples, found, pairs, strength, ambient)
     if not strengths.any():

@@ -28,10 +28,10 @@ def axes_around(direction: Array) -> tuple[Array, Array]:
 
 def search(s: Samples, light: FoundLight, ambient: float) -> Guess | None:
     """Search for the light and exponent that explain most, near the known direction of the light or on all sides."""
-    trusted = np.array(light.direction, np.float32) if light.tells else None
+    trusted = np.array(light.direction, np.float32) if light.is_sure else None
     directions = directions_all_round(ANYWHERE) if trusted is None else directions_around(trusted, SEARCHED, STRIDE)
     found: list[tuple[float, Guess]] = []
-    for nearness in (0.0, NEAR) if light.tells else (0.0,):
+    for nearness in (0.0, NEAR) if light.is_sure else (0.0,):
         for direction in directions:
             guess = Guess(direction, nearness, 1.0)
             lighted = lit(s, guess, ambient)

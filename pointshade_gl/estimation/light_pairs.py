@@ -1,4 +1,4 @@
-"""Finds pairs of pixels that show how an image is lit: on one surface, of one colour, with different normals."""
+"""Finds pairs of pixels that show how an image is lit: of one colour, with different normals."""
 
 from __future__ import annotations
 
@@ -12,32 +12,43 @@ Index = NDArray[np.int64]
 LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 PAIRS = 6000
 TRIES = 12  # candidates for each pair
-REACH = 0.025, 0.15  # of the picture's longer side: standard deviations of the way between the pixels of a pair
 ALIKE = 0.97  # cosine between normals that light hardly tells apart
-HUE = 0.03  # difference of chromaticity between two materials
 STEPS = 6  # places between two pixels that are looked at
 BEND, MOST_BEND = 12.0, 32.0  # degrees by which a surface turns in a pixel, and from place to place: creases turn more
 JUMP = 0.08  # share of the depth by which these places differ, of one surface
-TILES = 8  # across the longer side: pairs of one tile may share a mistake
 DARK = 0.004  # linear light that is mostly noise
 
 
 class Pairs(NamedTuple):
-    """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness, weight and tile, (n,) each."""
+    """n pairs of pixels: unit normals of both (n, 3); log ratio of their brightness and weight, (n,) each."""
 
     one: Array
     two: Array
     brighter: Array
     weight: Array
-    tile: Index
 
 
-def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
-    """Choose the pairs of pixels for `light_fit`, from the same arrays.
+class Reach(NamedTuple):
+    """Which pixels may be a pair.
 
-    The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
-    surface all around, but differently painted walls look the same as lit ones.
+    way        standard deviations of the way between them, from and to, shares of the picture's longer side
+    hue        difference of chromaticity between two materials
+    connected  whether they lie on one surface, all the way
     """
+
+    way: tuple[float, float]
+    hue: float
+    connected: bool
+
+
+# The straight line between the pixels of a pair stays on one surface: no texture follows the normals of a rounded
+# surface all around, but differently painted walls look the same as lit ones.
+CONNECTED = Reach((0.025, 0.15), 0.03, True)
+WIDE = Reach((0.025, 0.3), 0.015, False)
+
+
+def find_pairs(colors: Array, surfaces: Array, reach: Reach, seed: int = 0) -> Pairs:
+    """Choose the pairs of pixels for `light_fit`, from the same arrays."""
     chance = np.random.default_rng(seed)
     height, width = colors.shape[:2]
     flat_surfaces, flat_colors = surfaces.reshape(-1, 4), colors.reshape(-1, 4)
@@ -46,10 +57,10 @@ def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
     places = np.flatnonzero(known)
     if not len(places):
         empty = np.zeros(0, np.float32)
-        return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty, np.zeros(0, int))
+        return Pairs(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), empty, empty)
     first = places[chance.integers(0, len(places), TRIES * PAIRS)]
-    reach = np.exp(chance.uniform(np.log(REACH[0]), np.log(REACH[1]), len(first))) * max(width, height)
-    way = np.rint(chance.normal(size=(2, len(first))) * reach).astype(int)
+    far = np.exp(chance.uniform(np.log(reach.way[0]), np.log(reach.way[1]), len(first))) * max(width, height)
+    way = np.rint(chance.normal(size=(2, len(first))) * far).astype(int)
     v, u = first // width, first % width
     inside = (v + way[0] >= 0) & (v + way[0] < height) & (u + way[1] >= 0) & (u + way[1] < width)
     first, second = first[inside], (first + way[0] * width + way[1])[inside]
@@ -57,14 +68,14 @@ def find_pairs(colors: Array, surfaces: Array, seed: int = 0) -> Pairs:
     chosen &= (flat_surfaces[first, :3] * flat_surfaces[second, :3]).sum(-1) < ALIKE
     first, second = first[chosen], second[chosen]
     hue = flat_colors[:, :3] / np.maximum(flat_colors[:, :3].sum(-1, keepdims=True), 1e-6)
-    weight = np.exp(-np.square(hue[first] - hue[second]).sum(-1) / HUE**2)
+    weight = np.exp(-np.square(hue[first] - hue[second]).sum(-1) / reach.hue**2)
     chosen = np.flatnonzero(weight > 0.1)
-    chosen = chosen[_is_one_surface(flat_surfaces, first[chosen], second[chosen], width)][:PAIRS]
+    if reach.connected:
+        chosen = chosen[_is_one_surface(flat_surfaces, first[chosen], second[chosen], width)]
+    chosen = chosen[:PAIRS]
     first, second = first[chosen], second[chosen]
     brighter = np.log(brightness[first] / brightness[second])
-    side = max(width, height) / TILES
-    tile = (first // width // side).astype(int) * TILES + (first % width // side).astype(int)
-    return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen], tile)
+    return Pairs(flat_surfaces[first, :3], flat_surfaces[second, :3], brighter, weight[chosen])
 
 
 def _is_one_surface(surfaces: Array, first: Index, second: Index, width: int) -> NDArray[np.bool_]:

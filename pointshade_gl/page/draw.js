@@ -196,7 +196,8 @@ class Drawing {
 
   // What shaders/common/lights.glsl reads, or shadowed_lights.glsl, for surfaces in these axes.
   lightInputs({ lights, views, spans }, axes, withShadows) {
-    const rows = lightRows(lights, axes, spans), ambient = this.data.ambient;
+    const { exposure } = this.data, ambient = times(this.data.ambient, exposure);
+    const rows = lightRows(lights.map((one) => ({ ...one, intensity: exposure * one.intensity })), axes, spans);
     if (!withShadows && lights.length === 1)
       return { only_light: transposed([0, 4, 8, 12].map((k) => [...rows.subarray(k, k + 4)])), ambient };
     const inputs = { lights: this.painter.table("lights", rows), light_count: lights.length, ambient };

@@ -128,7 +128,10 @@ def draw_page(
         raise TypeError(f"title must be a text, got {shown(title)}")
     with taken_by(notes):
         request = RenderRequest.of(source, **options)
-        request = replace(request, source=reduced(request.source, largest))
+        whole, request = request, replace(request, source=reduced(request.source, largest))
+        if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
+            renderer.draw(whole)
+            request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
         showing, count = arranged(request), Count(progress)
 
         def drawn(done: int, all: int) -> None:
@@ -136,11 +139,12 @@ def draw_page(
             count.step(done - count.done)
 
         still = renderer.render(request, progress=drawn if progress else None)
+        gain = 2.0**renderer.exposure
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
             count.step()
-        data = showing.values() | {"things": [head for head, _ in parts]}
+        data: dict[str, Any] = showing.values() | {"exposure": gain, "things": [head for head, _ in parts]}
         for sentence in data["leftOut"]:
             print_note(f"in the page {sentence}")
     return _filled(named if title is None else title, still, data, b"".join(body for _, body in parts))

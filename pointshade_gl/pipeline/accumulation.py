@@ -5,8 +5,11 @@ from __future__ import annotations
 from functools import cached_property
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from ..estimation.ground_plane import ground_under, seen_ground
+from ..gpu.core.images import read_texture
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
@@ -15,7 +18,7 @@ from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
 from ..gpu.shading.light_set import LightSet
 from ..messages.progress import Count
-from ..scene.render_settings import Finish, Vector
+from ..scene.render_settings import SIMPLE, Finish, Vector
 from ..scene.sample_pattern import at_sample
 from ..scene.visible_scene import VisibleScene
 from .frame_pass import FramePass
@@ -43,6 +46,11 @@ class Accumulator(FullscreenPasses):
         self._add_samples(target, visible, drawables, finish, count)
         self._develop.develop(target, finish.samples, finish.behind)
 
+    def read_light(self, target: Target, visible: VisibleScene, drawables: Drawables) -> NDArray[np.float32]:
+        """Return (h, w, 4), read-only: the light of one sample, linear, not cut off at 1, and its coverage."""
+        self._add_samples(target, visible, drawables, SIMPLE, Count())
+        return read_texture(self._context, target.samples.surfaces.texture)
+
     def forget(self, target: Target) -> None:
         """Forget a scene that is no longer shown."""
         target.samples.content = None
@@ -55,7 +63,7 @@ class Accumulator(FullscreenPasses):
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye = visible.eye.camera, visible.eye.pose.tobytes()
-        content = visible.scene, tuple(visible.lights), *eye, finish.ground, finish.ground_height
+        content = visible.scene, tuple(visible.lights), *eye, finish.ground, finish.ground_height, visible.gain
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
             sums.clear(has_ground)

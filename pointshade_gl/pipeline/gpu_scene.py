@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimation.albedo_sum import AlbedoSum
+from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import importances
+from ..estimation.shared_albedo import share_albedo
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
@@ -35,7 +39,8 @@ from ..scene.visible_scene import VisibleScene, is_alone
 class GpuScene(Owner):
     """Keeps on the GPU what the last picture shows or casts shadows in it, for the next one to use again.
 
-    drawn  the objects of the last picture, on the GPU
+    drawn         the objects of the last picture, on the GPU
+    photo_lights  those of the photographs that the last albedo was estimated from; none if a picture came after it
     """
 
     def __init__(self, context: moderngl.Context, steps: Steps, objects: Objects):
@@ -46,6 +51,7 @@ class GpuScene(Owner):
         self.tiles = self._keep(TileStore(context, steps, self.frames, objects.points))
         self._coarse: dict[tuple[Frame, int], Frame] = {}
         self.drawn: Drawables = {}
+        self.photo_lights: list[FoundLight] = []
 
     @cached_property
     def _consensus(self) -> ConsensusPass:
@@ -74,7 +80,7 @@ class GpuScene(Owner):
                 views = (shown[member] for member in p.members)
                 points = tuple(v for v in views if isinstance(v, ShownPoints))
                 drawables[p] = self._as_one(p, points, visible, count)
-        self.drawn = drawables
+        self.drawn, self.photo_lights = drawables, []
         return drawables
 
     def read_normals(self, frame: Frame, look: Look) -> NDArray[np.float32]:
@@ -87,6 +93,25 @@ class GpuScene(Owner):
         (textures,) = self.frames.upload([frame])
         self.frames.find_normals(textures, frame, look)
         return textures.surface.read()
+
+    def read_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
+        """Return (h, w, 3) the albedo on which photographs of one view agree, sRGB. One at a time is on the GPU."""
+        self.drawn = {}  # its textures may be freed now
+        colors, total = self.frames.colors, AlbedoSum()
+        photos = [colors.sample(self._surfaced(frame), frame.camera) for frame in frames]
+        found = share_albedo(photos)
+        for frame, photo, one in zip(frames, photos, found, strict=True):
+            assert frame.color is not None, "a photograph has colours"
+            albedo = colors.read_unlit(self._surfaced(frame), frame.camera, photo, one.gains)
+            total.add(frame.color, albedo, one.weight, photo.size)
+        self.photo_lights = [one.light for one in found]
+        return total.color
+
+    def _surfaced(self, frame: Frame) -> FrameTextures:
+        """Return the textures of a single frame, with its normals."""
+        (textures,) = self.frames.upload([frame])
+        self.frames.find_normals(textures, frame, Look())
+        return textures
 
     def release(self) -> None:
         self.drawn, self._coarse = {}, {}

@@ -46,13 +46,13 @@ class LightSetup(Owner):
         lights = visible.lights
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
         if not (early or any(light.shadow or light.is_spot for light in lights)):
-            return LightSet(lights, visible.scene.ambient)
+            return LightSet(lights, visible.scene.ambient, gain=visible.gain)
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
             shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
-        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map)
+        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):

@@ -26,6 +26,7 @@ from ..scene.placed import Matrix
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
+from .exposure import ExposureMeter
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
 from .light_setup import LightSetup
@@ -35,7 +36,8 @@ class Pipeline:
     """Draws scenes, and keeps what the next picture can use again.
 
     What is in view (scene/visible_scene.py) is put on the GPU (gpu_scene.py), its lights are set up (light_setup.py),
-    and what is seen is drawn and lit (frame_pass.py); several such samples are added up (accumulation.py).
+    as bright as asked for (exposure.py), and what is seen is drawn and lit (frame_pass.py); several such samples are
+    added up (accumulation.py).
     """
 
     def __init__(self, context: Context, steps: Steps, can_compute: bool, merge: float):
@@ -48,8 +50,11 @@ class Pipeline:
         self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
         self._frame_pass = FramePass(steps, self._objects, self._light)
         self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
+        setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
+        self._meter = ExposureMeter(context.gl, steps, *setup)
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
+        self.exposure = 0.0  # of the last picture, stops
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
@@ -62,11 +67,17 @@ class Pipeline:
         visible = compose(scene, lights, camera, pose)
         count = self._count(progress, visible, finish.samples)
         drawables = self.gpu_scene.prepare(visible, count)
+        if self._drawn is not scene:
+            self.steps.forget("exposure")
         self._drawn = scene
+        self.exposure = self._meter.find(finish.exposure, visible, lights, drawables)
+        if self.gpu_scene.drawn is not drawables:  # it has looked from elsewhere
+            drawables = self.gpu_scene.prepare(visible)
+        visible = visible._replace(gain=2.0**self.exposure)
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
-        if finish != SIMPLE:
+        if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
             return target
         light_set = self._light_setup.prepare(visible, drawables)
@@ -155,5 +166,5 @@ class Pipeline:
         if self._target is not None:
             self._target.release()
         self._target = self._drawn = None
-        for part in (self._accumulator, self._light_setup, self._light, self.gpu_scene, self._objects):
+        for part in (self._meter, self._accumulator, self._light_setup, self._light, self.gpu_scene, self._objects):
             part.release()

@@ -19,7 +19,8 @@ def contact_sheet(renderer: Renderer, frame: Frame) -> NDArray[np.uint8]:
     c = frame.camera
     width = min(c.width, WIDEST)
     camera = c.resized(width, max(1, round(c.height * width / c.width)))
-    plain, lit = (renderer.render(frame, camera=camera, shading=shading) for shading in ("none", "phong"))
+    plain = renderer.render(frame, camera=camera, shading="none")
+    lit = renderer.render(frame, camera=camera, exposure="sensor")
     step_v, step_u = ((np.arange(n) + 0.5) * size / n for n, size in ((camera.height, c.height), (width, c.width)))
     at = np.ix_(step_v.astype(int), step_u.astype(int))
     normals = normals_to_rgb(renderer.estimate_normals(frame))[at]

@@ -7,8 +7,12 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..files.access.numbered_names import is_numbered, numbered
 from ..files.pictures.picture_files import save_image
@@ -84,19 +88,28 @@ def write_series(
     progress: Progress | None = None,
     all: int = 0,
 ) -> tuple[int, tuple[int, int]]:
-    """Draws and writes the pictures of all jobs. Returns how many, and (width, height) of the first.
+    """Draws and writes the pictures of all jobs, in the exposure of the first. Returns how many, and (width, height) of
+    the first.
 
     path      a film, or a name in which each job's number replaces %04d
     progress  called with two ints after each picture: its job's number and one, and `all`. If it returns False, the
               work ends with `Cancelled`: there is no film, and numbered files are there up to that picture.
     all       how many jobs there are
     """
-    count = Count(progress, all)
+    count, found = Count(progress, all), list[float]()
+
+    def draw(request: RenderRequest) -> NDArray[np.uint8]:
+        if found:
+            request = replace(request, finish=replace(request.finish, exposure=found[0]))
+        image = renderer.render(request)
+        found[:] = [renderer.exposure]
+        return image
+
     if is_numbered(path):
-        written, first = write_numbered(jobs, renderer.render, save_image, path, count)
+        written, first = write_numbered(jobs, draw, save_image, path, count)
     else:
         with Film(path, fps) as film:
-            written, first = _write_all(jobs, renderer.render, lambda _, image: film.add(image), 1, path, count)
+            written, first = _write_all(jobs, draw, lambda _, image: film.add(image), 1, path, count)
     return written, (first.shape[1], first.shape[0])
 
 

@@ -37,6 +37,7 @@ from ..scene.light import Light, check_lights
 from ..scene.noise import Choice
 from ..scene.normal_methods import Method, check_method
 from ..scene.option_fields import takes
+from ..scene.photographs import check_photographs
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
 from .notebook import Picture
@@ -129,6 +130,11 @@ class Renderer:
         return self._pipeline.gpu_scene.frames.choice
 
     @property
+    def exposure(self) -> float:
+        """Return by how many stops the light of the last picture was multiplied."""
+        return self._pipeline.exposure
+
+    @property
     def weights(self) -> dict[Frame, float]:
         """Return how much each frame of the last picture counts where several show the same: 1 for a primary view."""
         return weights(self._pipeline.gpu_scene.drawn)
@@ -144,8 +150,10 @@ class Renderer:
             Names of the frames of one object; by default their numbers.
         """
         with self._in_use():
-            drawn = self._pipeline.gpu_scene.drawn
-            return explain(findings(drawn), names) + explain_lights(lights(drawn), highlights(drawn))
+            gpu_scene = self._pipeline.gpu_scene
+            drawn = gpu_scene.drawn
+            found = lights(drawn) + [(f"photograph {k}", one) for k, one in enumerate(gpu_scene.photo_lights)]
+            return explain(findings(drawn), names) + explain_lights(found, highlights(drawn))
 
     @takes(RenderOptions, *GROUPS)
     def render(
@@ -243,6 +251,8 @@ class Renderer:
             )  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
+            if finish.exposure == "sensor" and isinstance(request.source, Scene):  # whose lights were made for it
+                finish = replace(finish, exposure=0.0)
             if finish.ground is True:
                 source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
                 finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
@@ -417,6 +427,32 @@ class Renderer:
             normals = self._pipeline.gpu_scene.read_normals(frame, look)[..., :3].copy()
         normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
         return normals
+
+    def estimate_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
+        """Estimate the albedo that several photographs of one view share, each under its own light.
+
+        Their camera and what they show stay where they are; only the light moves. The lights are estimated from the
+        photographs, and what one of them shows in shadow another may show lit. `explain` describes the lights. Relight
+        the albedo as any picture: `Frame(albedo, frame.depth, frame.camera)`.
+
+        Parameters
+        ----------
+        frames : sequence of Frame
+            Two or more, with colours, of the same sizes and the same camera.
+
+        Returns
+        -------
+        (h, w, 3) uint8
+            sRGB, at the size of the colour pictures. One scale holds for the whole picture.
+
+        Raises
+        ------
+        ValueError
+            For fewer than two frames, for one without colours, and for frames of different sizes or cameras.
+        """
+        photos = check_photographs(frames)
+        with self._in_use():
+            return self._pipeline.gpu_scene.read_albedo(photos)
 
     @contextmanager
     def prepared(

@@ -186,8 +186,9 @@ class Look(Options):
     unlight: bool = opt(
         False,
         "True estimates the light in the picture, one direction and ambient light, and divides it out of the colours, "
-        "so that surfaces are not shaded twice. Where the picture does not tell, they stay as they are.",
-        "Divide the light in the picture out of its colours, if the picture tells it.",
+        "so that surfaces are not shaded twice. What lies in shadow gets the brightness of lit surfaces of its hue. "
+        "The less the picture tells its light, the less is changed. Frames of a stream share their light.",
+        "Divide the light in the picture out of its colours, as far as the picture tells it.",
         panel=LIGHT,
         place=2,
     )

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, TypedDict, cast
+from typing import Any, Literal, TypedDict, cast, get_args
 
 from ..messages.formatting import option
-from ..messages.validation import LARGEST, Numbers, check_color, check_direction, check_number
+from ..messages.validation import LARGEST, Numbers, check_color, check_direction, check_float, check_number
 from .css_colors import linear_color
-from .option_fields import PICTURE, opt, option_class
+from .option_fields import PICTURE, number_or_text, opt, option_class
 from .sample_pattern import check_samples
 
 STILL, FILM = 16, 4  # samples of a picture of the command line, and of each picture of a film, unless given
+STOPS = 32.0  # of exposure, at most
 Vector = tuple[float, float, float]
+Metering = Literal["auto", "sensor"]
+METERINGS: tuple[Metering, ...] = get_args(Metering)
 
 
 class FinishOptions(TypedDict, total=False):
@@ -22,6 +25,7 @@ class FinishOptions(TypedDict, total=False):
     background: str | Numbers | None
     ground: bool | Numbers
     ground_height: float | None
+    exposure: float | Metering
 
 
 @option_class
@@ -75,17 +79,35 @@ class Finish:
         kind=float,
         panel=PICTURE,
     )
+    exposure: float | Metering = opt(
+        0.0,
+        'stops by which all light is multiplied: 1 is twice the light. "auto" makes the lit part as bright as the '
+        "photograph, or as unlit colours: the medians of both are the same, seen from the frame's own camera, so that "
+        'turning changes nothing. "sensor" is auto for frames with measured noise, and 0 for all else.',
+        "Stops by which light is multiplied: 1 is twice the light; auto: as bright as the photograph. Default: "
+        "sensor, which is auto for frames with measured noise, and 0 for all else.",
+        metavar="N|auto|sensor",
+        known=METERINGS,
+        read=number_or_text,
+        panel=PICTURE,
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", check_samples(self.samples))
         object.__setattr__(self, "background", _check_background(self.background))
         object.__setattr__(self, "ground", _check_ground(self.ground))
         object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
+        object.__setattr__(self, "exposure", check_exposure(self.exposure))
 
     @property
     def behind(self) -> Vector | None:
         """The background in linear RGB; None is transparent."""
         return cast("Vector | None", self.background)
+
+    @property
+    def is_plain(self) -> bool:
+        """Return whether a single sample over nothing is the picture."""
+        return self.samples == 1 and self.behind is None and self.ground is False
 
     @property
     def up(self) -> Vector | None:
@@ -96,6 +118,16 @@ class Finish:
     def options(self) -> dict[str, Any]:
         """Those that are not the default, by name, as arguments of `Renderer.render`."""
         return {f.name: value for f in fields(self) if (value := getattr(self, f.name)) != f.default}
+
+
+def check_exposure(exposure: Any) -> float | Metering:
+    """Return stops, or how they are found. Raises ValueError or TypeError for anything else."""
+    if isinstance(exposure, str) and exposure in METERINGS:
+        return exposure
+    words = " or ".join(METERINGS)
+    return check_float(
+        exposure, f"{option('exposure')} must be stops from -{STOPS:g} to {STOPS:g}, {words}", -STOPS, STOPS
+    )
 
 
 def _check_background(background: str | Numbers | None) -> Vector | None:

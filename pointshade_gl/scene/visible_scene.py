@@ -29,6 +29,7 @@ class VisibleScene(NamedTuple):
     scene: Scene
     shown: Sequence[Placed]  # in view
     casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
+    gain: float = 1.0  # factor on all light: the exposure
 
     @property
     def materials(self) -> list[Material]:

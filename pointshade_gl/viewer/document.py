@@ -22,6 +22,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.orbit_state import OWN_LIGHT, State
 from ..scene.orbit_target import Stage
+from ..scene.render_settings import Metering
 from .history import History, Moment
 from .playing import Playing
 from .views import Shown, home_of, pose_of
@@ -55,6 +56,7 @@ class Document:
     light_names  of the lights of a scene
     start    the moment that R brings back
     history  the steps since then
+    exposure  of its first lit picture, as soon as that is drawn
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Document:
         dropped: Dropped | None = None,
     ):
         self.playing, self.dropped = playing, dropped
+        self.exposure: float | Metering = "sensor"
         with ExitStack() as undo:
             undo.callback(playing.close)
             self.first = first = playing.first(merge)

@@ -14,7 +14,7 @@ from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.render_settings import Finish
+from ..scene.render_settings import Finish, Metering
 from ..scene.shading_override import shaded
 from .document import Dropped
 from .history import Moment
@@ -27,11 +27,13 @@ class Picture:
 
     now    view, lights and look
     shown  the frame, the views or the scene
+    exposure  as of Finish: found for the first picture, then the same, so that light is seen to become more or less
     """
 
     now: Moment
     shown: Shown
     camera: Camera
+    exposure: float | Metering = "sensor"
 
     @property
     def content(self) -> tuple[Any, ...]:
@@ -52,7 +54,7 @@ class Picture:
 
     def request(self, samples: int = 1) -> RenderRequest:
         """Return what a renderer is asked for."""
-        state, shown, lights, finish = self.now.state, self.shown, self.lights, Finish(samples)
+        state, shown, lights, finish = self.now.state, self.shown, self.lights, Finish(samples, exposure=self.exposure)
         if isinstance(shown, Scene):
             shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
             return RenderRequest(shaded(shown, shading), lights, camera=self.camera, pose=self.pose, finish=finish)

@@ -171,7 +171,7 @@ class Viewer(Session):
         if self._draws_in(now) == 0:
             self._draw()
         if self.recorder:  # the film has the samples of the window, if both show the same
-            film = Picture(self.moment, self.frame, self._film_camera)
+            film = self._seen_by(self._film_camera)
             samples = self.redrawing.samples if self.camera == film.camera else 1
             self.recorder.add(time.perf_counter(), lambda: self.screen.read(film, samples))
 
@@ -240,7 +240,10 @@ class Viewer(Session):
     @property
     def picture(self) -> Picture | None:
         """What the window shows below marker, text and panel; None while it is minimised."""
-        return Picture(self.moment, self.frame, camera) if (camera := self.camera) else None
+        return self._seen_by(camera) if (camera := self.camera) else None
+
+    def _seen_by(self, camera: Camera) -> Picture:
+        return Picture(self.moment, self.frame, camera, self.document.exposure)
 
     @property
     def panel_width(self) -> int:
@@ -277,6 +280,8 @@ class Viewer(Session):
         self.document.history.follow(self.moment)
         facts = Facts(self.renderer, self.redrawing.rate.per_second, (samples, most), self.light_titles)
         self.moment, chosen = self.screen.draw(picture, over, facts)
+        if picture.now.state.is_lit:
+            self.document.exposure = self.renderer.exposure
         for effect in (*chosen, Remember("panel", time.perf_counter())):
             self.perform(effect)
         self.redrawing.end(picture.content, over)
@@ -319,7 +324,7 @@ class Viewer(Session):
         camera = self.window.fit(self.own_camera)
         if camera is None:
             return None
-        picture = Picture(self.moment, self.frame, camera)
+        picture = self._seen_by(camera)
         samples = picture.most_samples(self.samples)
         try:
             path = save_new(self.screen.read(picture, samples))

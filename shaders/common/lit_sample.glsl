@@ -7,7 +7,8 @@
 const float CLIPPED = 0.93;     // linear light above which a camera may have cut a colour off
 const float SAME_SIDE = 0.95;   // cosine between normals whose colours are averaged
 
-// The mean colour (linear) of those of 4x4 places around a pixel that face the same way, and 1; 0 where it is not known.
+// The mean colour (linear) of those of 4x4 places around a pixel that face the same way, and 1, or 0.5 where a camera may
+// have cut one off; 0 where it is not known.
 // span: pixels from end to end of these places
 vec4 mean_lit_color(sampler2D color_map, sampler2D surface_map, ivec2 pixel, float span) {
     vec2 size = vec2(textureSize(surface_map, 0));
@@ -23,5 +24,6 @@ vec4 mean_lit_color(sampler2D color_map, sampler2D surface_map, ivec2 pixel, flo
         sum += alike ? vec4(linear, 1.0) : vec4(0.0);
         brightest = max(brightest, alike ? max(max(linear.r, linear.g), linear.b) : 0.0);
     }
-    return brightest < CLIPPED ? sum / max(sum.a, 1.0) : vec4(0.0);
+    vec4 mean = sum / max(sum.a, 1.0);
+    return vec4(mean.rgb, brightest < CLIPPED ? mean.a : 0.5);
 }

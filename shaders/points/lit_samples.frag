@@ -6,7 +6,7 @@ uniform sampler2D color_map;    // sRGB, of any size
 uniform sampler2D surface_map;  // unit normal, depth
 uniform float stride;           // pixels of the surface between samples
 
-layout(location = 0) out vec4 color_sample;    // linear, and 1; 0 where it is not known
+layout(location = 0) out vec4 color_sample;    // linear, and 1; 0.5 where it is cut off, 0 where it is not known
 layout(location = 1) out vec4 surface_sample;
 
 void main() {

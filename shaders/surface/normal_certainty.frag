@@ -1,6 +1,6 @@
 #version 330 core
 // Surface of a noisy frame -> how certain its normals are, one texel for 16x16 pixels: how far they spread, but no
-// more than the noise that neighbours share can tilt them.
+// more than the noise can tilt them.
 #include "common/noise_levels.glsl"
 #include "common/normal_variance.glsl"
 #include "common/toksvig.glsl"
@@ -18,6 +18,6 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy / cells * vec2(textureSize(surface_map, 0)));
     pixel = known_pixel(surface_map, pixel);
     vec2 noise = noise_at(grid, pixel, first, max(surface_beside(surface_map, pixel).w, 1e-30), powers);
-    float steepest = noise.x * noise.y * 0.5 * (abs(intrinsics.x) + abs(intrinsics.y));
-    certainty = normal_certainty(min(tilt_variance(surface_map, pixel, intrinsics), steepest * steepest));
+    float variance = min(tilt_variance(surface_map, pixel, intrinsics), steepest_variance(noise, intrinsics));
+    certainty = normal_certainty(WANDERING * variance);
 }

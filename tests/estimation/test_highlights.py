@@ -72,7 +72,7 @@ def samples(specular=0.35, spot=0.0):
 
 def fitted(direction=TO_LIGHT, tells=True, **options):
     light, known, surfaces, rays = samples(**options)
-    found = FoundLight(tuple(np.asarray(direction).tolist()), 0.25, 1.0, True)
+    found = FoundLight(tuple(np.asarray(direction).tolist()), 0.25, 1.0)
     found = found if tells else FoundLight(why="it is dark")
     return fit_highlights(np.concatenate([light, known[..., None]], -1).astype(F), surfaces, rays, found)
 
@@ -112,7 +112,7 @@ def test_without_a_light_all_sides_are_searched():
 
 def test_nothing_to_see():
     empty = np.zeros((4, 5, 4), F)
-    assert not fit_highlights(empty, empty, np.ones((4, 5, 3), F), FoundLight(tells=True)).tells
+    assert not fit_highlights(empty, empty, np.ones((4, 5, 3), F), FoundLight(strength=1.0)).tells
 
 
 @pytest.mark.parametrize("albedo", [coloured, grey, mixed])

@@ -89,6 +89,12 @@ def test_functions_of_tilt_agree_with_the_mirror(gpu, true_depth):
     expected = tilt.tilt_variance(surface, pixel, INTRINSICS)
     close = np.isclose(answer[:, 0], expected, atol=1e-5, rtol=1e-3)
     assert (expected > 1e-4).sum() > 100 and (~close).sum() <= 3  # normals just at the limit
+    answer = gpu("normal_variance.glsl", "variance_apart(surface_map, ivec2(p), k, 3), 0, 0, 0", **inputs)
+    close = np.isclose(answer[:, 0], tilt.variance_apart(surface, pixel, INTRINSICS, 3), atol=1e-5, rtol=1e-3)
+    assert (~close).sum() <= 3
+    noise = np.random.default_rng(3).uniform(0, 2, (300, 2)).astype(F)
+    answer = gpu("normal_variance.glsl", "steepest_variance(n, k), 0, 0, 0", n=noise, **inputs)
+    np.testing.assert_allclose(answer[:, 0], tilt.steepest_variance(noise, INTRINSICS), rtol=1e-5)
 
 
 def test_a_sphere_is_certain_and_bumps_are_not():
@@ -111,14 +117,48 @@ def test_a_widened_highlight_keeps_its_energy(shininess):
     assert (np.diff(wide[:, 3]) > 0).all() and (wide[-1] == material).all()
 
 
-@pytest.mark.parametrize("spoil", [lambda z: z, white, lambda z: np.round(z, 3)])
 @pytest.mark.parametrize("shading", ["phong", "gouraud"])
-def test_nothing_changes_without_noise_that_neighbours_share(renderer, true_depth, undoubting, spoil, shading):
-    frame, options = frame_of(spoil(true_depth)), {"material": SHINY, "shading": shading}
+def test_nothing_changes_without_noise(renderer, true_depth, undoubting, shading):
+    frame, options = frame_of(true_depth), {"material": SHINY, "shading": shading}
     doubted = renderer.render(frame, **options)
     undoubting()
     with ps.Renderer() as other:
         assert (other.render(frame, **options) == doubted).all()
+
+
+@pytest.mark.parametrize("told", [{}, {"noise": "0.4%"}, {"noise": 0.006}], ids=["measured", "in words", "in metres"])
+def test_noise_of_any_kind_is_matt_where_it_would_sparkle(renderer, true_depth, undoubting, told):
+    """What sparkles differs from pixel to pixel of the picture of the true surface."""
+    frame, light = frame_of(stereo(true_depth)), ps.Light(direction=(1, 1, 2))
+    true = renderer.render(frame_of(true_depth), light, material=SHINY)
+    matt = renderer.render(frame, light, material=SHINY, **told)
+    undoubting()
+    with ps.Renderer() as made:
+        sharp = made.render(frame, light, material=SHINY, **told)
+    assert sparkle(matt, true) < 0.75 * sparkle(sharp, true)
+
+
+def sparkle(picture, true):
+    """How much their difference changes over 8 pixels, root of the mean square."""
+    difference = np.where((picture[..., 3] > 0) & (true[..., 3] > 0), picture[..., 1].astype(float) - true[..., 1], 0)
+    return np.sqrt(np.mean((difference[8:] - difference[:-8]) ** 2))
+
+
+def test_a_small_ball_in_noise_keeps_its_highlight(renderer):
+    """Normals that turn fast, as those of a ball of 20 pixels, are no doubt."""
+    surface = tilt_of_a_ball(20)
+    variance = tilt.tilt_variance(surface, np.array([[24, 24]]), F([120, 120, 24, 24]))[0]
+    assert variance < 0.002
+    surface[..., :3] = np.random.default_rng(3).normal(0, 1, (48, 48, 3)).astype(F)  # normals of no surface
+    surface[..., :3] /= np.linalg.norm(surface[..., :3], axis=-1, keepdims=True)
+    assert tilt.tilt_variance(surface, np.array([[24, 24]]), F([120, 120, 24, 24]))[0] >= 0.05
+
+
+def tilt_of_a_ball(radius):
+    v, u = (np.mgrid[0:48, 0:48] - F(24)) / radius
+    inside = u**2 + v**2 < 0.95
+    normals = np.stack([u, v, -np.sqrt(np.maximum(1 - u**2 - v**2, 0))], -1) * inside[..., None]
+    return np.concatenate([normals, inside[..., None]], -1).astype(F)
 
 
 DRAWN = {
@@ -175,11 +215,11 @@ def test_several_frames_of_one_thing_are_as_uncertain_as_each(renderer, true_dep
     assert error(picture, true) < 0.99 * error(sharp, true)
 
 
-def test_normals_that_are_given_or_noise_that_is_told_leave_no_doubt(renderer, true_depth, undoubting):
+def test_normals_that_are_given_or_chosen_leave_no_doubt(renderer, true_depth, undoubting):
     frame = frame_of(stereo(true_depth))
     own = np.nan_to_num(renderer.estimate_normals(frame))
     renderer.render(frame, material=SHINY)  # with doubts, of which nothing may stay
-    options = ({"normals": own}, {"noise": 0.002}, {"normals": "star"})
+    options = ({"normals": own}, {"normals": "star"})
     found = [renderer.render(frame, material=SHINY, **option) for option in options]
     undoubting()
     with ps.Renderer() as made:

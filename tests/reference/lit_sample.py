@@ -25,4 +25,6 @@ def mean_lit_color(picture: np.ndarray, surface_map: np.ndarray, pixel: np.ndarr
         linear = srgb_to_linear(picture_at(picture, place, size))
         total += np.where(alike[:, None], np.concatenate([linear, np.ones_like(linear[:, :1])], -1), F(0))
         brightest = np.maximum(brightest, np.where(alike, linear.max(-1), F(0)))
-    return np.where((brightest < CLIPPED)[:, None], total / np.maximum(total[:, 3:], F(1)), F(0))
+    mean = total / np.maximum(total[:, 3:], F(1))
+    mean[:, 3] = np.where(brightest < CLIPPED, mean[:, 3], F(0.5))
+    return mean

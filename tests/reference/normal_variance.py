@@ -9,7 +9,7 @@ from .splat_corners import surface_at
 from .vectors import dot
 
 F = np.float32
-APART, SAME_SIDE, SAME_PLACE, ENOUGH = 8, F(0.87), F(8), F(6.5)
+APART, SAME_SIDE, SAME_PLACE, ENOUGH, UNLIKE, UNSHARED = 8, F(0.87), F(8), F(6.5), F(1), F(0.45)
 
 
 def surface_beside(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
@@ -26,7 +26,7 @@ def known_pixel(surface_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     return found
 
 
-def tilt_variance(surface_map: np.ndarray, pixel: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+def variance_apart(surface_map: np.ndarray, pixel: np.ndarray, intrinsics: np.ndarray, apart: int) -> np.ndarray:
     """(n,)"""
     own = surface_beside(surface_map, pixel)
     point = pixel_ray(pixel.astype(F), intrinsics) * own[:, 3:]
@@ -35,7 +35,7 @@ def tilt_variance(surface_map: np.ndarray, pixel: np.ndarray, intrinsics: np.nda
     sd, sud, svd = (np.zeros((len(pixel), 3), F) for _ in range(3))
     for k in range(25):
         u, v = F(k % 5 - 2), F(k // 5 - 2)
-        there = pixel + APART * np.array((k % 5 - 2, k // 5 - 2))
+        there = pixel + apart * np.array((k % 5 - 2, k // 5 - 2))
         surface = surface_beside(surface_map, there)
         way = pixel_ray(there.astype(F), intrinsics) * surface[:, 3:] - point
         along = dot(surface[:, :3], own[:, :3])
@@ -59,4 +59,16 @@ def tilt_variance(surface_map: np.ndarray, pixel: np.ndarray, intrinsics: np.nda
     mean, ud, vd = sd / s, sud - mean_u * sd, svd - mean_v * sd
     slope_u, slope_v = (vv * ud - uv * vd) / determinant, (uu * vd - uv * ud) / determinant
     rest = squares - s * dot(mean, mean) - dot(slope_u, ud) - dot(slope_v, vd)
-    return np.where(enough, np.maximum(rest, F(0)) / (F(2) * (s - F(3))), F(0))[:, 0]
+    return np.where(enough, np.maximum(rest, F(0)) / (F(2) * (s - F(3))), UNLIKE)[:, 0]
+
+
+def tilt_variance(surface_map: np.ndarray, pixel: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    """(n,)"""
+    wide, near = (variance_apart(surface_map, pixel, intrinsics, apart) for apart in (APART, APART // 2))
+    return np.where(wide < UNLIKE, wide, near)
+
+
+def steepest_variance(noise: np.ndarray, intrinsics: np.ndarray) -> np.ndarray:
+    """noise (..., 2), as of `noise_at`."""
+    tilt = noise[..., 0] * F(0.5) * (abs(intrinsics[0]) + abs(intrinsics[1]))
+    return tilt * tilt * (UNSHARED * UNSHARED + noise[..., 1] * noise[..., 1])

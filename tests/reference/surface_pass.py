@@ -19,10 +19,10 @@ from .inverse_depth import normal_of_slope, pixel_grid, start
 from .noise_levels import block_counts, block_quantile, indices, noise_at, patch_corner
 from .noise_patch import noise_patch
 from .noise_structure import structure_patch
-from .normal_variance import known_pixel, surface_beside, tilt_variance
+from .normal_variance import known_pixel, steepest_variance, surface_beside, tilt_variance
 from .normals_adaptive import estimate_adaptive
 from .normals_star import estimate_star
-from .toksvig import normal_certainty
+from .toksvig import WANDERING, normal_certainty
 from .upsampling_artifacts import add_misplaced, count_copies, misplaced_noise
 
 F = np.float32
@@ -128,9 +128,9 @@ def flat_surfaces(depth_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -
 def certainty_by_noise(surface_map: np.ndarray, noise: Noise, intrinsics: np.ndarray) -> np.ndarray | None:
     """How certain the normals of `surface_by_noise` are, as `normal_certainty.frag` finds it.
 
-    (rows, columns) float32 in steps of 16 bits, one for 16x16 pixels; None if neighbours share no noise.
+    (rows, columns) float32 in steps of 16 bits, one for 16x16 pixels; None without noise.
     """
-    if noise.grid is None or not noise.grid[..., 2].any():
+    if noise.grid is None:
         return None
     size = np.array(surface_map.shape[1::-1])
     columns, rows = -(-size // CELL)
@@ -138,7 +138,6 @@ def certainty_by_noise(surface_map: np.ndarray, noise: Noise, intrinsics: np.nda
     pixel = ((cell.astype(F) + F(0.5)) / np.array((columns, rows), F) * size.astype(F)).astype(int)
     pixel = known_pixel(surface_map, pixel)
     first, depth = noise_grid(*size)[1], np.maximum(surface_beside(surface_map, pixel)[:, 3], F(1e-30))
-    relative, shared = noise_at(noise.grid, (pixel[:, 0], pixel[:, 1]), first, depth, noise.powers)
-    steepest = relative * shared * F(0.5) * (abs(intrinsics[0]) + abs(intrinsics[1]))
-    variance = np.minimum(tilt_variance(surface_map, pixel, intrinsics), steepest * steepest)
-    return (np.round(normal_certainty(variance) * F(65535)) / F(65535)).reshape(rows, columns)
+    found = np.stack(noise_at(noise.grid, (pixel[:, 0], pixel[:, 1]), first, depth, noise.powers), -1)
+    variance = np.minimum(tilt_variance(surface_map, pixel, intrinsics), steepest_variance(found, intrinsics))
+    return (np.round(normal_certainty(WANDERING * variance) * F(65535)) / F(65535)).reshape(rows, columns)

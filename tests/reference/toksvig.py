@@ -8,6 +8,7 @@ from .picture import rescale_position
 from .vectors import texel
 
 F = np.float32
+WANDERING = F(4)
 
 
 def normal_certainty(variance: np.ndarray) -> np.ndarray:

@@ -30,12 +30,14 @@ from ..options import (
     Quiet,
     RenderOutput,
     Small,
+    UnlightAll,
     ViewOptions,
     Views,
     spread,
 )
 from ..output import explainer, open_renderer, progress, report, spinner, warn_skipped
 from ..page_options import PageOptions, is_page
+from ..photographs import as_one_frame, load_photographs
 from ..picture_options import PictureOptions, view_of
 from ..usage_errors import check_folders
 
@@ -53,6 +55,7 @@ class Asked:
     page: PageOptions
     more: MoreInputs = None
     views: Views = None
+    unlight_all: UnlightAll = False
     explain: Explain = False
     small: Small = False
     device: Device = 0
@@ -67,6 +70,8 @@ class Asked:
             raise ValueError(
                 f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
             )
+        if self.unlight_all and (self.more or self.views is not None or is_sequence):
+            raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
@@ -89,6 +94,9 @@ class Asked:
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
         """What INPUT names; and the names of the frames that are one object."""
+        if self.unlight_all:
+            with open_renderer(self.device) as renderer:
+                return as_one_frame(renderer, load_photographs(self.frame), self.explain), []
         if self.more:
             return load_together(self.frame, view.look, self.more)
         if self.views is not None:
@@ -187,7 +195,7 @@ def _write_points(asked: Asked, view: View) -> None:
     check_points_path(first_of(output))
     if view.picture_size is not None:
         raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
-    source = load(asked.frame, sequence=is_numbered(output) and film.turntable is None, scene=True)
+    source, _ = asked._load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
     tell = explainer(asked.explain)

@@ -44,7 +44,9 @@ class TiledPoints(Versioned):
     def has_doubts(self) -> bool:
         """Return whether some of the normals are uncertain and are used."""
         noise = self._measured() if self.shading == "phong" else None
-        return noise is not None and noise.is_shared
+        if noise is None or self.look.noise is not None:
+            return noise is not None
+        return noise.grid is not None and not (self.look.normals == "auto" and noise.is_clean)
 
     def light_with(self, light: Callable[[ShownPoints], None]) -> None:
         """Set the function that lights the points of each tile, for shading models that interpolate light."""

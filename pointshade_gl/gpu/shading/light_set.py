@@ -36,9 +36,12 @@ class LightSet(NamedTuple):
     views: Sequence[ShadowView] = ()
     spans: Sequence[Span | None] | None = None  # which of the views are each light's
     shadow_map: ShadowMap | None = None  # None: the lights are plain, no spot and no shadow among them
+    gain: float = 1.0  # factor on all light
 
     def seen_from(self, axes: np.ndarray) -> Lighting:
         """Return the lights in the axes of a camera with this pose (4, 4)."""
         rows, shadow_map = light_rows(self.lights, axes, self.spans), self.shadow_map
         shadows = shadow_map and ShadowLookUp(shadow_map, shadow_map.rows(self.views, axes), axes[:3, :3])
-        return Lighting(rows, self.ambient, shadows)
+        rows[:, 1, :3] *= self.gain
+        red, green, blue = (self.gain * channel for channel in self.ambient)
+        return Lighting(rows, (red, green, blue), shadows)

@@ -39,6 +39,7 @@ class FrameStore(Owner):
     """Keeps the textures of the frames in use.
 
     choice   which method estimated the last normals, and why
+    colors   of the points of frames
     streams  those that are filtered over time
     """
 
@@ -46,7 +47,7 @@ class FrameStore(Owner):
         super().__init__(context)
         self._steps = steps
         self._surface = self._keep(SurfacePass(context))
-        self._colors = self._keep(SourceColors(context, steps))
+        self.colors = self._keep(SourceColors(context, steps))
         self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
@@ -118,7 +119,7 @@ class FrameStore(Owner):
         points = textures.surface, textures.lit
         if camera != frame.camera:
             points = self._enlarge(textures, frame, look, camera)
-        return DrawnPoints(*points, camera, self._colors.find(textures, frame, look, points[0], camera))
+        return DrawnPoints(*points, camera, self.colors.find(textures, frame, look, points[0], camera))
 
     def _enlarge(self, textures: FrameTextures, frame: Frame, look: Look, camera: Camera) -> tuple[PointSurface, Image]:
         large = self._fit(textures, "large", (camera.width, camera.height))

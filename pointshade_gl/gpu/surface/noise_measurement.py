@@ -60,11 +60,12 @@ class NoisePass(FullscreenPasses):
         return images.calm.texture
 
     def find_certainty(self, surface: PointSurface, noise: Noise, camera: Camera) -> moderngl.Texture | None:
-        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if neighbours
-        share no noise: then the fits leave too little to matter."""
-        if not noise.is_shared:
+        """How certain the normals are that were estimated on the depth of the last `calm_depth`; None if it is
+        clean."""
+        if noise.grid is None:
             return None
         target, images = surface.certainty_target, self._images.fit(surface.size)
+        images.grid.texture.write(np.ascontiguousarray(noise.grid))  # without what the caller told `calm_depth`
         textures = {"surface_map": surface.texture, "grid": images.grid.texture}
         inputs = {"first": images.first, "powers": noise.powers, "intrinsics": camera.intrinsics}
         self.fullscreen("surface/normal_certainty.frag").draw(target, textures, cells=target.size, **inputs)

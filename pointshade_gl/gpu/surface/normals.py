@@ -109,8 +109,7 @@ class SurfacePass(FullscreenPasses):
         self._fit_planes(frame, calm, noise, camera, noise.bumps if levels is None else 0.0)
         if stream:
             stream.temporal.filter_normals(frame.surface, stream, camera)
-        if levels is None:
-            frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
+        frame.surface.certainty = self._noise.find_certainty(frame.surface, noise, camera)
         return Choice("adaptive", noise, is_told)
 
     def _fit_planes(

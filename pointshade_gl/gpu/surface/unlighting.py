@@ -4,41 +4,66 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.light_fit import FoundLight, fit_light
+from ...estimation.light_pairs import Array
+from ...estimation.photo_shading import PhotoSamples
 from ...scene.camera import Camera
 from ..core.frame_textures import Colors, FrameTextures, PointSurface
 from ..core.images import RGBA32F, Image, read_texture
-from ..core.passes import FullscreenPasses
+from ..core.passes import FullscreenPasses, data_texture
 
-SAMPLES = 160  # that the light is fitted to, across the longer side of a frame
+SAMPLES = 160  # across the longer side of a frame
+UNKNOWN = 1e4  # log luminance of samples without a surface: no pixel is like them
 
 
 class UnlightingPass(FullscreenPasses):
-    """Finds the light in a small copy of the frame, which is read back, and divides it out on the GPU."""
+    """Reads samples of a frame, in which its light is found, and divides it out on the GPU."""
 
-    def find_light(self, frame: FrameTextures, surface: PointSurface) -> FoundLight:
-        """Find the light in a frame's colour image, from the normals of its surface."""
-        return fit_light(*self.sample(frame, surface)[:2])
-
-    def sample(self, frame: FrameTextures, surface: PointSurface) -> tuple[np.ndarray, np.ndarray, float]:
-        """Colours and surfaces of a small copy, and the pixels between its samples.
-
-        Both are (h, w, 4) float32, read-only: linear RGB and 1, or 0 where unknown; unit normal and depth.
-        """
+    def sample(self, frame: FrameTextures, surface: PointSurface, camera: Camera) -> PhotoSamples:
+        """Return samples of a frame. camera: the frame's own, at the size of the surface."""
         stride = max(max(surface.size) / SAMPLES, 1.0)
         width, height = (max(int(side / stride), 1) for side in surface.size)
-        copy = Image(self._context, (width, height), RGBA32F, RGBA32F)
+        small = Image(self._context, (width, height), RGBA32F, RGBA32F)
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
-            self.fullscreen("points/lit_samples.frag").draw(copy.target, maps, stride=stride)
-            colors, surfaces = (read_texture(self._context, one) for one in copy.textures)
-            return colors, surfaces, stride
+            self.fullscreen("points/lit_samples.frag").draw(small.target, maps, stride=stride)
+            colors, surfaces = (read_texture(self._context, one) for one in small.textures)
         finally:
-            copy.release()
+            small.release()
+        size = surface.size[0] / stride, surface.size[1] / stride
+        return PhotoSamples(colors, surfaces, _rays(camera, (height, width), stride), size)
 
-    def run(self, colors: Colors, surface: PointSurface, camera: Camera, light: FoundLight, albedo: Image) -> None:
-        """Paints the albedo. camera: the frame's own, at the size of the surface."""
+    def run(
+        self, colors: Colors, surface: PointSurface, camera: Camera, photo: PhotoSamples, gains: Array, albedo: Image
+    ) -> None:
+        """Paint the albedo.
+
+        camera  the frame's own, at the size of the surface
+        gains   (h, w) of the samples: log of what linear light is multiplied by
+        """
+        height, width = gains.shape
         maps = {"color_map": colors.texture, "surface_map": surface.texture}
-        values = {"source": camera.intrinsics, "light": light.values, "white": light.white}
-        self.fullscreen("surface/unlighting.frag").draw(albedo.target, maps, **values)
+        made = {name: data_texture(self._context, width, height, 4) for name in ("gain_map", "hue_map")}
+        try:
+            made["gain_map"].write(gain_map(photo, gains))
+            made["hue_map"].write(photo.surroundings)
+            aligned = colors.texture.size == surface.size
+            source = {} if aligned else {"source": camera.intrinsics}
+            freeing = self.fullscreen("surface/unlighting.frag", ALIGNED=int(aligned))
+            freeing.draw(albedo.target, maps | made, samples=photo.size, **source)
+        finally:
+            for texture in made.values():
+                texture.release()
         albedo.raise_version()
+
+
+def gain_map(photo: PhotoSamples, gains: Array) -> Array:
+    """Return (h, w, 4) float32: x and y of the normal, log luminance, and log gain."""
+    brightness = np.where(photo.is_known, photo.brightness, UNKNOWN)
+    return np.stack([*np.moveaxis(photo.surfaces[..., :2], -1, 0), brightness, gains], -1).astype(np.float32)
+
+
+def _rays(camera: Camera, shape: tuple[int, int], stride: float) -> Array:
+    """(h, w, 3) float32 from the camera through the middles of blocks of pixels, z = 1."""
+    v, u = ((np.arange(count) + 0.5) * stride - 0.5 for count in shape)
+    x, y = np.meshgrid(*camera.ray_at(u, v))
+    return np.stack([x, y, np.ones_like(x)], -1).astype(np.float32)

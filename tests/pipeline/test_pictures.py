@@ -9,7 +9,7 @@ from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.level_of_detail import MERGE
 
 from ..reference.render import render as mirror_render
-from ..reference.surface_pass import surface_by_noise
+from ..reference.surface_pass import certainty_by_noise, measure_noise, surface_by_noise
 from ..support import frames
 from ..support.drivers import need_compute
 
@@ -98,11 +98,13 @@ def test_noisy_depth_is_drawn_calmed(rasterizer, golden):
     frame = frames.noisy()
     pose = turned(frame)
     actual = rasterizer.render(frame, LIGHT, pose=pose)
-    surface = surface_by_noise(frame.depth, np.array(frame.camera.intrinsics, np.float32))
+    intrinsics = np.array(frame.camera.intrinsics, np.float32)
+    surface, noise = surface_by_noise(frame.depth, intrinsics), measure_noise(frame.depth, float(intrinsics[0]))
+    certainty = certainty_by_noise(surface, noise, intrinsics)
     assert 0.001 < np.abs(surface[..., 3] - frame.depth).mean() < 0.004
     calm = ps.Frame(frame.color, surface[..., 3], frame.camera)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
-    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Look(), eye, rasterizer.name)
+    mirror = mirror_render(calm, surface[..., :3], (LIGHT,), Look(), eye, rasterizer.name, certainty=certainty)
     golden("noisy", actual, mirror, rasterizer.name == "points")
 
 

@@ -57,8 +57,9 @@ looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
 finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)
 mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=np.ones(3), ground=np.ones(3))
-of_finish = finish.samples, finish.background, finish.ground, finish.ground_height
-vectors, changed = (finish.behind, finish.up), finish.options
+of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
+vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
+brighter = ps.Finish(exposure=1.5), ps.Finish(exposure="auto")
 view = ps.View([light], matrix, picture_size="half", look=look, finish=finish)
 views = ps.View((light, sun), yaw=10, pitch=5, dolly=0.1, picture_size=(640, 480)), ps.View(pose=rows)
 of_view = view.lights, view.pose, view.yaw, view.pitch, view.dolly, view.picture_size, view.look, view.finish
@@ -100,6 +101,7 @@ picture = ps.render(folder, yaw=10, pitch=5, dolly=0.1, splat="footprint", noise
 picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, flying="keep", max_depth_step=0.05)
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
+albedo = ps.estimate_albedo([frame, plain])
 point_cloud = ps.render_points(folder, light, shading="none", pose=rows)
 cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
@@ -110,6 +112,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     lit = renderer.render_points(frame)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
+    stops, shared = renderer.exposure, renderer.estimate_albedo([frame, plain])
     driver, steps = renderer.context.renderer, renderer.steps
     with renderer.prepared(scene, camera, matrix) as drawables:
         print(drawables)
@@ -210,6 +213,7 @@ ps.Look(shading="fong")  # wrong
 ps.Look(flyng="snap")  # wrong
 ps.Material(shinines=3)  # wrong
 ps.Finish(background=3)  # wrong
+ps.Finish(exposure="bright")  # wrong
 ps.View(picture_size="quarter")  # wrong
 ps.View(light)  # wrong
 ps.Light(positon=[0, 0, 1])  # wrong

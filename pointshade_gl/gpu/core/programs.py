@@ -115,7 +115,7 @@ def build_compute(context: moderngl.Context, name: str, **constants: int) -> mod
 
 @contextmanager
 def signals_later() -> Iterator[None]:
-    """Handle signals that come inside afterwards: moderngl crashes where Ctrl-C interrupts it as it builds a program."""
+    """Handle signals that come inside afterwards: moderngl crashes when Ctrl-C interrupts its work on a program."""
     handlers = {ending: signal.getsignal(ending) for ending in _ENDINGS}
     if threading.current_thread() is not threading.main_thread():  # no other thread handles signals
         handlers.clear()

@@ -51,10 +51,11 @@ def test_threads_that_end_free_their_renderers(renderer):
             thread.join()
 
     held = []
-    for _ in range(4):
+    for _ in range(7):
         run(20)
         held.append(megabytes())
-    assert np.median(np.diff(held)) < 10  # each holds 10 while it lives; once in a while malloc takes an arena of 45
+    # Each holds 10 while it lives. malloc takes an arena of 45 once in a while, and several at first, beside workers.
+    assert np.median(np.diff(held)[-3:]) < 10
 
 
 @pytest.mark.system

@@ -103,7 +103,8 @@ class TestOption:
         (lambda: select(["magic"]), "unknown name 'magic' for only"),
     ],
 )
-def test_errors_in_python(call, sentence):
+def test_errors_in_python(call, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where a film could be written
     with pytest.raises((ValueError, OSError)) as error:
         call()
     assert sentence in str(error.value)

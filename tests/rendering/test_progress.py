@@ -51,7 +51,8 @@ def test_samples_that_are_there_already_are_one_step(renderer):
 
 def test_merged_frames_are_steps_too(renderer, views):
     progress, told = ending(0)
-    renderer.render(views, samples=2, progress=progress)
+    with ps.Renderer() as made:  # which has drawn nothing of them before: what is there is no step
+        made.render(views, samples=2, progress=progress)
     assert told == [(k + 1, 8) for k in range(8)]
     progress, told = ending(0)
     renderer.render_depth(views, progress=progress)

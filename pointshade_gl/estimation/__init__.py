@@ -1,1 +1,1 @@
-"""Estimates on the CPU, from small arrays: depth noise, a photograph's light, highlights, floors, wrong poses."""
+"""Estimates on the CPU, from small arrays: depth noise, a photograph's light, floors, wrong poses."""

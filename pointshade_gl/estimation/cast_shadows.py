@@ -24,21 +24,22 @@ def visible_light(surfaces: Array, rays: Array, towards: tuple[float, float, flo
     pixel = float(np.hypot(*(rays[-1, -1] - rays[0, 0])[:2]) / max(np.hypot(height - 1, width - 1), 1))
     if not pixel:
         return np.ones((height, width), np.float32)
-    lengths = np.linalg.norm(rays, axis=-1)
+    lengths = np.sqrt(np.square(rays) @ np.ones(3, np.float32))
     away = surfaces[..., 3] * lengths
-    axes = _axes(np.array(towards), rays.mean((0, 1))).astype(np.float32)
-    along = (rays / lengths[..., None]) @ axes.T
-    slant = np.arccos(np.clip(along[..., 0], -1, 1))
-    turn = np.arctan2(along[..., 2], along[..., 1])
+    axes = _axes(np.array(towards), (rays[0, 0] + rays[-1, -1]) / 2).astype(np.float32)
+    first, second, third = np.moveaxis(rays @ axes.T, -1, 0)
+    cosine = np.clip(first / lengths, -1, 1)
+    slant, sine = np.arccos(cosine), np.sqrt(1 - cosine**2)
+    turn = np.arctan2(third, second)
     slants = _steps(slant, pixel, MOST * (height + width))
-    turns = _steps(turn, pixel / max(float(np.sin(slant).max()), 1e-3), MOST * (height + width))
+    turns = _steps(turn, pixel / max(float(sine.max()), 1e-3), MOST * (height + width))
     horizon = _horizon(away, rays, axes, slants, turns)
-    column, row = (
-        np.rint((at - steps[0]) / (steps[1] - steps[0])).astype(int) for at, steps in ((slant, slants), (turn, turns))
-    )
+    column, row = (np.rint((at - steps[0]) / (steps[1] - steps[0])) for at, steps in ((slant, slants), (turn, turns)))
+    nearest = horizon.take((row * horizon.shape[1] + column).astype(int))
     with np.errstate(invalid="ignore", divide="ignore"):
-        below = (away - horizon[row, column] / np.sin(slant)) / (away * pixel)
-    return np.where(surfaces[..., 3] > 0, 1 - np.clip(np.nan_to_num(below, nan=-1.0) / (2 * MARGIN) + 0.5, 0, 1), 1)
+        below = (away - nearest / sine) / (away * pixel)
+    below = np.clip(np.nan_to_num(below, nan=-1.0) / (2 * MARGIN) + 0.5, 0, 1)
+    return np.where(surfaces[..., 3] > 0, 1 - below, np.float32(1))
 
 
 def _axes(towards: NDArray[np.float64], view: Array) -> NDArray[np.float64]:
@@ -61,17 +62,17 @@ def _steps(angles: Array, step: float, most: int) -> Array:
 def _horizon(away: Array, rays: Array, axes: Array, slants: Array, turns: Array) -> Array:
     """Return (turns, slants) the least distance from the axis of what lies nearer to the light; infinite if nothing."""
     height, width = away.shape
-    sine = np.sin(slants)[None, :, None]
-    ways = np.cos(turns)[:, None, None] * axes[1] + np.sin(turns)[:, None, None] * axes[2]
-    ways = np.cos(slants)[None, :, None] * axes[0] + sine * ways
+    cosine, sine = np.cos(slants), np.sin(slants)
+    sides = np.outer(np.cos(turns), axes[1]) + np.outer(np.sin(turns), axes[2])
+    x, y, z = (cosine * axes[0, k] + sine * sides[:, k, None] for k in range(3))
     with np.errstate(divide="ignore", invalid="ignore"):
-        places = [
-            np.rint((ways[..., k] / ways[..., 2] - rays[0, 0, k]) * ((count - 1) / (rays[-1, -1, k] - rays[0, 0, k])))
-            for k, count in ((0, width), (1, height))
-        ]
-    inside = (ways[..., 2] > 0) & (places[0] >= 0) & (places[0] < width) & (places[1] >= 0) & (places[1] < height)
-    column, row = (np.where(inside, at, 0).astype(int) for at in places)
-    depth = away[row, column]
-    least = np.where(inside & (depth > 0), depth * sine[..., 0], np.inf)
-    before = np.minimum.accumulate(least, 1)[:, :-1]
-    return np.concatenate([np.full((len(turns), 1), np.inf), before], 1)
+        column, row = (
+            np.rint((way / z - rays[0, 0, k]) * ((count - 1) / (rays[-1, -1, k] - rays[0, 0, k])))
+            for k, way, count in ((0, x, width), (1, y, height))
+        )
+        place = row * width + column
+    inside = (z > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+    depth = away.take(np.where(inside, place, 0).astype(int))
+    least = np.full((len(turns), len(slants) + 1), np.inf, np.float32)
+    least[:, 1:] = np.where(inside & (depth > 0), depth * sine, np.inf)
+    return np.minimum.accumulate(least[:, :-1], 1)

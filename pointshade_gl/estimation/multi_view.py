@@ -25,6 +25,8 @@ STEADY = 0.05  # by which share the band may differ from the one that was voted 
 APART = 0.02  # of the depth: a surface that lies so much farther than a point contradicts it
 JUDGED = 0.2  # of the samples that two frames share, those that neither hides from the other, at least
 NO_OVERLAP = 1e29  # what is greater stands for it, see view_difference.frag
+DARKER = 0.99  # share of a frame that is not darker than others by more than noise
+LEAST_EXCESS = 1.5  # steps of 255: what is brighter by less is no highlight
 Matrix = NDArray[np.float64]
 
 
@@ -127,6 +129,17 @@ def gains_of(comparisons: Mapping[tuple[int, int], Comparison], count: int) -> N
             row[[i, j]] = 1, -1
         logs[:, channel] = np.linalg.lstsq(system, [-ratio for _, _, ratio in known], rcond=None)[0]
     return np.where(np.abs(logs).max() < LEAST_GAIN, 1.0, np.exp(logs))
+
+
+def excess_noise(samples: NDArray[np.float32]) -> float:
+    """Return by how much a frame is brighter than others without a highlight, in steps of 255.
+
+    By as much as it is darker: noise, wrong poses and exposures, and colours that lie beside their depth do both.
+
+    samples  (n, 4) from stage 2 of highlights.frag: mean excess, by how much it is darker, whether it is known
+    """
+    darker = samples[samples[:, 2] > 0, 1]
+    return max(float(np.quantile(darker, DARKER)), LEAST_EXCESS) if len(darker) else LEAST_EXCESS
 
 
 def importances(frames: Sequence[Frame], eye: Matrix, wrong: Set[int] = frozenset()) -> NDArray[np.float64]:

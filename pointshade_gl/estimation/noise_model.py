@@ -30,6 +30,10 @@ FULL_WIDTH, NO_WIDTH = 0.1, 0.5
 ROUNDED = 1.3 / np.sqrt(12)
 ROUNDED_STRUCTURE = 0.8 / np.sqrt(12)  # the same amid structure, where edges are worth more than calm
 PLATEAU_STEPS, PLATEAU_VOTES = 1.5, 0.25  # steps of a lattice between its plateaus, in so many blocks that have some
+# Depth interpolated after 1 / z was rounded has parts of a step, too: in more than so many blocks that have steps, and
+# of all blocks; filtered noise has such jumps in fewer. Stairs of real surfaces are as unequal, but rare along a line.
+PARTS_VOTES, PARTS_BLOCKS = 0.6, 0.1
+WHOLE = 0.9  # quantile of the parts that is a whole step: no part is larger
 ALIKE = 0.25  # median deviation of the logarithm up to which steps count as equal
 MATCHED = 0.5  # least shared noise of depth from disparity: windows are matched, and windows of neighbours overlap
 FEWEST_CREDIBLE = 0.3  # share of the blocks without structure that suffice for the noise of the others
@@ -80,15 +84,19 @@ def lattice_step(lattice: Array, seen: NDArray[np.bool_]) -> float:
     return float(np.median(votes[fits] / whole[fits]))
 
 
-def plateau_step(levels: Array, z: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
+def plateau_step(levels: Array, counts: Array, jumps: NDArray[np.bool_], step_z: float) -> tuple[float, str]:
     """Return (step, domain) of the plateaus: the lattice of z, or steps of equal size in 1 / z or in z."""
-    jump_w = levels[..., 2][jumps]
+    jump_w, density, z = levels[..., 2][jumps], counts[..., 2][jumps], counts[..., 3]
     jump_z = jump_w * z[jumps] ** 2
     if step_z:
         # Where plateaus of a lattice lie several of its steps apart, 1 / z was rounded before.
         apart = jump_z > PLATEAU_STEPS * step_z
-        if np.count_nonzero(apart) > PLATEAU_VOTES * apart.size and _spread(jump_w[apart]) < ALIKE:
+        votes = np.count_nonzero(apart)
+        if votes > PLATEAU_VOTES * apart.size and _spread(jump_w[apart]) < ALIKE:
             return float(np.median(jump_w[apart])), "1/z"
+        many = votes > PARTS_VOTES * apart.size and votes > PARTS_BLOCKS * np.count_nonzero(z > 0)
+        if many and np.median(density[apart]) > NO_WIDTH:
+            return float(np.quantile(jump_w[apart], WHOLE)), "1/z"
         return step_z, "z"
     spread_w, spread_z = _spread(jump_w), _spread(jump_z)
     if min(spread_w, spread_z) > ALIKE:
@@ -176,7 +184,7 @@ def find_noise(
     misplaced = misplaced_pixels(coarse_counts[..., 0])
     # Where lines are repeated, isolated jumps are the slope of the surface, not rounding.
     plateaus = plateaus and not misplaced
-    step, domain = plateau_step(levels, z, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
+    step, domain = plateau_step(levels, counts, jumps, step_z) if plateaus else (step_z, "z" if step_z else "")
     density = median3(counts[..., 2], seen)
     # Steps of 1 / z come from matched windows: noise that neighbours share, which looks like structure.
     hidden = np.full(z.shape, misplaced > 0 or domain == "1/z") | (plateaus & (density < NO_WIDTH))

@@ -59,10 +59,9 @@ class PhotoSamples:
 
         That is the hue that dark samples should have, whose own is mostly noise.
         """
-        around = _blurred(np.moveaxis(self.colors * (self.colors[..., 3:] > 0), -1, 0), HUE)
-        around[:3] += GREY
-        around[3] = 0
-        return np.ascontiguousarray(np.moveaxis(around, 0, -1), np.float32)
+        red, green, blue, known = np.moveaxis(self.colors, -1, 0)
+        around = _blurred(np.stack([red, green, blue]) * (known > 0), HUE) + np.float32(GREY)
+        return np.stack([*around, np.zeros_like(known)], -1)
 
     @cached_property
     def brightness(self) -> Array:
@@ -96,12 +95,12 @@ def find_shading(photo: PhotoSamples, light: FoundLight) -> tuple[Array, Array]:
     if not voters.any():
         return shading, lit
     total = np.maximum(red + green + blue, 1e-6)
-    albedo, deviation = ask(brightness - shading, voters, red / total, green / total)
+    albedo, deviation = ask(brightness - shading, voters, red / total, green / total, known)
     trust = SPREAD / (SPREAD + deviation**2)
     miss = brightness - albedo - shading
     attached, cast = known & (faces < 1), known & (faces == 1) & (visible < 1)
-    unsure = (1.05 - lit) * np.stack([attached, cast])
-    in_light, in_shadow = _means(miss, voters[None], LIT), _means(miss, unsure, SHADOW)
+    in_light = _means(miss, voters[None].astype(np.float32), LIT)
+    in_shadow = _means(miss, (1.05 - lit) * np.stack([attached, cast]), SHADOW)
     change = 0.5 * lit * trust * np.clip(in_light[0], -LARGEST, LARGEST)
     for shadow, around, most in zip((attached, cast), in_shadow, (np.inf, 0.0), strict=True):
         change += np.where(shadow, (1 - lit) * np.minimum(around + trust * (miss - around), most), 0)
@@ -111,28 +110,43 @@ def find_shading(photo: PhotoSamples, light: FoundLight) -> tuple[Array, Array]:
 def _eroded(image: Array) -> Array:
     """Return the least of 3x3 samples."""
     for _ in range(2):
-        padded = np.pad(image, ((1, 1), (0, 0)), mode="edge")
-        image = np.minimum(np.minimum(padded[:-2], padded[2:]), image).T
+        least = image.copy()
+        np.minimum(least[1:], image[:-1], out=least[1:])
+        np.minimum(least[:-1], image[1:], out=least[:-1])
+        image = least.T
     return image
 
 
 def _means(image: Array, weights: Array, deviation: float) -> Array:
     """Return the means around each sample, about by a Gaussian, for each of weights (n, h, w); 0 without any."""
-    weights = weights.astype(np.float32)
     total, summed = np.split(_blurred(np.concatenate([weights, weights * image]), deviation), 2)
     return np.where(total > 1e-4, summed / np.maximum(total, 1e-4), 0)
 
 
 def _blurred(images: Array, deviation: float) -> Array:
-    """Return the sums around each sample, about by a Gaussian: three boxes, one after another (Wells 1986)."""
-    reach = round((np.sqrt(4 * deviation**2 + 1) - 1) / 2)
+    """Return the sums around each sample of images (n, h, w), about by a Gaussian: two boxes, one after another.
+
+    They go over 2x2 samples at once, as nothing finer would be left.
+    """
+    height, width = images.shape[1:]
+    size = round(np.sqrt(1.5 * deviation**2 + 1))
+    images = np.pad(images, ((0, 0), (0, height % 2), (0, width % 2)))
+    images = images[:, ::2] + images[:, 1::2]
+    images = (images[..., ::2] + images[..., 1::2]) / np.float32(4 * size**4)
     for _ in range(2):
-        for _ in range(3):
-            padded = np.pad(images, ((0, 0), (reach, reach), (0, 0)))
-            count = images.shape[1]
-            images = padded[:, :count].copy()
-            for off in range(1, 2 * reach + 1):
-                images += padded[:, off : off + count]
-            images /= np.float32(2 * reach + 1)
-        images = np.ascontiguousarray(images.transpose(0, 2, 1))
-    return images
+        padded = np.pad(images, ((0, 0), (size - 1, size - 1), (0, 0)))
+        images = np.ascontiguousarray(_summed(_summed(padded, size), size).transpose(0, 2, 1))
+    return images.repeat(2, 1).repeat(2, 2)[:, :height, :width]
+
+
+def _summed(images: Array, size: int) -> Array:
+    """Return the sums of so many neighbours along the second axis, which gets shorter. They grow by twos."""
+    count = images.shape[1] - size + 1
+    total, done = np.zeros_like(images[:, :count]), 0
+    for k in range(size.bit_length()):
+        if k:
+            images = images[:, : -(1 << k - 1)] + images[:, 1 << k - 1 :]
+        if size >> k & 1:
+            total += images[:, done : done + count]
+            done += 1 << k
+    return total

@@ -17,6 +17,7 @@ FITS = 8  # of a light, each without what the last one missed
 OFF = 3.0  # times the median miss: more is shadow or highlight
 SHADED = 1e-3  # weight of what no light reaches
 APART = 0.3  # difference of log albedo at which photographs contradict each other
+BRIGHTER = 0.1  # the same where one is brighter than others: it has a highlight there
 BRIGHTEST = np.log(0.8)  # albedo of all but a hundredth of the picture
 
 
@@ -78,7 +79,7 @@ def _agree(photos: Sequence[PhotoSamples], lights: Sequence[FoundLight]) -> _Agr
         off = alike - albedo
         steps = (weights * off).sum((1, 2)) / np.maximum(weights.sum((1, 2)), 1e-9)
         exposures = exposures + steps - steps.mean()
-        weights = given / (1 + (off / APART) ** 2)
+        weights = given / (1 + (off / np.where(off > 0, BRIGHTER, APART)) ** 2)
     return _Agreement(albedo, exposures, shadings, weights)
 
 

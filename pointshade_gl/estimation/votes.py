@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +11,18 @@ from .light_pairs import Array, Index
 
 CELLS = 0.3, 0.3, 0.02, 0.02  # standard deviations of place, in longer sides of the picture, and of chromaticity
 MOST = 1200  # voters
-REACH = 4  # cells that a blur looks at, on each side
+REACH = 2  # cells that a blur looks at, on each side
 OTHERS = 1e-3  # weight of all colours together, where none is alike
 
 
-def ask(values: Array, voters: NDArray[np.bool_], red: Array, green: Array) -> tuple[Array, Array]:
+def ask(
+    values: Array, voters: NDArray[np.bool_], red: Array, green: Array, asked: NDArray[np.bool_]
+) -> tuple[Array, Array]:
     """Return, (h, w) each, mean and standard deviation of the values of voters, weighed by distance and colour.
 
     values      (h, w), read where there are voters, of whom there is at least one
     red, green  (h, w) of their sum with blue
+    asked       (h, w) where to find them; elsewhere they are 0
 
     A bilateral grid (Chen, Paris, Durand 2007): all voters at the cost of a few.
     """
@@ -31,15 +33,17 @@ def ask(values: Array, voters: NDArray[np.bool_], red: Array, green: Array) -> t
     chosen = np.flatnonzero(voters)
     chosen = chosen[:: -(-len(chosen) // MOST)]
     said = values.reshape(-1)[chosen]
-    grid = _gathered(places[:, chosen], np.stack([np.ones_like(said), said, said**2]), shape)
+    grid = _gathered(places.take(chosen, 1), np.stack([np.ones_like(said), said, said**2]), shape)
     for axis in range(1, 5):
         grid = _blurred(grid, axis)
     grid = grid.reshape(3, -1)
     grid += OTHERS * grid.mean(1, keepdims=True)
-    weight, mean, square = _read(grid, places, shape)
+    wanted = np.flatnonzero(asked)
+    weight, mean, square = _read(grid, places.take(wanted, 1), shape)
     mean, square = mean / weight, square / weight
-    deviation = np.sqrt(np.maximum(square - mean**2, 0))
-    return mean.reshape(values.shape), deviation.reshape(values.shape)
+    answer = np.zeros((2, values.size), np.float32)
+    answer[:, wanted] = mean, np.sqrt(np.maximum(square - mean**2, 0))
+    return answer[0].reshape(values.shape), answer[1].reshape(values.shape)
 
 
 def _gathered(places: Array, values: Array, shape: tuple[int, ...]) -> Array:
@@ -53,22 +57,34 @@ def _gathered(places: Array, values: Array, shape: tuple[int, ...]) -> Array:
 def _read(grid: Array, places: Array, shape: tuple[int, ...]) -> Array:
     """Return (k, n) the values (k, cells) of a grid between its cells."""
     found = np.zeros((len(grid), places.shape[1]), np.float32)
+    part = np.empty_like(found[0])
     for index, weight in _corners(places, shape):
         for sums, row in zip(found, grid, strict=True):
-            sums += weight * row.take(index)
+            row.take(index, out=part, mode="clip")
+            part *= weight
+            sums += part
     return found
 
 
 def _corners(places: Array, shape: tuple[int, ...]) -> Iterator[tuple[Index, Array]]:
-    """Yield the flat index and the weight of each of the 16 cells around each place."""
+    """Yield the flat index and the weight of each of the 9 cells around each place: the corners of a triangle of cells,
+    once for both coordinates in the picture and once for both of colour."""
     low = places.astype(int)
-    shares = np.stack([1 - (places - low), places - low]).astype(np.float32)
-    steps = np.array([int(np.prod(shape[k + 1 :])) for k in range(len(shape))])
-    first = steps @ low
-    sides = [(0, 0), (0, 1), (1, 0), (1, 1)]
-    near, alike = ({(a, b): shares[a, k] * shares[b, k + 1] for a, b in sides} for k in (0, 2))
-    for one, other in product(sides, sides):
-        yield first + int(steps @ (*one, *other)), near[one] * alike[other]
+    shares = places - low.astype(np.float32)
+    steps = [int(np.prod(shape[k + 1 :])) for k in range(len(shape))]
+    first = np.array(steps) @ low
+    near, alike = (_triangle(*shares[k : k + 2], *steps[k : k + 2]) for k in (0, 2))
+    for step, weight in near:
+        corner = first + step
+        for other_step, other_weight in alike:
+            yield corner + other_step, weight * other_weight
+
+
+def _triangle(one: Array, other: Array, step: int, other_step: int) -> list[tuple[Index | int, Array]]:
+    """Return the steps from the lowest corner of a square to those of the triangle around a place in it, and their
+    weights."""
+    least, most = np.minimum(one, other), np.maximum(one, other)
+    return [(0, 1 - most), (np.where(one > other, step, other_step), most - least), (step + other_step, least)]
 
 
 def _blurred(grid: Array, axis: int) -> Array:

@@ -1,68 +1,87 @@
-#include "common/resolve.glsl"
+#include "common/color.glsl"
+#include "common/consensus.glsl"
+#include "common/picture.glsl"
 
-// Takes the highlights of a picture out of its colours: S = max(r . l, 0)^n (Phong 1975) times their strength.
+// Highlights in the picture of one of several frames. A highlight moves when the eye does: where other frames see the same
+// points and most are darker, by more than noise, this one has a highlight. Brightness is in steps of 255.
 
-const float MOST_HIGHLIGHT = 0.9;  // share of the light that may be a highlight
-const float FAINT = 0.001;         // part of a highlight that is worth no further look
-const float SAME_DEPTH = 0.03;     // share of the depth between samples of one surface
-const float SMOOTH_NEAR = 0.9;     // cosine between normals that are averaged
-const int SMOOTH_STEP = 2;         // pixels between them
+const float DARKER_COUNTS = 0.2;       // per step by which a frame is darker, its colour counts e to this more
+const vec2 SURE = vec2(2.0, 6.0);      // steps by which one frame is brighter than another: perhaps, surely
+const vec2 AGREED = vec2(0.3, 0.5);    // share of the frames that say so: too few, enough
+const float ENOUGH = 1.5;              // frames beside this one, at least: one could not tell a highlight from a shadow
+const int AROUND = 3;                  // pixels on each side that are judged together
+const float ROUGH = 0.6;               // of how rough an excess is counts against it: edges of paint that lie apart
+const vec2 BEYOND = vec2(2.0, 3.0);    // times the noise: where a highlight begins to count, and counts in full
 
-// How strong highlights are at a position in a picture of some size and at a depth. strength_map: small, strength and
-// depth.
-float strength_at(sampler2D strength_map, vec2 at, vec2 size, float depth) {
-    Corners corners = corners_at(strength_map, rescale_position(at, size, vec2(textureSize(strength_map, 0))));
-    vec2 share = rescale_position(at, size, vec2(textureSize(strength_map, 0))) - vec2(corners.low);
-    share = clamp(share, 0.0, 1.0);
-    vec4 weight = vec4(
-        (1.0 - share.x) * (1.0 - share.y), share.x * (1.0 - share.y), (1.0 - share.x) * share.y, share.x * share.y
-    );
-    vec4 away = abs(vec4(corners.a.y, corners.b.y, corners.c.y, corners.d.y) - depth);
-    weight *= vec4(lessThan(away, vec4(SAME_DEPTH * depth)));
-    float total = weight.x + weight.y + weight.z + weight.w;
-    float sum = dot(weight, vec4(corners.a.x, corners.b.x, corners.c.x, corners.d.x));
-    return total > FEW ? sum / total : 0.0;
+float brightness(vec3 linear) {
+    return 85.0 * dot(linear_to_srgb(linear), vec3(1.0));
 }
 
-// S of a unit normal at a point, source axes. light: l and q, the light comes from the direction of l - q * point.
-float highlight_of(vec3 normal, vec3 point, vec4 light, float exponent) {
-    vec3 eye = -normalize(point);
-    vec3 l = normalize(light.xyz - light.w * point);
-    vec3 r = 2.0 * dot(normal, eye) * normal - eye;
-    return dot(normal, l) > 0.0 ? pow(max(dot(r, l), 1e-6), exponent) : 0.0;
+bool may_be_clipped(vec3 encoded) {
+    return max(encoded.r, max(encoded.g, encoded.b)) > BRIGHTEST;
 }
 
-// The mean normal around a position, weighed by a Gaussian of 2 pixels, on the side of edges where `own` is.
-vec3 smooth_normal(sampler2D surface_map, vec2 at, vec3 own) {
-    ivec2 last = textureSize(surface_map, 0) - 1;
-    ivec2 middle = ivec2(floor(at + 0.5));
-    vec3 sum = vec3(0.0);
-    for (int k = 0; k < 25; ++k) {
-        ivec2 pixel = clamp(middle + SMOOTH_STEP * (ivec2(k % 5, k / 5) - 2), ivec2(0), last);
-        vec2 off = vec2(pixel) - at;
-        vec3 normal = texel_at(surface_map, pixel).xyz;
-        if (dot(normal, own) > SMOOTH_NEAR) sum += exp(-0.125 * dot(off, off)) * normal;
+// What another frame says about the colour of a point, to be added up: its linear colour and 1, times a weight.
+// gain: of its exposure
+vec4 darker_part(vec3 encoded, vec3 gain) {
+    vec3 linear = srgb_to_linear(encoded) * gain;
+    return may_be_clipped(encoded) ? vec4(0.0) : exp(-DARKER_COUNTS * brightness(linear)) * vec4(linear, 1.0);
+}
+
+// What it says about the brightness `own` of this frame, to be added up: whether that is brighter, whether it is darker,
+// by how many steps darker, and 1.
+vec4 brightness_vote(vec3 encoded, vec3 gain, float own) {
+    float off = own - brightness(srgb_to_linear(encoded) * gain);
+    off = may_be_clipped(encoded) ? min(off, 0.0) : off;
+    vec2 sure = clamp((vec2(off, -off) - SURE.x) / (SURE.y - SURE.x), 0.0, 1.0);
+    return vec4(sure, max(-off, 0.0), 1.0);
+}
+
+// By how much a frame is brighter than others, and by how much darker, where enough say so; and 1, or 0 if too few see
+// the point. sum: of darker_part; votes: of brightness_vote
+vec3 excess_over(vec4 sum, vec4 votes, float own) {
+    if (votes.w < ENOUGH) return vec3(0.0);
+    vec2 agreed = clamp((votes.xy / votes.w - AGREED.x) / (AGREED.y - AGREED.x), 0.0, 1.0);
+    float brighter = sum.w > 0.0 ? max(own - brightness(sum.rgb / sum.w), 0.0) : 0.0;
+    return vec3(agreed * vec2(brighter, votes.z / votes.w), 1.0);
+}
+
+// Of the pixels beside one in its row the sums of both excesses, of the squares of their steps to the next pixels, and how
+// many are known.
+vec4 excess_in_row(sampler2D excess_map, ivec2 pixel) {
+    ivec2 last = textureSize(excess_map, 0) - 1;
+    vec4 sum = vec4(0.0);
+    for (int k = -AROUND; k <= AROUND; ++k) {
+        ivec2 place = clamp(pixel + ivec2(k, 0), ivec2(0), last);
+        vec3 own = texel_at(excess_map, place).rgb;
+        vec3 right = texel_at(excess_map, min(place + ivec2(1, 0), last)).rgb;
+        vec3 below = texel_at(excess_map, min(place + ivec2(0, 1), last)).rgb;
+        vec2 steps = vec2(right.x - right.y, below.x - below.y) - (own.x - own.y);
+        steps *= own.z * vec2(right.z, below.z);
+        sum += vec4(own.xy, 0.5 * dot(steps, steps), own.z);
     }
-    return normalize(sum);
+    return sum;
 }
 
-// The linear light of the highlight at a position in a frame.
-float highlight_at(
-    sampler2D surface_map, sampler2D strength_map, vec2 at, vec4 source, vec4 light, float exponent
-) {
-    vec4 own = surface_at(surface_map, clamp(ivec2(floor(at + 0.5)), ivec2(0), textureSize(surface_map, 0) - 1));
-    if (own.w == 0.0 || own.xyz == vec3(0.0)) return 0.0;
-    vec3 point = pixel_ray(at, source) * own.w;
-    int lit = highlight_of(own.xyz, point, light, 0.7 * exponent) > FAINT ? 1 : 0;  // noisy normals may hide some
-    float found = 0.0;
-    for (int k = 0; k < lit; ++k) {  // a loop that no pixel takes costs software drivers nothing
-        vec3 normal = smooth_normal(surface_map, at, own.xyz);
-        float strength = strength_at(strength_map, at, vec2(textureSize(surface_map, 0)), own.w);
-        found = strength * highlight_of(normal, point, light, exponent);
-    }
-    return found;
+// Both excesses around a pixel, less how rough they are, and 1 if they are known. rows_map: of excess_in_row
+vec3 excess_around(sampler2D rows_map, ivec2 pixel) {
+    int last = textureSize(rows_map, 0).y - 1;
+    vec4 sum = vec4(0.0);
+    for (int k = -AROUND; k <= AROUND; ++k) sum += texel_at(rows_map, ivec2(pixel.x, clamp(pixel.y + k, 0, last)));
+    return sum.w > 0.0 ? vec3(sum.xy / sum.w - ROUGH * sqrt(sum.z / sum.w), 1.0) : vec3(0.0);
 }
 
-vec3 without_highlight(vec3 linear, float highlight) {
-    return linear - min(vec3(highlight), MOST_HIGHLIGHT * linear);
+// How much of a pixel's colour others replace, 0 to 1. excess: around it; noise: what is no highlight
+float highlight_share(float excess, float noise) {
+    return clamp((excess / noise - BEYOND.x) / (BEYOND.y - BEYOND.x), 0.0, 1.0);
+}
+
+// Between the pixels of a picture of four values. Outside, its border repeats.
+vec4 found_at(sampler2D found_map, vec2 at) {
+    ivec2 last = textureSize(found_map, 0) - 1;
+    ivec2 low = clamp(ivec2(floor(at)), ivec2(0), last), high = clamp(ivec2(floor(at)) + 1, ivec2(0), last);
+    vec2 share = at - floor(at);
+    vec4 top = mix(texel_at(found_map, low), texel_at(found_map, ivec2(high.x, low.y)), share.x);
+    vec4 bottom = mix(texel_at(found_map, ivec2(low.x, high.y)), texel_at(found_map, high), share.x);
+    return mix(top, bottom, share.y);
 }

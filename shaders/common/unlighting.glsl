@@ -5,6 +5,8 @@
 
 const float LEAST_SHARE = 1e-3;    // of a sample at the far end of the square between four
 const float SAMPLE_BEND = 0.09;    // squared difference of normals
+const float MOST_BEND = 4.0;       // the same of two that are opposite
+const float STEEPEST = 0.2;        // z of a normal: steeper ones count as this
 const float SAMPLE_STEP = 0.3;     // difference of log luminance
 const float DARKEST_LIGHT = 0.002;         // linear luminance that is not told from less
 const vec2 NOISY = vec2(0.004, 0.012);     // below the first, a hue is all noise, from the second on it is none
@@ -43,12 +45,13 @@ vec3 normal_between(sampler2D surface_map, vec2 at, vec4 source) {
 }
 
 // How much one of the four samples around a position counts, that far away.
-// own: normal and log luminance of what is seen there; sampled: x and y of the normal, and log luminance, of the sample
-float sample_weight(vec2 off, vec4 own, vec3 sampled) {
-    vec3 normal = vec3(sampled.xy, -sqrt(max(1.0 - dot(sampled.xy, sampled.xy), 0.0)));
-    float bend = 2.0 * (1.0 - dot(normal, own.xyz)) / SAMPLE_BEND;
+// own: x and y of the normal and log luminance of what is seen there; sampled: those of the sample; slope: how much z of
+// the normal grows with x and y
+float sample_weight(vec2 off, vec3 own, vec2 slope, vec3 sampled) {
+    vec2 turn = sampled.xy - own.xy;
+    float rise = dot(slope, turn), bend = min(dot(turn, turn) + rise * rise, MOST_BEND) / SAMPLE_BEND;
     vec2 share = max(1.0 - abs(off), LEAST_SHARE);
-    return share.x * share.y * exp(-bend - abs(sampled.z - own.w) / SAMPLE_STEP);
+    return share.x * share.y * exp(-bend - abs(sampled.z - own.z) / SAMPLE_STEP);
 }
 
 // What linear light of such a normal is multiplied by, at a position among the samples; 1 without any.
@@ -56,11 +59,12 @@ float sample_weight(vec2 off, vec4 own, vec3 sampled) {
 vec3 unlit(sampler2D gain_map, sampler2D hue_map, vec2 at, vec3 normal, vec3 linear) {
     ivec2 last = textureSize(gain_map, 0) - 1, low = ivec2(floor(at));
     float luminance = luminance_of(linear), total = 0.0, sum = 0.0;
-    vec4 own = vec4(normal, log(max(luminance, DARKEST_LIGHT)));
+    vec3 own = vec3(normal.xy, log(max(luminance, DARKEST_LIGHT)));
+    vec2 slope = normal.xy / max(-normal.z, STEEPEST);
     for (int k = 0; k < 4; ++k) {
         ivec2 place = clamp(low + ivec2(k % 2, k / 2), ivec2(0), last);
         vec4 sampled = texel_at(gain_map, place);
-        float weight = sample_weight(vec2(place) - at, own, sampled.xyz);
+        float weight = sample_weight(vec2(place) - at, own, slope, sampled.xyz);
         total += weight;
         sum += weight * sampled.w;
     }
@@ -71,7 +75,8 @@ vec3 unlit(sampler2D gain_map, sampler2D hue_map, vec2 at, vec3 normal, vec3 lin
     int reads = hueless > 0.0 ? 4 : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < reads; ++k) {
         ivec2 place = clamp(low + ivec2(k % 2, k / 2), ivec2(0), last);
-        around += sample_weight(vec2(place) - at, own, texel_at(gain_map, place).xyz) * texel_at(hue_map, place).rgb;
+        float weight = sample_weight(vec2(place) - at, own, slope, texel_at(gain_map, place).xyz);
+        around += weight * texel_at(hue_map, place).rgb;
     }
     float bright = luminance_of(around);
     if (bright > 0.0) linear = mix(linear, around * (luminance / bright), hueless);

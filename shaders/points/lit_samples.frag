@@ -1,4 +1,7 @@
 #version 330 core
+#ifndef ALIGNED
+#define ALIGNED 0  // whether each pixel of the picture is one of the surface
+#endif
 // A small copy of a frame, for the search of its light.
 #include "common/lit_sample.glsl"
 
@@ -12,5 +15,5 @@ layout(location = 1) out vec4 surface_sample;
 void main() {
     ivec2 pixel = min(ivec2(gl_FragCoord.xy * stride), textureSize(surface_map, 0) - 1);
     surface_sample = surface_at(surface_map, pixel);
-    color_sample = mean_lit_color(color_map, surface_map, pixel, stride);
+    color_sample = mean_lit_color(color_map, surface_map, pixel, stride, ALIGNED == 1);
 }

@@ -20,7 +20,7 @@ uniform vec2 samples;           // the picture's size, in samples
 out vec4 albedo;  // sRGB, and the picture's own alpha
 
 void main() {
-    vec4 color = texelFetch(color_map, ivec2(gl_FragCoord.xy), 0);
+    vec4 color = texel_at(color_map, ivec2(gl_FragCoord.xy));
     vec2 size = vec2(textureSize(color_map, 0));
 #if ALIGNED == 1
     vec3 normal = surface_at(surface_map, ivec2(gl_FragCoord.xy)).xyz;

@@ -183,16 +183,17 @@ class TestFunctions:
         assert (pixels == unlit.see_nearest(surface_map, at).pixel).all()
         assert 100 < (answer == 0).all(-1).sum() < 1900
 
-    def test_samples_agree_with_the_mirror(self, gpu):
+    @pytest.mark.parametrize("aligned", [False, True])
+    def test_samples_agree_with_the_mirror(self, gpu, aligned):
         frame = sphere_before_wall()
         hits = trace([sphere((0.05, 0.02, 1.5), 0.4, texture("grey", 1))], CAMERA)
         normals = np.where(hits.surface[..., None] >= 0, hits.normals, 0).astype(F)
         surface_map = surface_map_of(normals, hits.depth.astype(F))
         picture = np.concatenate([frame.color, np.full((120, 160, 1), 255)], -1).astype(F) / F(255)
         pixel = np.random.default_rng(4).integers((0, 0), (160, 120), (1000, 2))
-        call = "mean_lit_color(color_map, surface_map, ivec2(at), 4.0)"
+        call = f"mean_lit_color(color_map, surface_map, ivec2(at), 4.0, {str(aligned).lower()})"
         answer = gpu("lit_sample.glsl", call, at=pixel.astype(F), color_map=picture, surface_map=surface_map)
-        mirror = lit_sample.mean_lit_color(picture, surface_map, pixel, 4.0)
+        mirror = lit_sample.mean_lit_color(picture, surface_map, pixel, 4.0, aligned)
         np.testing.assert_allclose(answer, mirror, atol=1e-5)
         assert (mirror[:, 3] == 1).sum() > 150
 

@@ -52,6 +52,15 @@ def test_samples_of_other_surfaces_and_clipped_colours_do_not_count():
     assert consensus.compared(samples[200:]).spread == np.inf
 
 
+def test_a_highlight_must_be_brighter_than_the_frame_is_darker_elsewhere():
+    rng, samples = np.random.default_rng(1), np.zeros((1000, 4), np.float32)
+    assert consensus.excess_noise(samples) == consensus.LEAST_EXCESS
+    samples[:, 0], samples[:, 1], samples[:, 2] = 200, rng.uniform(0, 20, 1000), 1
+    assert consensus.excess_noise(samples) == pytest.approx(19.8, abs=0.2)
+    samples[:500, 1:3] = 90, 0  # not known
+    assert consensus.excess_noise(samples) < 20
+
+
 def test_a_band_that_is_nearly_right_stays():
     some = pairs_of({(0, 1): 0.0041, (1, 0): 0.0041})
     assert consensus.band_of(some) == 0.012 and consensus.band_of(some, 0.0125) == 0.0125

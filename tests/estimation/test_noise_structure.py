@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from numpy.lib.stride_tricks import sliding_window_view
 
 import pointshade_gl as ps
+from pointshade_gl.bench.tracing import plane, sphere, trace
 from pointshade_gl.estimation.noise_model import lattice_step, misplaced_pixels
 from pointshade_gl.estimation.noise_over_time import PATIENCE, Decisions
 from pointshade_gl.scene.noise import Noise, describe
@@ -123,6 +125,78 @@ def disparity(depth, seed):
     for axis in (0, 1):
         noise = (np.roll(noise, 1, axis) + 2 * noise + np.roll(noise, -1, axis)) / 6**0.5
     return np.round(525 * 0.075 / (np.round((525 * 0.075 / depth + noise) * 8) / 8), 3)
+
+
+def interpolated(depth, reach, offset=0.0):
+    """Depth between pixels, up to `reach` pixels away, as it is moved to the pixels of a color camera."""
+    v, u = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    at_v = np.clip(v + reach * np.sin(v / 90 + offset), 0, depth.shape[0] - 1.001)
+    at_u = np.clip(u + reach * np.sin(u / 150 + offset), 0, depth.shape[1] - 1.001)
+    v, u, t, s = at_v.astype(int), at_u.astype(int), at_v % 1, at_u % 1
+    top, bottom = ((1 - s) * depth[v + k, u] + s * depth[v + k, u + 1] for k in (0, 1))
+    return (1 - t) * top + t * bottom
+
+
+def room(distance, seed):
+    """Depth and true normals of spheres before two walls that meet at a distance, metres."""
+    rng = np.random.default_rng(seed)
+    turn = rng.uniform(0.2, 0.5)
+    surfaces = [plane((s, rng.uniform(-0.3, 0.3), -1), (0, 0, distance), lambda p: p) for s in (turn, turn - 0.7)]
+    for _ in range(3):
+        centre = np.array([*rng.uniform(-0.3, 0.3, 2), 1]) * distance * rng.uniform(0.5, 0.9)
+        surfaces.append(sphere(centre, 0.1 * distance, lambda p: p))
+    hits = trace(surfaces, CAMERA)
+    return hits.depth, hits.normals
+
+
+@pytest.mark.parametrize(("distance", "seed"), [(1.6, 0), (2, 1), (3, 2), (5, 3), (8, 4)])
+def test_steps_of_disparity_are_found_after_interpolation(renderer, distance, seed):
+    """Interpolated depth has parts of a step, too; taken for whole millimetres, normals were 9 to 22 times worse."""
+    depth, normals = room(distance, seed)
+    depth = disparity(depth, seed)
+    inside = np.s_[16:-16, 16:-16]
+    before = mean_error(renderer, depth, normals, inside)
+    after = mean_error(renderer, np.round(interpolated(depth, 1 + seed / 2, seed), 3), normals, inside)
+    noise, step = renderer.choice.noise, 1 / 8 / (525 * 0.075)
+    assert noise.domain == "1/z" and 0.5 * step < noise.step < 1.05 * step
+    assert after < 2 * before
+
+
+def filtered(depth, seed, sigma, side):
+    """Median of noisy depth over side x side pixels, as in cameras that measure time of flight."""
+    windows = sliding_window_view(np.pad(noisy(depth, sigma, seed), side // 2, "edge"), (side, side))
+    return np.median(windows.reshape(*depth.shape, -1), -1)
+
+
+def reliefs(seed, count=80):
+    """A wall that the camera faces, with rectangles up to 5 mm before and behind it."""
+    rng = np.random.default_rng(seed)
+    depth = np.full((384, 480), 2.0)
+    for _ in range(count):
+        v, u, height, width = rng.integers((0, 0, 10, 10), (364, 460, 90, 90))
+        depth[v : v + height, u : u + width] += rng.uniform(-0.005, 0.005)
+    return depth
+
+
+@pytest.mark.parametrize(
+    "depth",
+    [
+        lambda seed: room(1, seed)[0],
+        lambda seed: room(2, seed)[0],
+        lambda seed: noisy(room(2, seed)[0], 0.0004, seed),
+        lambda seed: noisy(room(2, seed)[0], 0.002, seed),
+        lambda seed: filtered(room(1, seed)[0], seed, 0.01, 3),
+        lambda seed: filtered(room(1, seed)[0], seed, 0.004, 5),
+        lambda seed: filtered(room(3, seed)[0], seed, 0.01, 5),
+        reliefs,
+    ],
+    ids=["near", "far", "faint noise", "noise", "median of 3x3", "median of 5x5", "far median", "reliefs"],
+)
+def test_whole_millimetres_are_not_taken_for_steps_of_disparity(renderer, depth):
+    for seed in range(3):
+        renderer.estimate_normals(ps.Frame(None, np.round(depth(seed), 3).astype(np.float32), CAMERA))
+        noise = renderer.choice.noise
+        assert noise.domain == "z" and noise.step == pytest.approx(0.001, rel=0.01)
 
 
 def test_a_still_noisy_stream_gets_one_answer(renderer):

@@ -102,21 +102,23 @@ class TestVotes:
         red = np.where(is_red, 0.6, 0.3).astype(F)
         green = np.full((60, 80), 0.2, F)
         values = (np.where(is_red, -1.0, 1.0) + 0.2 * chance.normal(size=(60, 80))).astype(F)
-        mean, deviation = ask(values, chance.random((60, 80)) < 0.5, red, green)
-        np.testing.assert_allclose(mean, np.where(is_red, -1, 1), atol=0.15)
-        np.testing.assert_allclose(deviation, 0.2, atol=0.08)
+        asked = chance.random((60, 80)) < 0.9
+        mean, deviation = ask(values, chance.random((60, 80)) < 0.5, red, green, asked)
+        np.testing.assert_allclose(mean[asked], np.where(is_red, -1, 1)[asked], atol=0.15)
+        np.testing.assert_allclose(deviation[asked], 0.2, atol=0.08)
+        assert not mean[~asked].any() and not deviation[~asked].any()
 
     def test_far_ones_count_less(self):
         values = np.repeat(np.linspace(-1, 1, 80, dtype=F)[None], 60, 0)
         same = np.full((60, 80), 0.3, F)
-        mean, deviation = ask(values, np.ones((60, 80), bool), same, same)
+        mean, deviation = ask(values, np.ones((60, 80), bool), same, same, np.ones((60, 80), bool))
         assert mean[30, 0] < -0.3 < 0.3 < mean[30, -1] and (np.diff(mean[30]) > 0).all() and deviation.min() > 0.2
 
     def test_where_no_colour_is_alike_all_are_heard(self):
         same = np.full((20, 30), 0.3, F)
         other = same.copy()
         other[:, 15:] = 0.8
-        mean, _ = ask(np.full((20, 30), 0.7, F), same == other, other, same)
+        mean, _ = ask(np.full((20, 30), 0.7, F), same == other, other, same, np.ones((20, 30), bool))
         np.testing.assert_allclose(mean, 0.7, atol=1e-3)
 
 

@@ -1,96 +1,88 @@
-"""Mirror of shaders/common/highlights.glsl, and of highlight_removal.frag."""
+"""Mirror of shaders/common/highlights.glsl."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .camera import pixel_ray
 from .color import linear_to_srgb, srgb_to_linear
-from .inverse_depth import pixel_grid
-from .picture import rescale_position
-from .resolve import FEW
-from .splat_corners import corners_at, surface_at
+from .consensus import BRIGHTEST
 from .texels import texel_at
-from .vectors import dot, normalize
 
 F = np.float32
-MOST_HIGHLIGHT, FAINT, SAME_DEPTH = F(0.9), F(0.001), F(0.03)
-SMOOTH_NEAR, SMOOTH_STEP = F(0.9), 2
+DARKER_COUNTS, ENOUGH, AROUND, ROUGH = F(0.2), F(1.5), 3, F(0.6)
+SURE, AGREED, BEYOND = (F(2), F(6)), (F(0.3), F(0.5)), (F(2), F(3))
 
 
-def strength_at(strength_map: np.ndarray, at: np.ndarray, size: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    place = rescale_position(at, size, np.array(strength_map.shape[1::-1], F))
-    corners = corners_at(strength_map, place)
-    share = np.clip(place - corners.low.astype(F), F(0), F(1)).astype(F)
-    x, y = share[..., 0], share[..., 1]
-    total = sum_ = np.zeros(depth.shape, F)
-    for weight, corner in zip(((1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y), corners[2:], strict=True):
-        weight = weight * (np.abs(corner[..., 1] - depth) < SAME_DEPTH * depth)
-        total, sum_ = total + weight, sum_ + weight * corner[..., 0]
-    return np.where(total > FEW, sum_ / np.maximum(total, FEW), F(0))
+def brightness(linear: np.ndarray) -> np.ndarray:
+    return F(85) * linear_to_srgb(linear).sum(-1)
 
 
-def highlight_of(normal: np.ndarray, point: np.ndarray, light: np.ndarray, exponent: float) -> np.ndarray:
-    eye = -normalize(point)
-    to_light = normalize(light[:3] - light[3] * point)
-    r = F(2) * dot(normal, eye) * normal - eye
-    glint = np.maximum(dot(r, to_light)[..., 0], F(1e-6)) ** F(exponent)
-    return np.where(dot(normal, to_light)[..., 0] > 0, glint, F(0))
+def may_be_clipped(encoded: np.ndarray) -> np.ndarray:
+    return encoded.max(-1) > BRIGHTEST
 
 
-def smooth_normal(surface_map: np.ndarray, at: np.ndarray, own: np.ndarray) -> np.ndarray:
-    last = np.array(surface_map.shape[1::-1]) - 1
-    middle = np.floor(at + F(0.5)).astype(int)
-    total = np.zeros_like(own)
-    for k in range(25):
-        pixel = np.clip(middle + SMOOTH_STEP * (np.array([k % 5, k // 5]) - 2), 0, last)
-        off = pixel.astype(F) - at
-        normal = texel_at(surface_map, pixel)[..., :3]
-        total = total + (dot(normal, own) > SMOOTH_NEAR) * np.exp(F(-0.125) * dot(off, off)) * normal
-    return normalize(total)
+def darker_part(encoded: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    linear = srgb_to_linear(encoded) * gain
+    weight = np.exp(-DARKER_COUNTS * brightness(linear)) * ~may_be_clipped(encoded)
+    return weight[..., None] * np.concatenate([linear, np.ones_like(linear[..., :1])], -1)
 
 
-def highlight_at(
-    surface_map: np.ndarray,
-    strength_map: np.ndarray,
-    at: np.ndarray,
-    source: np.ndarray,
-    light: np.ndarray,
-    exponent: float,
-) -> np.ndarray:
-    last = np.array(surface_map.shape[1::-1]) - 1
-    own = surface_at(surface_map, np.clip(np.floor(at + F(0.5)).astype(int), 0, last))
-    known = (own[..., 3] != 0) & own[..., :3].any(-1)
-    found = np.zeros(len(at), F)
-    at, own = at[known], own[known]
-    point = pixel_ray(at, source) * own[..., 3:]
-    lit = highlight_of(own[..., :3], point, light, 0.7 * exponent) > FAINT
-    normal = smooth_normal(surface_map, at[lit], own[lit, :3])
-    strength = strength_at(strength_map, at[lit], np.array(surface_map.shape[1::-1], F), own[lit, 3])
-    found[np.flatnonzero(known)[lit]] = strength * highlight_of(normal, point[lit], light, exponent)
-    return found
+def brightness_vote(encoded: np.ndarray, gain: np.ndarray, own: np.ndarray) -> np.ndarray:
+    off = own - brightness(srgb_to_linear(encoded) * gain)
+    off = np.where(may_be_clipped(encoded), np.minimum(off, F(0)), off)
+    sure = [_ramp(one, SURE) for one in (off, -off)]
+    return np.stack([*sure, np.maximum(-off, F(0)), np.ones_like(off)], -1)
 
 
-def without_highlight(linear: np.ndarray, highlight: np.ndarray) -> np.ndarray:
-    return linear - np.minimum(highlight[..., None], MOST_HIGHLIGHT * linear)
+def excess_over(sum: np.ndarray, votes: np.ndarray, own: np.ndarray) -> np.ndarray:
+    agreed = _ramp(votes[..., :2] / np.maximum(votes[..., 3:], F(1e-9)), AGREED)
+    shown = sum[..., :3] / np.where(sum[..., 3:] > 0, sum[..., 3:], F(1))
+    brighter = np.where(sum[..., 3] > 0, np.maximum(own - brightness(shown), F(0)), F(0))
+    darker = votes[..., 2] / np.maximum(votes[..., 3], F(1e-9))
+    found = np.stack([agreed[..., 0] * brighter, agreed[..., 1] * darker, np.ones_like(own)], -1)
+    return np.where(votes[..., 3:] < ENOUGH, F(0), found)
 
 
-def matte_of(
-    picture: np.ndarray,
-    surface_map: np.ndarray,
-    strength_map: np.ndarray,
-    source: np.ndarray,
-    light: np.ndarray,
-    exponent: float,
-) -> np.ndarray:
-    """The picture (h, w, 3|4) float32, sRGB 0..1, without its highlights; alpha stays.
+def excess_in_row(excess_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    last, total = np.array(excess_map.shape[1::-1]) - 1, np.zeros((*pixel.shape[:-1], 4), F)
+    for k in range(-AROUND, AROUND + 1):
+        place = np.clip(pixel + np.array([k, 0]), 0, last)
+        own = texel_at(excess_map, place)
+        squares = np.zeros(pixel.shape[:-1], F)
+        for step in ((1, 0), (0, 1)):
+            other = texel_at(excess_map, np.minimum(place + step, last))
+            off = (other[..., 0] - other[..., 1]) - (own[..., 0] - own[..., 1])
+            squares += (off * own[..., 2] * other[..., 2]) ** 2
+        total += np.stack([own[..., 0], own[..., 1], F(0.5) * squares, own[..., 2]], -1)
+    return total
 
-    strength_map  (h, w, 2|4) small: strength and depth
-    light         (4,) l and q, see FoundHighlights
-    """
-    sizes = (np.array(image.shape[1::-1], F) for image in (picture, surface_map))
-    at = rescale_position(np.stack(pixel_grid(picture[..., 0]), -1).reshape(-1, 2), *sizes)
-    highlight = highlight_at(surface_map, strength_map, at, source, light, exponent)
-    linear = without_highlight(srgb_to_linear(picture[..., :3].reshape(-1, 3)), highlight)
-    encoded = np.where((highlight > 0)[:, None], linear_to_srgb(linear), picture[..., :3].reshape(-1, 3))
-    return np.concatenate([encoded.reshape(*picture.shape[:2], 3), picture[..., 3:]], -1)
+
+def excess_around(rows_map: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    last, total = np.array(rows_map.shape[1::-1]) - 1, np.zeros((*pixel.shape[:-1], 4), F)
+    for k in range(-AROUND, AROUND + 1):
+        total = total + texel_at(rows_map, np.clip(pixel + np.array([0, k]), 0, last))
+    means = total[..., :3] / np.maximum(total[..., 3:], F(1e-9))
+    found = means[..., :2] - ROUGH * np.sqrt(means[..., 2:])
+    found = np.concatenate([found, np.ones_like(found[..., :1])], -1)
+    return np.where(total[..., 3:] > 0, found, F(0))
+
+
+def highlight_share(excess: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    return _ramp(excess / noise, BEYOND)
+
+
+def found_at(found_map: np.ndarray, at: np.ndarray) -> np.ndarray:
+    last = np.array(found_map.shape[1::-1]) - 1
+    low, high = (np.clip(np.floor(at).astype(int) + k, 0, last) for k in (0, 1))
+    across, down = np.split((at - np.floor(at)).astype(F), 2, -1)
+
+    def row(v: np.ndarray) -> np.ndarray:
+        left, right = (texel_at(found_map, np.stack([u[..., 0], v[..., 1]], -1)) for u in (low, high))
+        return left * (F(1) - across) + right * across
+
+    return row(low) * (F(1) - down) + row(high) * down
+
+
+def _ramp(value: np.ndarray, ends: tuple[np.floating, np.floating]) -> np.ndarray:
+    low, high = ends
+    return np.clip((value - low) / (high - low), F(0), F(1)).astype(F)

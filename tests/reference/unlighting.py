@@ -12,7 +12,7 @@ from .splat_corners import corner_pixel, corner_surface, corners_at, four
 from .vectors import dot
 
 F = np.float32
-LEAST_SHARE, SAMPLE_BEND, SAMPLE_STEP = F(1e-3), F(0.09), F(0.3)
+LEAST_SHARE, SAMPLE_BEND, MOST_BEND, STEEPEST, SAMPLE_STEP = F(1e-3), F(0.09), F(4.0), F(0.2), F(0.3)
 DARKEST_LIGHT, NOISY = F(0.002), (F(0.004), F(0.012))
 RAISED = F(2.0), F(6.0)
 
@@ -44,12 +44,12 @@ def normal_between(surface_map: np.ndarray, at: np.ndarray, source: np.ndarray) 
         return np.where(known[..., None], mix_normal(seen, seen_weights(seen, source)), F(0))
 
 
-def sample_weight(off: np.ndarray, own: np.ndarray, sampled: np.ndarray) -> np.ndarray:
-    flat = sampled[..., :2]
-    normal = np.concatenate([flat, -np.sqrt(np.maximum(F(1) - dot(flat, flat), F(0)))], -1)
-    bend = F(2) * (F(1) - dot(normal, own[..., :3])[..., 0]) / SAMPLE_BEND
+def sample_weight(off: np.ndarray, own: np.ndarray, slope: np.ndarray, sampled: np.ndarray) -> np.ndarray:
+    turn = sampled[..., :2] - own[..., :2]
+    rise = dot(slope, turn)
+    bend = np.minimum(dot(turn, turn) + rise * rise, MOST_BEND)[..., 0] / SAMPLE_BEND
     share = np.maximum(F(1) - np.abs(off), LEAST_SHARE)
-    return share[..., 0] * share[..., 1] * np.exp(-bend - np.abs(sampled[..., 2] - own[..., 3]) / SAMPLE_STEP)
+    return share[..., 0] * share[..., 1] * np.exp(-bend - np.abs(sampled[..., 2] - own[..., 2]) / SAMPLE_STEP)
 
 
 def unlit(
@@ -57,13 +57,14 @@ def unlit(
 ) -> np.ndarray:
     last, low = np.array(gain_map.shape[1::-1]) - 1, np.floor(at).astype(int)
     luminance = luminance_of(linear)
-    own = np.concatenate([normal, np.log(np.maximum(luminance, DARKEST_LIGHT))[..., None]], -1)
+    own = np.concatenate([normal[..., :2], np.log(np.maximum(luminance, DARKEST_LIGHT))[..., None]], -1)
+    slope = normal[..., :2] / np.maximum(-normal[..., 2:], STEEPEST)
     total, summed = np.zeros_like(luminance), np.zeros_like(luminance)
     around = np.zeros_like(linear)
     for k in range(4):
         place = np.clip(low + np.array((k % 2, k // 2)), 0, last)
         sampled = gain_map[place[..., 1], place[..., 0]]
-        weight = sample_weight(place.astype(F) - at, own, sampled[..., :3])
+        weight = sample_weight(place.astype(F) - at, own, slope, sampled[..., :3])
         total += weight
         summed += weight * sampled[..., 3]
         around += weight[..., None] * hue_map[place[..., 1], place[..., 0], :3]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...estimation.light_pairs import Array
@@ -25,7 +27,8 @@ class UnlightingPass(FullscreenPasses):
         small = Image(self._context, (width, height), RGBA32F, RGBA32F)
         try:
             maps = {"color_map": frame.color, "surface_map": surface.texture}
-            self.fullscreen("points/lit_samples.frag").draw(small.target, maps, stride=stride)
+            sampling = self.fullscreen("points/lit_samples.frag", ALIGNED=int(frame.color.size == surface.size))
+            sampling.draw(small.target, maps, stride=stride)
             colors, surfaces = (read_texture(self._context, one) for one in small.textures)
         finally:
             small.release()
@@ -62,6 +65,7 @@ def gain_map(photo: PhotoSamples, gains: Array) -> Array:
     return np.stack([*np.moveaxis(photo.surfaces[..., :2], -1, 0), brightness, gains], -1).astype(np.float32)
 
 
+@lru_cache(maxsize=8)
 def _rays(camera: Camera, shape: tuple[int, int], stride: float) -> Array:
     """(h, w, 3) float32 from the camera through the middles of blocks of pixels, z = 1."""
     v, u = ((np.arange(count) + 0.5) * stride - 0.5 for count in shape)

@@ -24,6 +24,7 @@ from ..messages.validation import check_choice, check_fps
 from ..scene.view import View
 from .batch_options import Asked
 from .inputs import check_look
+from .look_options import LookOptions
 from .page_options import NAMES
 from .picture_options import view_of
 
@@ -40,7 +41,7 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     sources = find_sources(asked.inputs, folder, listing)
     _check_apart(asked, sources, folder)
     if any(is_scene(source.path) for source in sources):
-        check_look(asked.look.look())
+        check_look(asked.look.look(), LookOptions().look())
     _make_folder(asked.output)
     _check_writable(asked, folder)
     given = tuple(told(asked.reading).items())

@@ -16,6 +16,8 @@ from ..scene.point_object import PointObject
 from .options import FrameOptions
 from .parse import frames_from, views_from
 
+PLAIN = Look()
+
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
@@ -99,14 +101,14 @@ def check_stream(look: Look, is_stream: bool) -> None:
         )
 
 
-def check_look(look: Look) -> str | None:
-    """The shading for all objects of a scene, None if each keeps its own.
+def check_look(look: Look, plain: Look = PLAIN) -> str | None:
+    """The shading for all objects of a scene, None if each keeps its own. plain: of a command without options.
 
     Raises ValueError for other options about the look of objects: those of a scene have their own.
     """
-    given, plain = ({**one.options, **vars(one.material)} for one in (look, Look()))
-    changed = [name for name in given if name not in ("material", "shading") and given[name] != plain[name]]
+    given, usual = ({**one.options, **vars(one.material)} for one in (look, plain))
+    changed = [name for name in given if name not in ("material", "shading") and given[name] != usual[name]]
     if changed:
         options = ", ".join(map(option, changed))
         raise ValueError(f"the objects of a scene have a look of their own: leave out {options}")
-    return None if look.shading == plain["shading"] else look.shading
+    return None if look.shading == plain.shading else look.shading

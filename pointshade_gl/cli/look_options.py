@@ -24,6 +24,8 @@ Lights = Annotated[
     ),
 ]
 _SHADING, *_REST = typed(Look, (LIGHT,))
+_FORM = typed(Look, (VIEW,))
+_MISSING = [one for one in typed(Look, (FRAME,), {"missing": "complete"}) if one[0] == "missing"]  # for pictures
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class NormalOptions(group_of(typed(Look, (FRAME,)))):
 
 @dataclass(frozen=True)
 class LookOptions(
-    group_of([_SHADING, ("light", Lights, None), *typed(Material, (LIGHT,)), *_REST, *typed(Look, (VIEW,))]),
+    group_of([_SHADING, ("light", Lights, None), *typed(Material, (LIGHT,)), *_REST, *_FORM, *_MISSING]),
     NormalOptions,
 ):
     """How objects look, and under which lights."""

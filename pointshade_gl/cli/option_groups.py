@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import field, fields, make_dataclass
+from types import MappingProxyType
 from typing import Any
 
 import typer
@@ -33,10 +34,12 @@ def group_of(found: Iterable[Typed]) -> Any:
     return make_dataclass("Fields", list(found), bases=(FieldOptions,), frozen=True)
 
 
-def typed(group: type, panels: tuple[str, ...], with_defaults: bool = True) -> list[Typed]:
+def typed(
+    group: type, panels: tuple[str, ...], defaults: Mapping[str, Any] | None = MappingProxyType({})
+) -> list[Typed]:
     """Return the options of a dataclass that stand in these panels of the help, panel by panel.
 
-    with_defaults  False: what is not typed is None, as the command decides about it
+    defaults  others than those of the fields; None: what is not typed is None, as the command decides about it
     """
     listed = [one for one in fields(group) if option_of(one).help and option_of(one).panel in panels]
     listed.sort(key=lambda one: (panels.index(option_of(one).panel), option_of(one).place))
@@ -45,7 +48,7 @@ def typed(group: type, panels: tuple[str, ...], with_defaults: bool = True) -> l
         has, is_switch = option_of(one), one.default is False
         kind = has.kind if one.default is None or has.read else type(one.default)
         names = [f"--{one.name.replace('_', '-')}"] if is_switch else []
-        default = one.default if with_defaults or is_switch else None
+        default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
         how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
         found.append((one.name, kind if is_switch else kind | None, said(has.help, *names, default=default, **how)))
     return found

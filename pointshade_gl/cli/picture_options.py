@@ -20,7 +20,7 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 
 
 @dataclass(frozen=True)
-class PictureOptions(group_of(typed(Finish, (PICTURE,), with_defaults=False))):
+class PictureOptions(group_of(typed(Finish, (PICTURE,), None))):
     """How a picture is finished."""
 
     def finish(self, output: Path, is_photograph: bool, is_film: bool) -> Finish:

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from ..scene.appearance import Look
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.view import viewing_pose
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture
 from ..viewer.views import Views, camera_of
-from .command_words import light_words, look_words, pose_words, text_of
+from .command_words import light_words, look_words, pose_words, text_of, words_of
+from .look_options import LookOptions
 
 CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
 
@@ -89,7 +89,7 @@ def _look_words(picture: Picture) -> tuple[list[str], str]:
     """What of the look a scene has, which is a shading for all its objects, or all that frames have."""
     if isinstance(picture.shown, Scene):
         state = picture.now.state
-        return look_words(Look(shading=state.look.shading if state.lit else "none")), ""
+        return words_of(LookOptions(shading=state.look.shading if state.lit else "none")), ""
     look = picture.request().look
     is_whole = look == look.alone
     return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"

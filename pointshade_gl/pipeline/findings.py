@@ -1,8 +1,7 @@
-"""Collects what was estimated about a picture's objects: normal methods, agreement of frames, light, highlights."""
+"""Collects what was estimated about a picture's objects: normal methods, agreement of frames, light."""
 
 from __future__ import annotations
 
-from ..estimation.highlight_fit import FoundHighlights
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import SetReport
 from ..gpu.core.frame_textures import FrameTextures
@@ -29,11 +28,6 @@ def findings(drawn: Drawables) -> list[tuple[str, Choice | SetReport]]:
 def lights(drawn: Drawables) -> list[tuple[str, FoundLight]]:
     """Return the light that was found in each frame whose shading is to be removed, by the name of its object."""
     return [(name, textures.light) for name, textures in _frames(drawn) if textures.light]
-
-
-def highlights(drawn: Drawables) -> list[tuple[str, FoundHighlights]]:
-    """Return the highlights that were found in each frame from which they are removed, by the object's name."""
-    return [(name, textures.highlights) for name, textures in _frames(drawn) if textures.highlights]
 
 
 def weights(drawn: Drawables) -> dict[Frame, float]:

@@ -20,6 +20,7 @@ from ..gpu.drawables import Drawables, Objects
 from ..gpu.meshes.grid_depths import Grid
 from ..gpu.meshes.grid_objects import ShownGrid, depth_step
 from ..gpu.meshes.mesh_objects import PlacedMesh
+from ..gpu.points.highlight_removal import HighlightRemovalPass, describe_missing_views
 from ..gpu.points.point_objects import Points, PointSet, ShownPoints, ShownSet
 from ..gpu.points.target_normals import target_estimator
 from ..gpu.points.tiles import TiledPoints, TileStore
@@ -57,6 +58,10 @@ class GpuScene(Owner):
     def _consensus(self) -> ConsensusPass:
         return self._keep(ConsensusPass(self._context, self._steps))
 
+    @cached_property
+    def _highlights(self) -> HighlightRemovalPass:
+        return self._keep(HighlightRemovalPass(self._context, self._steps))
+
     def prepare(self, visible: VisibleScene, count: Count | None = None) -> Drawables:
         """Put everything that is visible or casts a shadow on the GPU. count: of `merged_frames`, counted twice."""
         count = count or Count()
@@ -91,8 +96,8 @@ class GpuScene(Owner):
             self.tiles.keep_only([points])
             return points.gather(lambda part: part.textures.surface.read())
         (textures,) = self.frames.upload([frame])
-        self.frames.find_normals(textures, frame, look)
-        return textures.surface.read()
+        points = self.frames.find_points(textures, frame, look, frame.camera)
+        return (self.frames.complete(textures, frame, points) if look.completes else points).surface.read()
 
     def read_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
         """Return (h, w, 3) the albedo on which photographs of one view agree, sRGB. One at a time is on the GPU."""
@@ -141,8 +146,11 @@ class GpuScene(Owner):
             is_finer = step == 1 and p in alone
             camera = finer_camera(frame, look, visible.eye.camera) if is_finer else frame.camera
             drawn = self.frames.find_points(textures, frame, look, camera, places.get(p, 0))
-            if look.fills and p in alone:  # frames of one object fill each other's gaps
-                drawn = self.frames.fill(textures, frame, drawn)
+            if look.completes:
+                photo = look.missing == "photo" and p in alone and p.is_own_view(visible.eye.pose)
+                drawn = self.frames.complete(textures, frame, drawn, photo)
+            if look.remove_highlights and p in alone:
+                textures.note_once("highlights", "alone", frame.camera, describe_missing_views())
             if look.splat == "mesh":
                 shown[p] = self._as_grid(p, drawn, textures)
             else:
@@ -171,10 +179,14 @@ class GpuScene(Owner):
     def _as_one(self, p: Placed, views: tuple[ShownPoints, ...], visible: VisibleScene, count: Count) -> ShownSet:
         """Return several frames of one object, with the votes on their points and their weights in this view."""
         counted = count.done + len(views)
-        consensus = self._consensus.find([view.textures for view in views], [view.colors for view in views], count)
+        members, colors = [view.textures for view in views], [view.colors for view in views]
+        consensus = self._consensus.find(members, colors, count)
         count.step(counted - count.done)  # if they are known already
         trusts = tuple(view.textures.trust for view in views if view.textures.trust)
         points = PointSet(tuple(view.points for view in views), trusts, consensus.band * p.content.scale)
+        if p.content.look.remove_highlights:
+            found = self._highlights.find(members, colors, consensus)
+            views = tuple(view._replace(colors=one) for view, one in zip(views, found, strict=True))
         weights = importances(p.content.frames, p.seen_from(visible.eye.pose), consensus.wrong)
         return ShownSet(points, views, consensus, weights, views[0].shading, target_estimator(p.content.look))
 

@@ -142,8 +142,8 @@ class Pipeline:
         if isinstance(thing, TiledPoints):
             read = (lambda part: part.textures.surface.read()), (lambda part: part.textures.lit.read())
             return thing.gather(read[0]), thing.gather(read[1])
-        assert isinstance(thing, ShownPoints)
-        return thing.textures.surface.read(), thing.textures.lit.read()
+        assert isinstance(thing, ShownPoints) and thing.light is not None
+        return thing.points.surface.read(), thing.light.read()
 
     def prepare_all(self, scene: Scene, camera: Camera, pose: Matrix) -> Drawables:
         """Put all objects of a scene on the GPU, also those that this view does not show, and return them."""

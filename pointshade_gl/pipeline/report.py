@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.highlight_fit import FoundHighlights, describe_highlights
 from ..estimation.light_fit import FoundLight, describe_light
 from ..estimation.multi_view import SetReport, is_primary
 from ..messages.formatting import counted
@@ -32,12 +31,9 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
     return lines
 
 
-def explain_lights(
-    lights: Sequence[tuple[str, FoundLight]], highlights: Sequence[tuple[str, FoundHighlights]]
-) -> list[str]:
-    """Describe, in lines, which light and which highlights were found in the frames of a picture; equal lines once."""
+def explain_lights(lights: Sequence[tuple[str, FoundLight]]) -> list[str]:
+    """Describe, in lines, which light was found in the frames of a picture; equal lines once."""
     found = [(name, describe_light(one)) for name, one in lights]
-    found += [(name, describe_highlights(one)) for name, one in highlights]
     several = len({name for name, _ in found}) > 1
     return list(dict.fromkeys(f"{name or 'object'}: {line}" if several else line for name, line in found))
 

@@ -25,7 +25,7 @@ from ..messages.formatting import shown
 from ..messages.notes import Note, taken_by
 from ..messages.progress import Progress
 from ..messages.validation import Numbers, check_choice, check_count, check_type, is_a
-from ..pipeline.findings import findings, highlights, lights, weights
+from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
 from ..pipeline.report import explain, explain_lights
 from ..scene.appearance import Look, Material, Shading, SurfaceOptions
@@ -153,7 +153,7 @@ class Renderer:
             gpu_scene = self._pipeline.gpu_scene
             drawn = gpu_scene.drawn
             found = lights(drawn) + [(f"photograph {k}", one) for k, one in enumerate(gpu_scene.photo_lights)]
-            return explain(findings(drawn), names) + explain_lights(found, highlights(drawn))
+            return explain(findings(drawn), names) + explain_lights(found)
 
     @takes(RenderOptions, *GROUPS)
     def render(
@@ -287,6 +287,8 @@ class Renderer:
             request = RenderRequest.of(
                 frame, camera=camera, pose=pose, normals=normals, point_size=point_size, **options
             )  # fmt: skip
+            if request.look.missing == "photo":  # which has no depth
+                request = replace(request, look=replace(request.look, missing="complete"))
             scene = self._scenes.of(request)
             seen = request.seen_by(scene)
             with self._in_use():
@@ -425,7 +427,7 @@ class Renderer:
         look = request.look.for_frame(frame.depth)
         with taken_by(notes), self._in_use():
             normals = self._pipeline.gpu_scene.read_normals(frame, look)[..., :3].copy()
-        normals[(frame.depth == 0) | ~normals.any(-1)] = np.nan
+        normals[~normals.any(-1)] = np.nan
         return normals
 
     def estimate_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:

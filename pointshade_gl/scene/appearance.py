@@ -29,11 +29,13 @@ Splat = Literal["footprint", "round", "mesh"]
 Upsampling = Literal["vote", "none"]
 NormalsAt = Literal["source", "target"]
 Flying = Literal["keep", "snap"]
+Missing = Literal["keep", "complete", "photo"]
 SHADINGS: tuple[Shading, ...] = get_args(Shading)
 SPLATS: tuple[Splat, ...] = get_args(Splat)
 UPSAMPLINGS: tuple[Upsampling, ...] = get_args(Upsampling)
 NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
 FLYING: tuple[Flying, ...] = get_args(Flying)
+MISSING: tuple[Missing, ...] = get_args(Missing)
 LIT_EARLY = ("flat", "gouraud")  # of the shadings: light points or corners, and mix that light
 
 
@@ -99,11 +101,8 @@ class Look(Options):
     point_size: float | Numbers | Literal["fill"] | None = opt(
         None,
         "splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1. "
-        '"fill" is 1 too, but gaps between points of one surface are filled: with planes through the points '
-        "around them, and with the picture's colours. Where depth is sparse, as of LiDAR in a picture, these "
-        "points may be 32 pixels away, elsewhere 8. Outlines stay where they are. A mesh is filled too; several "
-        "frames of one thing are not, as they fill each other.",
-        "Size of the points in pixels of the frame, or fill: close the gaps between them. Default: 1.",
+        '"fill" is 1, with missing="complete".',
+        "Size of the points in pixels of the frame, or fill: 1, with --missing complete. Default: 1.",
         metavar="N|fill",
         was="size",
         known=("fill",),
@@ -171,6 +170,20 @@ class Look(Options):
         known=FLYING,
         panel=FRAME,
     )
+    missing: Missing = opt(
+        "keep",
+        'pixels that have a colour and no depth: "keep" leaves them empty; "complete" gives them the surface that the '
+        "planes around them continue in: a vote of colours, of distance, and of what the sensor would have seen beside "
+        "near objects. What is open to the picture's border and unlike all colours around stays empty, as sky does, "
+        'and so does what lies round an object that was cut out. "photo" shows the photograph there, in ambient light '
+        "only, as long as the frame's own camera sees it. Of several frames of one thing, completed points are "
+        "seen only where no frame has measured one. Frames of more than 33 million points are not completed.",
+        "Pixels without depth: keep (leave them empty), complete (continue the surfaces around), or photo (complete, "
+        "and show the photograph elsewhere).",
+        metavar="METHOD",
+        known=MISSING,
+        panel=FRAME,
+    )
     temporal: bool = opt(
         False,
         "True averages the depth and the normals of a stream over time: of the frames that are drawn one after "
@@ -194,9 +207,10 @@ class Look(Options):
     )
     remove_highlights: bool = opt(
         False,
-        "True takes the highlights that the light in the picture makes out of its colours. Where the picture does not "
-        "tell them from white paint, they stay.",
-        "Take the highlights in the picture out of its colours, if the picture tells them.",
+        "True takes highlights out of the colours of several frames of one object. A highlight moves when the eye "
+        "does: where a frame is brighter than most others that see the same points, by more than noise, it gets their "
+        "colours. It needs three views or more; a single frame keeps its colours.",
+        "Take the highlights out of the colours of three or more views of one object.",
         panel=LIGHT,
         place=2,
     )
@@ -271,8 +285,13 @@ class Look(Options):
 
     @property
     def fills(self) -> bool:
-        """Gaps between points are filled."""
+        """The points have size 1, and no gaps between them."""
         return isinstance(self.point_size, str)
+
+    @property
+    def completes(self) -> bool:
+        """Surfaces are completed where depth is missing."""
+        return self.missing != "keep" or self.fills
 
     @property
     def farthest_reach(self) -> float:
@@ -315,6 +334,7 @@ class SurfaceOptions(TypedDict, total=False):
     max_depth_step: float | str | None
     noise: float | Numbers | str | None
     flying: Flying
+    missing: Missing
     temporal: bool
 
 

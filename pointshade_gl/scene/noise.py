@@ -99,17 +99,24 @@ class Noise:
 class Choice:
     """Which method estimated the normals; for "auto" and "adaptive" the noise, and whether the caller has given it.
 
-    missing  share of the depth that is missing, where that is why "auto" chose it
+    missing    share of the depth that is missing, where that is why "auto" chose it
+    completed  share of the frame's pixels that got a surface without a depth
     """
 
     method: str
     noise: Noise | None = None
     told: bool = False
     missing: float = 0.0
+    completed: float = 0.0
 
 
 def describe(choice: Choice) -> str:
-    """Describe in one sentence which method ran, and why."""
+    """Describe in one sentence which method ran, and why, and how much was completed."""
+    completed = f"; {100 * choice.completed:.2g} % of the pixels are completed" if choice.completed else ""
+    return _describe_method(choice) + completed
+
+
+def _describe_method(choice: Choice) -> str:
     noise = choice.noise
     if choice.missing:
         found = f"{100 * choice.missing:.0f} % of the depth is missing, known pixels lie apart"

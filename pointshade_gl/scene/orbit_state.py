@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -70,7 +70,7 @@ class State:
     light_intensity: float = 1.0
     lit: bool = True
     shadows: bool = False
-    look: Look = field(default_factory=Look)
+    look: Look = Look(missing="complete")
     help: bool = False
     panel: bool = False
 

@@ -17,6 +17,7 @@ from .values import frozen
 
 Matrix = NDArray[np.float64]
 ROUNDING = 1e-12  # a scale this near to 1 is 1
+SAME_PLACE = 1e-6  # share of a frame's scale by which poses may differ that are one
 Way = tuple[Any, int]  # from a root to a node: the way to its parent, None for a root, and which child it is
 
 
@@ -84,6 +85,10 @@ class Placed:
         seen = np.linalg.inv(self.world) @ pose
         seen[:3, :3] /= np.cbrt(np.linalg.det(seen[:3, :3]))
         return seen
+
+    def is_own_view(self, pose: Matrix) -> bool:
+        """Return whether somebody at a world pose sees a frame as its own camera does."""
+        return np.allclose(self.rigid_axes[0], pose, rtol=0, atol=SAME_PLACE * self.content.frame.scale)
 
     def _to_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         return moved(points, self.axes)

@@ -111,7 +111,8 @@ def _toggle_unlight(now: Moment, _: str) -> Answer:
 
 def _toggle_highlights(now: Moment, _: str) -> Answer:
     on = not now.state.look.remove_highlights
-    return _recolour(now, f"the highlights in the picture {'are taken out' if on else 'stay'}", remove_highlights=on)
+    text = "highlights are taken out, where three or more views are merged" if on else "highlights stay"
+    return _recolour(now, text, remove_highlights=on)
 
 
 def _recolour(now: Moment, text: str, **changes: bool) -> Answer:
@@ -148,7 +149,7 @@ KEYS = (
     Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
-    Key(("X",), "X", "take out the highlights in the picture (matte)", _toggle_highlights, of_frame=True),
+    Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),
     Key(("TAB",), "Tab", "take the next light", _next_light),
     Key(("R",), "R", "reset view and lights", _ask(Command.RESET, ShowMessage("view and lights are as at the start"))),
     Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view or lights", _ask(Command.UNDO)),

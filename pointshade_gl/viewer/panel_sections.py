@@ -207,7 +207,8 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
         "unlight": ui.tick("no own light (U)", look.unlight, "Estimates the light in the photograph, and divides "
                            "it out of the colours."),
         "remove_highlights": ui.tick("no highlights (X)", look.remove_highlights,
-                                     "Takes the highlights in the photograph out of the colours."),
+                                     "Takes the highlights out of the colours, where three or more views "
+                                     "are merged: a highlight moves from view to view."),
     }  # fmt: skip
     is_mesh = changes["splat"] == "mesh"
     ui.imgui.begin_disabled(is_mesh)

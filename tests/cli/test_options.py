@@ -66,9 +66,9 @@ def test_two_groups_cannot_declare_the_same_option():
         spread(twice)
 
 
-def test_the_defaults_of_the_command_line_are_those_of_the_library():
-    assert LookOptions().look() == ps.Look()
-    view = ViewOptions().view(LookOptions().look())
+def test_the_defaults_of_the_command_line_are_those_of_the_library_except_that_pictures_are_completed():
+    assert LookOptions().look() == ps.Look(missing="complete")
+    view = ViewOptions().view(ps.Look())
     assert [getattr(view, field.name) or None for field in fields(View)] == [
         getattr(View(), field.name) or None for field in fields(View)
     ]

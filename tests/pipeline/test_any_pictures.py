@@ -52,6 +52,7 @@ def looks(draw, shape):
         "upsample": draw(st.sampled_from(["vote", "none"])),
         "normals_at": draw(st.sampled_from(["source", "target"])),
         "flying": draw(st.sampled_from(["keep", "snap"])),
+        "missing": draw(st.sampled_from(["keep", "complete", "photo"])),
         "temporal": draw(st.booleans()),
         "unlight": draw(st.booleans()),
         "remove_highlights": draw(st.booleans()),
@@ -280,6 +281,12 @@ def test_small_frames_agree_with_the_mirror(renderers, rasterizer, data):
     actual = renderer.render(frame, light, camera=frame.camera, pose=pose, **look.options)
     normals = np.nan_to_num(renderer.estimate_normals(frame, "star"))
     mirror = mirror_render(frame, normals, [light], look, Eye.at_distance(frame.camera, pose, frame.scale), rasterizer)
+    differ = np.abs(actual.astype(int) - mirror).max(-1) > 2
+    if differ.sum() == 1:  # there the rasterisers may see one of two splats that are nearly equally deep
+        seen = {"camera": frame.camera, "pose": pose, "normals": "star"}
+        one, other = (any_of_them.render_depth(frame, **seen)[differ] for any_of_them in renderers.values())
+        assert 1e-6 < abs(one / other - 1) < 1e-3
+        actual[differ] = mirror[differ]
     assert not compare_images(actual, mirror)
 
 

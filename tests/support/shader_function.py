@@ -22,12 +22,20 @@ def functions_of(path: Path) -> list[str]:
 
 
 def evaluate(
-    context: moderngl.Context, tmp_path: Path, include: str, expression: str, before: str = "", **inputs: np.ndarray
+    context: moderngl.Context,
+    tmp_path: Path,
+    include: str,
+    expression: str,
+    before: str = "",
+    **inputs: np.ndarray | int,
 ) -> np.ndarray:
     """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), available by their names.
 
-    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows. before: GLSL statements
+    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows; an int is a constant of the
+    shader. before: GLSL statements
     """
+    constants = {name: value for name, value in inputs.items() if isinstance(value, int)}
+    inputs = {name: value for name, value in inputs.items() if name not in constants}
     count = max(len(x) for name, x in inputs.items() if not name.endswith("_map"))
     declarations, body, textures = [], [], {}
     for name, values in inputs.items():
@@ -48,7 +56,7 @@ def evaluate(
     (tmp_path / "fullscreen.vert").write_text((shader_folder() / "fullscreen.vert").read_text())
     if not (tmp_path / "common").exists():
         (tmp_path / "common").symlink_to(shader_folder() / "common")
-    program = build_program(context, "fullscreen.vert", "call.frag", tmp_path)
+    program = build_program(context, "fullscreen.vert", "call.frag", tmp_path, **constants)
     for unit, (name, texture) in enumerate(textures.items()):
         if name in program:  # the compiler drops what the expression does not use
             bind_texture(program, name, texture, unit)

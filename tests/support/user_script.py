@@ -47,12 +47,12 @@ switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft
 material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
 strengths = material.ambient, material.diffuse, material.specular, material.shininess, material.strengths
 look = ps.Look(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
-other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="snap", temporal=True)
+other = ps.Look(noise="kinect", upsample="none", normals_at="target", flying="snap", missing="photo", temporal=True)
 other = ps.Look(normals=np.zeros((2, 2, 3)), point_size=[[1, 2]], noise=0.01, unlight=True, remove_highlights=True)
-of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying
+of_look = look.material, look.shading, look.splat, look.upsample, look.normals_at, look.flying, look.missing
 values = look.normals, look.point_size, look.max_depth_step, look.noise
 asked = look.temporal, look.unlight, look.remove_highlights
-checks = look.has_own_sizes, look.is_uniform, look.fills, look.farthest_reach, look.is_plain
+checks = look.has_own_sizes, look.is_uniform, look.fills, look.completes, look.farthest_reach, look.is_plain
 looks = [look.alone, look.as_taken, look.of_points, look.for_frame(frame.depth)]
 sizes, options = look.sizes_for(frame.depth), look.options
 finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)

@@ -319,7 +319,7 @@ class TestDrop:
         one.drop(folder)
         viewer = one.viewer
         assert viewer.frame.depth == pytest.approx(ps.load_frame(folder).depth)
-        assert viewer.state == State(look=ps.Look(shading="flat"))
+        assert viewer.state == State(look=ps.Look(shading="flat", missing="complete"))
         assert (seen(one) > 40).any(-1).mean() > 0.9  # the wall
         one.key("z", "Control_L")
         assert viewer.messages.text == "nothing to undo"

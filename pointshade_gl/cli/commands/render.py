@@ -89,7 +89,7 @@ class Asked:
         """What is drawn, and what --explain calls after each picture."""
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
         if isinstance(source, Scene) and not names:
-            source = shaded(source, check_look(view.look))
+            source = shaded(source, check_look(view.look, LookOptions().look()))
         return source, explainer(self.explain, names)
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:

@@ -78,7 +78,7 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     source = load(frame, sequence=True, scene=not (views or inputs))
     others = load_others(frame, source, inputs)
     if isinstance(source, Scene):
-        check_look(look)
+        check_look(look, LookOptions().look())
     check_stream(look, bool(others) or not isinstance(source, Frame))
     return source, others
 

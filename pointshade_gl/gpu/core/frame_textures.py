@@ -9,8 +9,8 @@ from typing import NamedTuple
 import moderngl
 import numpy as np
 
-from ...estimation.highlight_fit import FoundHighlights
 from ...estimation.light_fit import FoundLight
+from ...messages.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
@@ -59,14 +59,13 @@ class FrameTextures(DepthTextures):
             self.lit = self._keep(Image(context, self.size))
         self.frame: Frame | None = None  # whose textures these are
         self.large: LargePoints | None = None  # these two are made for the first view that shows them
-        self.filled: LargePoints | None = None
+        self.completed: LargePoints | None = None
         self.bridged: LargePoints | None = None  # never lit: made when the frame casts a shadow
         self.trust: Image | None = None  # RG8: made when the frame is one of several of the same thing
         self.albedo: Image | None = None  # RGBA16, sRGB: made when the light in the picture is to be taken out
         self.light: FoundLight | None = None  # in the picture, if it was looked for
-        self.matte: Image | None = None  # the same, made when the highlights are to be taken out
-        self.highlights: FoundHighlights | None = None  # in the picture, if they were looked for
-        self.told: dict[str, tuple[str, Camera]] = {}  # why it did not tell the light or highlights, and whose it was
+        self.matte: Image | None = None  # the same, made when highlights are to be taken out
+        self._told: dict[str, tuple[str, Camera]] = {}  # why it does not tell what was asked for, and whose it was
         self.choice = Choice("")  # what estimated the normals, and why; nothing yet
 
     def fits(self, frame: Frame) -> bool:
@@ -82,15 +81,21 @@ class FrameTextures(DepthTextures):
         self.frame = frame
         self.raise_version()
 
+    def note_once(self, what: str, why: str, camera: Camera, text: str) -> None:
+        """Print a note on a camera's picture, unless its last note gave the same reason: a stream would repeat it."""
+        before, self._told[what] = self._told.get(what), (why, camera)
+        if before != (why, camera):
+            print_note(text)
+
     @property
     def images(self) -> list[Images]:
         """These textures, and the images made from them."""
         made = [image for image in (self.trust, self.matte, self.albedo) if image]
-        points = [image for made in (self.large, self.filled, self.bridged) if made for image in made.images]
+        points = [image for made in (self.large, self.completed, self.bridged) if made for image in made.images]
         return [self, self.surface, self.lit, *made, *points]
 
     def release(self) -> None:
-        for made in (self.large, self.filled, self.bridged, self.trust, self.matte, self.albedo):
+        for made in (self.large, self.completed, self.bridged, self.trust, self.matte, self.albedo):
             if made:
                 made.release()
         super().release()
@@ -170,6 +175,12 @@ class PointSurface(Image):
         surface = super().read().copy()
         np.abs(surface[..., 3], out=surface[..., 3])
         return surface
+
+
+def frame_of(textures: FrameTextures) -> Frame:
+    """Return the frame that was uploaded last: steps get textures, whose version tells, and keep no frame."""
+    assert textures.frame is not None
+    return textures.frame
 
 
 def _size(picture: np.ndarray) -> tuple[int, int]:

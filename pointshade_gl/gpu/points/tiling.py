@@ -52,8 +52,6 @@ def needs_tiles(frame: Frame, look: Look, largest_side: int) -> bool:
         obstacle, remedy = "colours of another size", "bring them to the depth's size"
     elif whole := [name for name in SWITCHES if getattr(look, name)]:
         obstacle, remedy = option(whole[0]), "leave it out"
-    elif look.fills:
-        obstacle, remedy = option("size", "fill"), "use a number"
     if obstacle and is_too_large:
         raise ValueError(
             f"depth of {width}x{height} is too large for {obstacle} on this GPU ({largest_side}): {remedy}"

@@ -17,7 +17,7 @@ from ...messages.progress import Count
 from ...scene.camera import view_matrix
 from ...scene.frame import Frame
 from ..core.additive_blend import AdditiveBlend
-from ..core.frame_textures import Colors, FrameTextures, PointSurface
+from ..core.frame_textures import Colors, FrameTextures, PointSurface, frame_of
 from ..core.images import RG8, Fitted, Image, Images, empty
 from ..core.passes import FullscreenPasses
 from ..core.steps import Steps
@@ -63,7 +63,7 @@ class ConsensusPass(FullscreenPasses):
     def _find(
         self, members: Sequence[FrameTextures], colors: Sequence[Colors], _: list[Images], count: Count
     ) -> Consensus:
-        inputs, frames = [(member, member.surface) for member in members], list(map(_frame_of, members))
+        inputs, frames = [(member, member.surface) for member in members], list(map(frame_of, members))
         seen = [(*one, color) for one, color in zip(inputs, colors, strict=True)]
         others = nearest_others(frames)
         comparisons = {
@@ -98,13 +98,13 @@ class ConsensusPass(FullscreenPasses):
         (textures, surface, colors), (_, other_surface, other_colors) = one, other
         maps = {"surface_map": surface.texture, "color_map": colors.texture}
         maps |= {"other_map": other_surface.texture, "other_color_map": other_colors.texture}
-        frame, other_frame = _frame_of(one[0]), _frame_of(other[0])
+        frame, other_frame = frame_of(one[0]), frame_of(other[0])
         width, height = (max(side // STRIDE, 1) for side in textures.size)
         image = Image(self._context, (width, height))
         try:
             empty(image.target)
             compare = self.fullscreen("points/view_difference.frag", STRIDE=STRIDE)
-            compare.draw(image.target, maps, **_way(frame, other_frame))
+            compare.draw(image.target, maps, **way_between(frame, other_frame))
             colored = frame.color is not None and other_frame.color is not None
             return compared(image.read().reshape(-1, 4), colored)
         finally:
@@ -112,7 +112,7 @@ class ConsensusPass(FullscreenPasses):
 
     def _judge(self, member: FrameTextures, surface: PointSurface, voters: tuple[Voter, ...], band: float) -> None:
         """Write the trust in a frame's points, from the votes of other frames."""
-        frame = _frame_of(member)
+        frame = frame_of(member)
         votes, ends, rows = (images.fit(member.size) for images in (self._votes, self._ends, self._rows))
         maps = {"surface_map": surface.texture}
         empty(votes.target)
@@ -120,7 +120,7 @@ class ConsensusPass(FullscreenPasses):
         with self._adding.on():
             for other, other_surface in voters:
                 others = {"other_map": other_surface.texture}
-                support.draw(votes.target, maps | others, **_way(frame, _frame_of(other)), band=band)
+                support.draw(votes.target, maps | others, **way_between(frame, frame_of(other)), band=band)
         source = {"source": frame.camera.intrinsics}
         stages = [self.fullscreen("points/point_confidence.frag", STAGE=stage) for stage in range(3)]
         assert member.trust is not None
@@ -138,13 +138,7 @@ class ConsensusPass(FullscreenPasses):
         member.trust.raise_version()
 
 
-def _frame_of(textures: FrameTextures) -> Frame:
-    """Return the frame that was uploaded last: steps get textures, whose version tells, and keep no frame."""
-    assert textures.frame is not None
-    return textures.frame
-
-
-def _way(frame: Frame, other: Frame) -> dict[str, object]:
+def way_between(frame: Frame, other: Frame) -> dict[str, object]:
     """Return the uniforms that project one frame into another."""
     view = view_matrix(frame.pose, other.pose).T.astype("f4").tobytes()
     return {"source": frame.camera.intrinsics, "other": other.camera.intrinsics, "view": view}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import replace
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import moderngl
 
+from ...messages.formatting import option
+from ...messages.notes import print_note
 from ...scene.appearance import Look
 from ...scene.camera import Camera
 from ...scene.frame import Frame
@@ -18,12 +21,15 @@ from ..core.frame_textures import Colors, DepthTextures, FrameTextures, LargePoi
 from ..core.images import Image
 from ..core.memory import Owner
 from ..core.steps import Steps
-from .gap_filling import GapFillingPass
+from .completion import CompletionPass
 from .hidden_planes import HiddenPlanesPass
 from .normals import Estimator, SurfacePass
 from .source_colors import SourceColors
 from .streams import Streams
 from .upsampling import UpsamplePass
+
+BEYOND = 2.0  # times the farthest depth: where the photograph is seen that has no surface
+TOLD = 1e-4  # share of the pixels from which on it is worth a note
 
 
 class DrawnPoints(NamedTuple):
@@ -51,14 +57,15 @@ class FrameStore(Owner):
         self.streams = self._keep(Streams(context, steps))
         self._kept: list[FrameTextures] = []
         self.choice: Choice | None = None
+        self._told: set[Hashable] = set()  # the streams of which a note was given
 
     @cached_property
     def _upsample(self) -> UpsamplePass:
         return self._keep(UpsamplePass(self._context, self._surface))
 
     @cached_property
-    def _fill(self) -> GapFillingPass:
-        return self._keep(GapFillingPass(self._context))
+    def _completion(self) -> CompletionPass:
+        return self._keep(CompletionPass(self._context))
 
     @cached_property
     def _bridge(self) -> HiddenPlanesPass:
@@ -127,12 +134,31 @@ class FrameStore(Owner):
         self._steps.run("upsample", self._upsample.run, *inputs, large.surface, of=textures)
         return large.surface, large.lit
 
-    def fill(self, textures: FrameTextures, frame: Frame, points: DrawnPoints) -> DrawnPoints:
-        """Return the points of `find_points` with their gaps filled."""
-        filled = self._fit(textures, "filled", points.surface.size)
-        inputs = points.surface, textures.color, points.camera, frame.is_sparse
-        self._steps.run("fill", self._fill.run, *inputs, filled.surface, of=textures)
-        return points._replace(surface=filled.surface, lit=filled.lit)
+    def complete(self, textures: FrameTextures, frame: Frame, points: DrawnPoints, photo: bool = False) -> DrawnPoints:
+        """Return the points of `find_points`, and surfaces where depth is missing; the same points if none is.
+
+        photo  whether points far behind all others show the photograph where no surface is found
+        """
+        if frame.points_known == frame.depth.size:
+            return points
+        completed = self._fit(textures, "completed", points.surface.size)
+        inputs = textures, points.surface, points.camera, completed.surface
+        beyond = BEYOND * frame.depth_range[1] if photo else 0.0
+        found = self._steps.run("completion", self._complete, *inputs, beyond, of=textures)
+        textures.choice = replace(textures.choice, completed=found)
+        return points._replace(surface=completed.surface, lit=completed.lit)
+
+    def _complete(self, textures: FrameTextures, *inputs: Any) -> float:
+        """Return the share of the pixels that are completed, and tell it: once of each stream."""
+        completed, left = self._completion.run(textures, *inputs)
+        source = textures.source
+        if completed >= TOLD and source not in self._told:
+            empty = f", {100 * left:.2g} % stay empty" if left >= TOLD else ""
+            keeps = f"{option('missing', 'keep')} shows what was measured"
+            what = f"{100 * completed:.2g} % of the pixels have no depth and are completed"
+            print_note(f"{what} from those around{empty}: {keeps}")
+            self._told.add(source)
+        return completed
 
     def bridge(self, textures: FrameTextures, points: DrawnPoints) -> PointSurface:
         """Return what the points hide and what continues behind them, at the size of their `bridged_camera`."""
@@ -142,7 +168,7 @@ class FrameStore(Owner):
         return bridged
 
     def _fit(
-        self, textures: FrameTextures, name: Literal["large", "filled", "bridged"], size: tuple[int, int]
+        self, textures: FrameTextures, name: Literal["large", "completed", "bridged"], size: tuple[int, int]
     ) -> LargePoints:
         points: LargePoints | None = getattr(textures, name)
         if points is None or points.size != size:

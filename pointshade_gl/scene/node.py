@@ -13,11 +13,12 @@ from ..messages.formatting import shown
 from ..messages.validation import Numbers, check_flag, is_a, items_of
 from .light import Light
 from .mesh import Mesh
+from .point_cloud import PointCloud
 from .point_object import PointObject
 from .rotation import check_matrix
 from .values import Value, frozen
 
-Content = PointObject | Mesh | Light
+Content = PointObject | PointCloud | Mesh | Light
 
 
 class NodeOptions(TypedDict, total=False):
@@ -37,12 +38,12 @@ class Node(Value):
 
     Parameters
     ----------
-    content : PointObject, Mesh, Light, or a sequence of them, optional
+    content : PointObject, PointCloud, Mesh, Light, or a sequence of them, optional
         What is drawn here. The position and direction of a light are in node axes.
     name : str
         Its name in messages and files.
     transform : (4, 4) float
-        Node-to-parent; of a point object a rotation, a translation and one scale for all axes. The default is the
+        Node-to-parent; of a point object or a cloud a rotation, a translation and one scale for all axes. The default is the
         identity.
     children : sequence of Node
         Nodes below it.
@@ -83,9 +84,10 @@ class Node(Value):
         if isinstance(self.content, list):
             object.__setattr__(self, "content", tuple(self.content))
         for item in self.content if isinstance(self.content, tuple) else (self.content,):
-            if not is_a(item, PointObject, Mesh, Light, type(None)):
+            if not is_a(item, PointObject, PointCloud, Mesh, Light, type(None)):
                 got = shown(item)
-                raise TypeError(f"{where}: its content must be a PointObject, a Mesh, a Light or several, got {got}")
+                known = "a PointObject, a PointCloud, a Mesh, a Light or several"
+                raise TypeError(f"{where}: its content must be {known}, got {got}")
         matrix = check_matrix(self.transform, f"{where}: its transform")
         if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
             raise ValueError(

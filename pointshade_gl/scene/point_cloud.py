@@ -136,9 +136,7 @@ class PointCloud(Value):
         return len(self.positions)
 
     def __repr__(self) -> str:
-        """`PointCloud(1 000 points, normals, colors)`."""
-        known = [name for name in ("normals", "colors", "sizes") if getattr(self, name) is not None]
-        return f"PointCloud({', '.join([counted(len(self), 'point'), *known])})"
+        return f"PointCloud({counted(len(self), 'point')})"
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
@@ -196,16 +194,16 @@ def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> 
 
 
 def _shaped(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> NDArray[Any]:
-    fits = array.ndim == len(shape) and all(
-        want in (None, got) for want, got in zip(shape, array.shape, strict=True)
-    )
+    fits = array.ndim == len(shape) and all(want in (None, got) for want, got in zip(shape, array.shape, strict=True))
     if not fits:
         raise ValueError(f"{name} must have shape {_words(shape)}, got {array.shape}")
     return array
 
 
 def _words(shape: tuple[int | None, ...]) -> str:
-    return "(" + ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "") + ")"
+    return (
+        "(" + ", ".join("n" if want is None else str(want) for want in shape) + ("," if len(shape) == 1 else "") + ")"
+    )
 
 
 def cloud_of(frame: Frame, surface: NDArray[np.float32], light: NDArray[np.float32]) -> PointCloud:

@@ -43,8 +43,8 @@ class Node(Value):
     name : str
         Its name in messages and files.
     transform : (4, 4) float
-        Node-to-parent; of a point object or a cloud a rotation, a translation and one scale for all axes. The default is the
-        identity.
+        Node-to-parent; of a point object or a cloud a rotation, a translation and one scale for all axes. The default
+        is the identity.
     children : sequence of Node
         Nodes below it.
     visible : bool

@@ -87,7 +87,7 @@ def seconds(reader, text, folder):
 
 
 def check(reader, folder, sizes, start, middle, end=""):
-    """No text of these sizes takes long, and the longest, times longer than the first, takes far less than the square."""
+    """No text of these sizes takes long, and the longest takes far less than the square of how often it is longer."""
     texts = [start + middle * (size // len(middle)) + end for size in sizes]
     for text in texts:
         taken = seconds(reader, text, folder)

@@ -15,6 +15,7 @@ from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawable, Drawables
 from ..gpu.meshes.grid_objects import ShownGrid
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
@@ -71,7 +72,7 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
-        if alone is not None and not isinstance(alone, PlacedMesh) and alone.shading == "none":
+        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading == "none":
             return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
@@ -129,7 +130,7 @@ def _small(camera: Camera) -> Camera:
 
 def is_noisy(thing: Drawable) -> bool:
     """Return whether noise was found in the depth of a frame, or in one of several."""
-    if isinstance(thing, PlacedMesh):
+    if isinstance(thing, PlacedMesh | PlacedCloud):
         return False
     views = thing.views if isinstance(thing, ShownSet) else (thing,)
     choices = (view.choice if isinstance(view, TiledPoints) else view.textures.choice for view in views)

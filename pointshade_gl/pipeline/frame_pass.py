@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import SurfaceImage, Target
@@ -93,7 +94,7 @@ class FramePass:
     ) -> None:  # fmt: skip
         """lighting: for meshes that are lit as they are drawn"""
         surfaces.clear()
-        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh) and thing.has_doubts for thing in shown)
+        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown)
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)

@@ -251,10 +251,10 @@ class Renderer:
             )  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
-            if finish.exposure == "sensor" and isinstance(request.source, Scene):  # whose lights were made for it
+            if finish.exposure == "sensor" and isinstance(request.source, Scene | PointCloud):  # whose lights were made for it
                 finish = replace(finish, exposure=0.0)
             if finish.ground is True:
-                source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
+                source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
                 finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
             seen = request.seen_by(scene)
             with self._in_use():

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from ...estimation.cloud_spacing import estimate_spacing
 from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 from .cell_grid import CellGrid
-from .neighbourhood import Neighbourhood
+from .cloud_fit import MOST, CloudFit
+from .fit_radius import LEAST, fit_radius
+from .neighbourhood import value_texture
 
-RADIUS = 2.7  # spacings: about 20 neighbours
-MOST = 64  # points of three cells in a row that are looked at
 LARGEST = 2.5  # median spacings: those of stray points are no plates
 BORDER = 0.35  # radii by which the neighbours lie aside where a surface ends
 DOUBTFUL = 0.1  # radians: the expected error of a normal whose confidence is one half
@@ -39,18 +39,29 @@ class CloudPlanes(Owner):
         super().__init__(context)
         self.count = len(positions)
         spacing = estimate_spacing(positions) or 1.0
-        radius = RADIUS * spacing
-        grid = CellGrid(positions, radius)
+        grid = CellGrid(positions, LEAST * spacing)
+        points = sorted_points(positions, grid)
+        radius, noise = fit_radius(grid, points, spacing, noise)
+        self.info = "R %.2f s, noise %.3f s" % (radius / spacing, noise / spacing)
+        if radius > grid.side:
+            grid = CellGrid(positions, radius)
+            points = sorted_points(positions, grid)
+        most = max(MOST, int(6 * (radius / spacing) ** 2))
         self.order = grid.order
-        points = np.zeros((self.count, 4), np.float32)
-        points[:, :3] = np.take(positions, grid.order, 0)
         with self._all_or_nothing():
-            work = self._keep(FullscreenPass(context, "clouds/planes.frag"))
-            near = self._keep(Neighbourhood(context, grid, points))
-            plane, lean = near.run(work, radius, MOST)
-            planes, details = finished(plane, lean, np.float32(radius))
-            self.points = near.points
-            self.planes, self.details = near.texture(planes), near.texture(details)
+            passes = FullscreenPasses(context)
+            try:
+                fit = CloudFit(passes, context, grid, points, radius, most, noise)
+            finally:
+                passes.release()
+            planes, details = finished(fit.planes, fit.leans, fit.radii)
+            self.points, self.planes, self.details = (value_texture(self, one) for one in (points, planes, details))
+
+
+def sorted_points(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:
+    points = np.zeros((len(positions), 4), np.float32)
+    points[:, :3] = np.take(positions, grid.order, 0)
+    return points
 
 
 def finished(

@@ -1,0 +1,46 @@
+#include "common/cloud_planes.glsl"
+
+// At a sharp edge the best plane through a point is one that a neighbour has found on its own side of the edge.
+
+const float SLAB = 2.0;     // thicknesses of that plane: what lies within is fitted again
+const float THINNEST = 0.02;
+
+// What a plane costs at the point: its thickness and how far it lies off, squared. Without a plane: that of none.
+float cost_of(vec4 plane) {
+    float thickness = length(plane.xyz) - 1.0;
+    return thickness < 0.0 ? THICKEST * THICKEST : thickness * thickness + plane.w * plane.w;
+}
+
+// The plane of a neighbour at d, as the point sees it; unit: the lengths in which planes are kept, in radii.
+vec4 plane_from(vec4 plane, vec3 d, float unit) {
+    float size = length(plane.xyz);
+    if (size < 0.5) return plane;
+    vec3 n = plane.xyz / size;
+    return vec4(n * (1.0 + (size - 1.0) * unit), plane.w * unit + dot(n, d));
+}
+
+// The plane of least cost among those of the neighbours within the radius; 0 if none costs less than `least`.
+vec4 elect_plane(sampler2D point_map, sampler2D plane_map, isampler2D range_map, int cell, vec3 here, float least,
+        float radius, float unit, int most) {
+    vec4 best = vec4(0.0);
+    float scale = 1.0 / radius;
+    for (int k = 0; k < 9; ++k) {
+        ivec2 range = texelFetch(range_map, cloud_texel(9 * cell + k), 0).xy;
+        int stride = 1 + (range.y - range.x - 1) / most;
+        for (int i = range.x; i < range.y; i += stride) {
+            vec3 d = (texelFetch(point_map, cloud_texel(i), 0).xyz - here) * scale;
+            vec4 plane = plane_from(texelFetch(plane_map, cloud_texel(i), 0), d, unit);
+            float cost = cost_of(plane);
+            if (cost < least && dot(d, d) < 1.0) {
+                least = cost;
+                best = plane;
+            }
+        }
+    }
+    return best;
+}
+
+// How far from an elected plane the points lie that are fitted again.
+float slab_of(vec4 plane) {
+    return max(SLAB * (length(plane.xyz) - 1.0), THINNEST);
+}

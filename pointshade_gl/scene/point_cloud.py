@@ -70,7 +70,7 @@ class PointCloud(Value):
     splat : {"disc", "ball"}
         What is drawn of each point: discs are blended into a surface, balls stay single.
     point_size : float or str, optional
-        Radius of all points: world units, "3px" pixels of the picture, or "1.8x" the points' spacing; None is 1.8x for
+        Radius of all points: world units, "3px" pixels of the picture, or "2x" the points' spacing; None is 2x for
         discs and 0.5x for balls, or `sizes`.
 
     Raises
@@ -214,7 +214,7 @@ class PointCloud(Value):
     def radius_rule(self) -> tuple[float, str]:
         """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
         if self.point_size is None:
-            return (1.8, "x") if self.splat == "disc" else (0.5, "x")
+            return (2.0, "x") if self.splat == "disc" else (0.5, "x")
         return _parsed(self.point_size)
 
 
@@ -234,7 +234,7 @@ def _checked_size(size: Any) -> Any:
     try:
         number, _ = _parsed(size) if isinstance(size, str) else (size, "")
     except ValueError:
-        known = "world units, pixels ('3px') or spacings ('1.8x')"
+        known = "world units, pixels ('3px') or spacings ('2x')"
         raise ValueError(f"{name} of a point cloud is its radius in {known}, got {shown(size)}") from None
     number = check_number(number, name, 0)
     return size if isinstance(size, str) else number

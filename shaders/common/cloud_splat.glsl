@@ -71,7 +71,7 @@ SplatHit hit_disc(CloudSplat splat, vec3 n, vec3 edge, vec2 offset, vec4 intrins
     return SplatHit(splat.centre.z + rise, min(outside, 1.0), splat.normal);
 }
 
-const float OUTLINE = 0.3;  // cosine: beyond, the neighbours tell which side is out
+const float OUTLINE = 0.5;  // cosine: beyond, the neighbours tell which side is out
 
 // A unit normal at an outline, which looks away from the sum of the normals around it: turned round, and no more away
 // from the viewer than sideways. `ray`: unit.

@@ -22,7 +22,7 @@ from .cloud_store import CloudPoints
 
 FRONT = 1.0  # radii behind the nearest disc that belong to the front surface
 SHADOW_PUSH = 1.5  # radii by which discs are pushed back in a light's view: a disc rises over its neighbours by less
-BALL_SHARE = 0.6 / 1.8  # radius of a point without a plane among discs
+BALL_SHARE = 0.6 / 2.0  # radius of a point without a plane among discs
 DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 
 

@@ -120,7 +120,7 @@ class TestPly:
         np.testing.assert_array_equal(positions, cloud.positions.astype(np.float32))
         np.testing.assert_array_equal(normals, cloud.normals)
         np.testing.assert_array_equal(colors, cloud.colors)
-        vertices = read_ply(tmp_path / "a.ply")["vertex"]
+        vertices = read_ply(tmp_path / "a.ply").elements["vertex"]
         np.testing.assert_array_equal(np.stack([vertices[name] for name in "xyz"], -1), positions)
 
     def test_the_header_has_the_names_that_other_programs_know(self, tmp_path):

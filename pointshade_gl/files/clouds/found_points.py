@@ -29,7 +29,7 @@ class FoundPoints:
     confidence  (n,)
     seen_from   (3,) or (n, 3) float64: where the scanner stood
     origin      what the caller's own program wrote as the origin of the positions, which still contain it
-    up          which axis points up, and how that is known
+    up          which axis points up, how that is known, and whether there is doubt
     """
 
     form: str
@@ -44,6 +44,7 @@ class FoundPoints:
     origin: NDArray[np.float64] | None = None
     up: Up | None = None
     up_from: str = ""
+    up_is_guessed: bool = False
 
     def __len__(self) -> int:
         return len(self.positions)

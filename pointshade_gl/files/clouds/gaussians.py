@@ -45,7 +45,8 @@ def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note
         _colors(columns, kept),
         sizes=radii,
         up="-y",
-        up_from="most reconstructions have y down",
+        up_from="usual of reconstructions",
+        up_is_guessed=True,
     )
 
 

@@ -14,13 +14,22 @@ from ...messages.validation import check_choice, check_count, check_path, check_
 from ...scene.point_cloud import UPS, PointCloud, Up
 from ..access.content import FilePath, read_head
 from ..access.limits import MAX_PIXELS
+from ..arrays.array_files import NUMPY
+from ..arrays.pcd import is_pcd
+from ..arrays.zip_archive import ZIP
+from .array_points import read_npy_points, read_npz_points
 from .cloud_colors import COLOR_BY, ColorBy, colors_of
+from .e57_points import E57, read_e57_points
 from .found_points import FoundPoints
+from .las_points import LAS, read_las_points
+from .lidar_points import read_lidar_points
+from .pcd_points import read_pcd_points
 from .placing import drop_invalid, keep_most, placed
 from .ply_points import read_ply_points
 from .text_points import read_text_points
 from .up_axis import guess_up
 
+_OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
 _Reader = Callable[[FilePath, Note, float], FoundPoints]
 
 
@@ -57,7 +66,8 @@ def load_cloud(
     Parameters
     ----------
     path : path
-        PLY, also of 3-D Gaussians; text such as .xyz, .pts and .csv.
+        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts and .csv; .npy and .npz; KITTI's .bin; with the extra
+        las LAS, LAZ and COPC, with the extra e57 E57.
     up : {"x", "y", "z", "-x", "-y", "-z"}, optional
         Which axis points up. The default is what the format or the file says, else what its planes and extents show.
     most : int, optional
@@ -98,10 +108,19 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
 
 
 def _reader_for(path: Path) -> _Reader:
-    head = read_head(path)
-    if head.startswith(b"ply"):
-        return read_ply_points
-    return read_text_points
+    head = read_head(path, 1024)
+    known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
+    return known or (read_lidar_points if path.suffix.lower() == ".bin" or b"\0" in head else read_text_points)
+
+
+_READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
+    (lambda head: head.startswith((b"ply\n", b"ply\r")), read_ply_points),
+    (is_pcd, read_pcd_points),
+    (lambda head: head.startswith(LAS), read_las_points),
+    (lambda head: head.startswith(E57), read_e57_points),
+    (lambda head: head.startswith(NUMPY), read_npy_points),
+    (lambda head: head.startswith(ZIP), read_npz_points),
+)
 
 
 def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up | None, name: str, note: Note) -> Up:
@@ -109,9 +128,12 @@ def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up
         found.up_from = option("up")
         return given
     if found.up is None:
-        found.up, why = guess_up(positions, bool(origin.any()))
-        found.up_from = f"guessed: {why}"
-        note(f"{name}: up is taken as {found.up}, {why}; pass {option('up', 'z')} or another axis if it is not")
+        found.up, found.up_from = guess_up(positions, bool(origin.any()))
+        found.up_is_guessed = True
+    if found.up_is_guessed:
+        note(
+            f"{name}: up is taken as {found.up} ({found.up_from}); pass {option('up', _OTHER[found.up[-1]])} if it is not"
+        )
     return found.up
 
 

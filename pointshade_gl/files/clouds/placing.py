@@ -12,6 +12,7 @@ from ...scene.point_cloud import STRAY
 from .found_points import FoundPoints
 
 _LOSS = 1e-3  # of the points' spacing may be lost by float32
+_COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
 _FAR = 2.0  # sizes of a cloud from zero: nearer, another origin gains nothing
 _HALF_STEP = 2.0**-24  # of a number: what float32 rounds it by at most
 _SAMPLE = 1 << 16  # points that the box is taken from
@@ -23,7 +24,7 @@ def drop_invalid(found: FoundPoints, name: str, note: Note) -> None:
     at = found.positions
     if at.dtype.kind != "f" or not at.size or (np.abs((at.min(), at.max())) <= LARGEST).all():
         return
-    good = (np.abs(at) <= LARGEST).all(1)
+    good = np.asarray((np.abs(at) <= LARGEST).all(1))
     note(
         f"{name}: {counted(int(np.count_nonzero(~good)), 'point')} of {len(at)} lie nowhere (NaN or infinite): left out"
     )
@@ -60,8 +61,9 @@ def _origin(found: FoundPoints) -> NDArray[np.float64]:
     if not len(found):
         return np.zeros(3)
     low, high = main_box(found.positions)
-    is_far = max(np.abs(low).max(), np.abs(high).max()) > _FAR * (high - low).max()
-    return np.rint((low + high) / 2) if is_far and _is_lost(found.positions) else np.zeros(3)
+    farthest = max(np.abs(low).max(), np.abs(high).max())
+    is_far, is_coarse = farthest > _FAR * (high - low).max(), farthest * _HALF_STEP > _COARSE
+    return np.rint((low + high) / 2) if is_far and (is_coarse or _is_lost(found.positions)) else np.zeros(3)
 
 
 def _is_lost(positions: NDArray[np.floating]) -> bool:

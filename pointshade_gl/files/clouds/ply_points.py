@@ -78,7 +78,7 @@ def _text(numbers: NDArray[np.float64]) -> str:
 
 
 def _as_commented(found: FoundPoints, comments: list[str]) -> FoundPoints:
-    said = dict(line.partition(" ")[::2] for line in comments)
+    said = {first: rest for first, _, rest in (line.partition(" ") for line in comments)}
     for up in UPS:
         if said.get(_UP) == up:
             found.up, found.up_from = up, "its header says so"

@@ -31,7 +31,7 @@ class Head(NamedTuple):
     at: int
     columns: int
     names: list[str]
-    count: int | None
+    counted: int | None
     has_decimal_commas: bool
 
 
@@ -47,8 +47,8 @@ def read_text_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoin
         if any(sign in body for sign in (b"#", b"//", b"%", b"!")):
             body = re.sub(rb"(?:#|//|%|!)[^\r\n]*", b"", body)
         table = _table(_plain(body, head), head)
-        if head.count is not None and head.count != len(table):
-            raise ValueError(f"its first line counts {head.count} points, and it has {len(table)}")
+        if head.counted is not None and head.counted != len(table):
+            raise ValueError(f"its first line counts {head.counted} points, and it has {len(table)}")
         check_points(len(table), path, max_pixels)
         if has_positions(head.names) and len(head.names) == head.columns:
             return found_in({name: table[:, k] for k, name in enumerate(head.names)}, "text, columns by their names")

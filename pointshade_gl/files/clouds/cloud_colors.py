@@ -59,7 +59,7 @@ def _some(values: NDArray[Any]) -> NDArray[Any]:
 def _bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
     """Colours of 8 bits, of 16 bits, of 0 to 1 or of 0 to 255: the largest value says which."""
     if colors.dtype == np.uint8 or not colors.size:
-        return colors.astype(np.uint8)
+        return colors.astype(np.uint8, copy=False)
     largest = np.nanmax(colors)
     if colors.dtype.kind == "f":
         scale = 255.0 if largest <= 1 else 1.0 if largest <= 255 else 1 / 257

@@ -41,7 +41,7 @@ def _read(reader: Any, form: str) -> FoundPoints:
         done += len(chunk)
     if done != count:
         raise ValueError(f"it has {done} of {count} points")
-    found = {name: np.concatenate(part) for name, part in parts.items() if part}
+    found: dict[str, Any] = {name: np.concatenate(part) for name, part in parts.items() if part}
     positions = found.pop("positions", np.empty((0, 3)))
     if "colors" in found and not found["colors"].any():
         del found["colors"]  # a format with colours, and nobody wrote any

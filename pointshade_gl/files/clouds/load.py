@@ -131,9 +131,8 @@ def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up
         found.up, found.up_from = guess_up(positions, bool(origin.any()))
         found.up_is_guessed = True
     if found.up_is_guessed:
-        note(
-            f"{name}: up is taken as {found.up} ({found.up_from}); pass {option('up', _OTHER[found.up[-1]])} if it is not"
-        )
+        other = option("up", _OTHER[found.up[-1]])
+        note(f"{name}: up is taken as {found.up} ({found.up_from}); pass {other} if it is not")
     return found.up
 
 

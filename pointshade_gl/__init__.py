@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .files import gltf as gltf
     from .files import live_set as _live
     from .files import sources as sources
+    from .files.clouds.load import load_cloud
     from .files.frames.frame_files import load_frame
     from .files.gltf import load_scene, save_scene
     from .files.live_set import live_set
@@ -70,6 +71,7 @@ __all__ = [
     "estimate_albedo",
     "estimate_normals",
     "live_set",
+    "load_cloud",
     "load_frame",
     "load_scene",
     "open_source",
@@ -94,6 +96,7 @@ _LATER = {
     "Film": ".files.writing.film",
     "RealSenseSource": ".files.realsense",
     "live_set": ".files.live_set",
+    "load_cloud": ".files.clouds.load",
     "load_frame": ".files.frames.frame_files",
     "load_scene": ".files.gltf",
     "open_source": ".files.sources",

@@ -27,7 +27,7 @@ def ply(header, body=b"", form="binary_little_endian", newline=b"\n"):
 
 def read(folder, data):
     (folder / "a.ply").write_bytes(data)
-    return read_ply(folder / "a.ply")
+    return read_ply(folder / "a.ply").elements
 
 
 def packed(rows, form):
@@ -87,7 +87,7 @@ def test_what_is_written_is_read(tmp_path):
         rows[name] = [k, 1, 100]
     with (tmp_path / "a.ply").open("wb") as file:
         write_ply(file, {"vertex": rows, "none": rows[:0]})
-    found = read_ply(tmp_path / "a.ply")
+    found = read_ply(tmp_path / "a.ply").elements
     np.testing.assert_array_equal(found["vertex"], rows)
     assert found["none"].dtype == rows.dtype.newbyteorder("=") and not len(found["none"])
 
@@ -198,7 +198,7 @@ def test_whatever_happened_to_its_bytes_it_is_read_or_refused(tmp_path_factory, 
     path = tmp_path_factory.mktemp("damaged") / "a.ply"
     path.write_bytes(damaged)
     try:
-        found = read_ply(path)
+        found = read_ply(path).elements
     except ValueError as error:
         assert str(error).startswith(str(path)) and "\n" not in str(error)
     else:

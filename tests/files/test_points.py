@@ -120,7 +120,7 @@ class TestPly:
         np.testing.assert_array_equal(positions, cloud.positions.astype(np.float32))
         np.testing.assert_array_equal(normals, cloud.normals)
         np.testing.assert_array_equal(colors, cloud.colors)
-        vertices = read_ply(tmp_path / "a.ply")["vertex"]
+        vertices = read_ply(tmp_path / "a.ply").elements["vertex"]
         np.testing.assert_array_equal(np.stack([vertices[name] for name in "xyz"], -1), positions)
 
     def test_the_header_has_the_names_that_other_programs_know(self, tmp_path):
@@ -128,7 +128,7 @@ class TestPly:
         header = (tmp_path / "a.ply").read_bytes().partition(b"end_header\n")[0].decode().splitlines()
         properties = [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
         properties += [f"property uchar {name}" for name in ("red", "green", "blue")]
-        assert header == ["ply", "format binary_little_endian 1.0", "element vertex 3", *properties]
+        assert header == ["ply", "format binary_little_endian 1.0", "comment up -y", "element vertex 3", *properties]
 
     def test_far_from_the_worlds_origin_points_keep_their_places(self, tmp_path):
         """In map coordinates of 5000 km floats would move points by half a metre."""

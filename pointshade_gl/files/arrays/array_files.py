@@ -98,8 +98,11 @@ def read_exactly(stream: BufferedIOBase, size: int) -> NDArray[np.uint8]:
     return array
 
 
-def read_header(stream: BufferedIOBase) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether columns come first, and type of an .npy file. Raises ValueError for anything but plain numbers."""
+def read_header(stream: BufferedIOBase, kinds: str = "biuf") -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether columns come first, and type of an .npy file. Raises ValueError for anything but plain numbers.
+
+    kinds  of types, as NumPy calls them; with V also records of plain numbers
+    """
     version = npy.read_magic(stream)
     if version not in ((1, 0), (2, 0)):
         raise ValueError(f"its version is {version[0]}.{version[1]}, known are 1.0 and 2.0")
@@ -110,6 +113,7 @@ def read_header(stream: BufferedIOBase) -> tuple[tuple[int, ...], bool, np.dtype
     header = BytesIO(size + stream.read(length))
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
     shape, is_fortran, dtype = read(header)
-    if dtype.kind not in "biuf" or min(shape, default=0) < 0:
+    parts = [dtype[name] for name in dtype.names] if dtype.names else [dtype]
+    if dtype.kind not in kinds or any(one.kind not in "biuf" for one in parts) or min(shape, default=0) < 0:
         raise ValueError(f"it holds {dtype} of shape {shown(shape)}")
     return shape, is_fortran, dtype

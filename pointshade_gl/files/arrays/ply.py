@@ -43,9 +43,26 @@ class _Element(NamedTuple):
     properties: dict[str, _Property]
 
 
-def write_ply(file: BufferedIOBase, elements: Elements) -> None:
+class _Header(NamedTuple):
+    """order: of bytes; at: where the first of the elements begins."""
+
+    order: str
+    elements: list[_Element]
+    at: int
+    comments: list[str]
+
+
+class Ply(NamedTuple):
+    """What a PLY file holds; comments are the lines of its header without that word."""
+
+    elements: Elements
+    comments: list[str]
+    form: str
+
+
+def write_ply(file: BufferedIOBase, elements: Elements, comments: Sequence[str] = ()) -> None:
     """Write elements as binary little-endian PLY. Their fields are integers of up to 4 bytes, floats and doubles."""
-    header = ["ply", "format binary_little_endian 1.0"]
+    header = ["ply", "format binary_little_endian 1.0", *(f"comment {one}" for one in comments)]
     for name, rows in elements.items():
         header.append(f"element {name} {len(rows)}")
         header += [f"property {_WRITTEN[rows.dtype[field].str[1:]]} {field}" for field in rows.dtype.names or ()]
@@ -54,38 +71,46 @@ def write_ply(file: BufferedIOBase, elements: Elements) -> None:
         file.write(rows.astype(rows.dtype.newbyteorder("<"), copy=False).view(np.uint8).data)
 
 
-def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS) -> Elements:
+def read_ply(path: FilePath, max_pixels: float = MAX_PIXELS, last: str = "") -> Ply:
     """The elements of a PLY file, text or binary. Lists, such as the corners of faces, are left out.
+
+    last  the element after which nothing is read; "" reads all
 
     Raises OSError if the path is not a file, ValueError for one that is broken, truncated or too large.
     """
     data = read_bytes(path, max_pixels)
     with naming(path, "is a broken PLY file", (ValueError,)):
-        order, elements, at = _read_header(data)
-        if order == _TEXT:
+        header = _read_header(data)
+        at, form = header.at, next(name for name, order in _ORDERS.items() if order == header.order)
+        if header.order == _TEXT:
             check_limit(len(data), f"{path} has {len(data)} bytes of text", max_pixels, CLOUD_TEXT)
             data, at = _doubles(data[at:]), 0
         found: Elements = {}
-        for element in elements:
-            rows, at = _read_rows(data, at, element, order)
+        for element in header.elements:
+            rows, at = _read_rows(data, at, element, header.order)
             found[element.name] = _as_declared(rows, element)
-        if data[at:].strip(_PADDING):
-            raise ValueError("it goes on after the rows that its header counts")
-    return found
+            if element.name == last:
+                break
+        else:
+            if data[at:].strip(_PADDING):
+                raise ValueError("it goes on after the rows that its header counts")
+        return Ply(found, header.comments, form)
 
 
-def _read_header(data: bytes) -> tuple[str, list[_Element], int]:
-    """The byte order, the elements, and where the first of them begins."""
+def _read_header(data: bytes) -> _Header:
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise ValueError("its first line is not 'ply'")
     order, names, elements, at = "", set[str](), list[_Element](), data.find(b"\n") + 1
+    comments = list[str]()
     while (end := data.find(b"\n", at, _HEADER)) >= 0:
         words, at = data[at:end].decode("utf-8", "replace").split(), end + 1
         own = elements[-1].properties if elements else {}
         match words:
             case ["end_header"] if order:
-                return order, elements, at
-            case ["comment" | "obj_info", *_] | []:
+                return _Header(order, elements, at, comments)
+            case ["comment" | "obj_info", *rest]:
+                comments.append(" ".join(rest))
+            case []:
                 pass
             case ["format", name, "1.0"] if name in _ORDERS and not order:
                 order = _ORDERS[name]

@@ -37,6 +37,10 @@ class Archive:
         """The bytes of a member. `read` and `open` give no more, whatever is packed."""
         return self._members[name].file_size
 
+    def packed(self, name: str) -> int:
+        """The bytes that a member takes in the archive."""
+        return self._members[name].compress_size
+
     def read(self, name: str) -> bytes:
         """All bytes of a member. Raises ValueError if it is missing, damaged or larger than a picture may be."""
         member = self._find(name)

@@ -58,6 +58,11 @@ def read_levels(image: NDArray[np.uint8]) -> Levels | None:
     return Levels(list(MAPS)[index], values)
 
 
+def ramp(name: str) -> NDArray[np.uint8]:
+    """(256, 3) red, green and blue of a map of MAPS, from its lower end to its upper one."""
+    return _tables()[list(MAPS).index(name)].astype(np.uint8)
+
+
 def _find_map(image: NDArray[np.uint8]) -> int | None:
     """The map on which nearly all colours of a sample lie."""
     step = max(1, int(np.sqrt(image.shape[0] * image.shape[1] / _SAMPLE)))

@@ -1,0 +1,1 @@
+"""Point clouds from files: one module for each family of formats, and what all of them need afterwards."""

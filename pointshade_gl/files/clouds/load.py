@@ -1,0 +1,163 @@
+"""Loads a point cloud: reads its file, leaves out what is no point, and prints every guess."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...messages.formatting import option
+from ...messages.notes import Note, print_note
+from ...messages.validation import check_choice, check_count, check_path, check_positive
+from ...scene.point_cloud import UPS, PointCloud, Up
+from ..access.content import FilePath, read_head
+from ..access.limits import MAX_PIXELS
+from ..arrays.array_files import NUMPY
+from ..arrays.pcd import is_pcd
+from ..arrays.zip_archive import ZIP
+from .array_points import read_npy_points, read_npz_points
+from .cloud_colors import COLOR_BY, ColorBy, colors_of
+from .e57_points import E57, read_e57_points
+from .found_points import FoundPoints
+from .las_points import LAS, read_las_points
+from .lidar_points import read_lidar_points
+from .pcd_points import read_pcd_points
+from .placing import drop_invalid, keep_most, placed
+from .ply_points import read_ply_points
+from .text_points import read_text_points
+from .up_axis import guess_up
+
+_OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
+_Reader = Callable[[FilePath, Note, float], FoundPoints]
+
+
+@dataclass(frozen=True)
+class CloudOptions:
+    """What the caller says about a cloud; see `load_cloud`."""
+
+    up: Up | None = None
+    most: int | None = None
+    color_by: ColorBy | None = None
+    max_pixels: float = MAX_PIXELS
+
+    def __post_init__(self) -> None:
+        check_positive(self.max_pixels, option("max_pixels", beside_file=True))
+        if self.up is not None:
+            check_choice(option("up"), self.up, UPS)
+        if self.most is not None:
+            check_count(self.most, option("most"), 1)
+        if self.color_by is not None:
+            check_choice(option("color_by"), self.color_by, COLOR_BY)
+
+
+def load_cloud(
+    path: FilePath,
+    *,
+    up: Up | None = None,
+    most: int | None = None,
+    color_by: ColorBy | None = None,
+    max_pixels: float = MAX_PIXELS,
+    notes: Note | None = None,
+) -> PointCloud:
+    """Read a point cloud from a file.
+
+    Parameters
+    ----------
+    path : path
+        PLY, also of 3-D Gaussians; PCD; text such as .xyz, .pts and .csv; .npy and .npz; KITTI's .bin; with the extra
+        las LAS, LAZ and COPC, with the extra e57 E57.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, optional
+        Which axis points up. The default is what the format or the file says, else what its planes and extents show.
+    most : int, optional
+        Read so many points at most, an even sample.
+    color_by : {"rgb", "intensity", "class", "height"}, optional
+        Where the colours are from. The default is the file's colours, else its intensity as grey.
+    max_pixels : float
+        Limit for the number of points; other limits follow from it, see files/access/limits.py.
+    notes : callable, optional
+        Called with one sentence for every guess; the default prints it to stderr.
+
+    Returns
+    -------
+    PointCloud
+        Positions are float32 from `origin`, which is zero unless the points lie far from there, as those of maps do.
+
+    Raises
+    ------
+    ValueError, TypeError, OSError
+        In one sentence, for a file that cannot be read right, or without the extra that it needs.
+    """
+    options = CloudOptions(up, most, color_by, max_pixels)
+    return read_cloud(check_path(path), options, notes or print_note)[0]
+
+
+def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
+    """As `load_cloud`, with what the file says."""
+    name = str(path)
+    found = _reader_for(path)(path, note, options.max_pixels)
+    drop_invalid(found, name, note)
+    keep_most(found, options.most, name, note)
+    positions, origin = placed(found)
+    up = _up(found, positions, origin, options.up, name, note)
+    colors = colors_of(found, options.color_by, up, name)
+    seen_from = None if found.seen_from is None else found.seen_from - origin
+    cloud = PointCloud(positions, _units(found), colors, _positive(found.sizes), _shares(found), origin, up, seen_from)
+    return cloud, found
+
+
+def _reader_for(path: Path) -> _Reader:
+    head = read_head(path, 1024)
+    known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
+    return known or (read_lidar_points if path.suffix.lower() == ".bin" or b"\0" in head else read_text_points)
+
+
+_READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
+    (lambda head: head.startswith((b"ply\n", b"ply\r")), read_ply_points),
+    (is_pcd, read_pcd_points),
+    (lambda head: head.startswith(LAS), read_las_points),
+    (lambda head: head.startswith(E57), read_e57_points),
+    (lambda head: head.startswith(NUMPY), read_npy_points),
+    (lambda head: head.startswith(ZIP), read_npz_points),
+)
+
+
+def _up(found: FoundPoints, positions: np.ndarray, origin: np.ndarray, given: Up | None, name: str, note: Note) -> Up:
+    if given is not None:
+        found.up_from = option("up")
+        return given
+    if found.up is None:
+        found.up, found.up_from = guess_up(positions, bool(origin.any()))
+        found.up_is_guessed = True
+    if found.up_is_guessed:
+        other = option("up", _OTHER[found.up[-1]])
+        note(f"{name}: up is taken as {found.up} ({found.up_from}); pass {other} if it is not")
+    return found.up
+
+
+def _units(found: FoundPoints) -> np.ndarray | None:
+    """Normals of length 1, or 0 where they are unknown; None if all are."""
+    if found.normals is None:
+        return None
+    with np.errstate(all="ignore"):
+        normals = found.normals.astype(np.float32)
+        lengths = np.linalg.norm(normals, axis=1)
+        is_known = np.isfinite(lengths) & (lengths > 0)
+        if not is_known.any():
+            return None
+        if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
+            normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
+    return normals
+
+
+def _positive(sizes: np.ndarray | None) -> np.ndarray | None:
+    """Radii, 0 where the file has none that can be drawn."""
+    return None if sizes is None else np.nan_to_num(sizes.astype(np.float32), posinf=0, neginf=0).clip(0, None)
+
+
+def _shares(found: FoundPoints) -> np.ndarray | None:
+    """How sure each normal is: a confidence that belongs to normals, 0 to 1."""
+    if found.confidence is None or found.normals is None:
+        return None
+    return np.nan_to_num(found.confidence.astype(np.float32), posinf=1).clip(0, 1)

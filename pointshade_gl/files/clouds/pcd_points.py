@@ -1,0 +1,26 @@
+"""The points of PCD files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...messages.notes import Note
+from ..access.content import FilePath, naming
+from ..arrays.pcd import read_pcd
+from .field_names import found_in
+from .found_points import FoundPoints
+
+_NOWHERE = [0, 0, 0, 1, 0, 0, 0]  # the viewpoint of a file that says nothing
+
+
+def read_pcd_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoints:
+    """The points of a PCD file, row after row. Raises ValueError for one that is broken, or has no x, y and z."""
+    pcd = read_pcd(path, max_pixels)
+    with naming(path, "cannot be read as a point cloud", (ValueError,)):
+        found = found_in(pcd.columns, f"PCD, {pcd.header.coding}")
+    view = pcd.header.viewpoint
+    if len(view) == 7 and view != _NOWHERE and np.isfinite(view).all():
+        found.seen_from = np.array(view[:3])
+    found.up, found.up_from = "z", "usual in PCD files"
+    found.up_is_guessed = True
+    return found

@@ -70,7 +70,7 @@ function towards(state) {
 }
 
 function isLit(state) {
-  return state.lit && state.shading !== "none";
+  return state.lit && !NOT_LIT.includes(state.shading);
 }
 
 function isBehind(state) {

@@ -9,7 +9,7 @@ from .texels import texel_or_zero
 F = np.float32
 EYE_DOME_REACH = F(1.4) / F(480)
 EYE_DOME_STRENGTH = F(8)
-EYE_DOME_NEAREST = F(2)
+EYE_DOME_NEAREST = F(1.06)
 
 
 def eye_dome_reach(height):

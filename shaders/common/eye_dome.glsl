@@ -16,8 +16,8 @@ float eye_dome_step(float z, float other) {
     return other == 0.0 ? 1.0 : clamp(z / abs(other), 1.0, EYE_DOME_NEAREST);
 }
 
-// The share of its light that a pixel keeps between its eight neighbours.
-// z: its depth; surface_map: depth in w, 0 is nothing. Logarithms make it the same at any distance; that of a product is the sum of theirs.
+// The share of its light that a pixel keeps between its eight neighbours. z: its depth; surface_map: depth in w, 0 is
+// nothing. It depends on the logarithms of depth, so it is the same at any distance; that of a product is their sum.
 float eye_dome(sampler2D surface_map, ivec2 pixel, float z) {
     float reach = eye_dome_reach(float(textureSize(surface_map, 0).y));
     int straight = int(floor(reach + 0.5)), aslant = int(floor(reach * sqrt(0.5) + 0.5));

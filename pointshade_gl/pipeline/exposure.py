@@ -24,7 +24,7 @@ from ..gpu.shading.light_set import Lighting
 from ..messages.formatting import option
 from ..messages.notes import print_note
 from ..messages.validation import check_type
-from ..scene.appearance import Material
+from ..scene.appearance import NOT_LIT, Material
 from ..scene.camera import Camera, view_matrix
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -72,7 +72,11 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
+<<<<<<< HEAD
         if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading == "none":
+=======
+        if alone is not None and not isinstance(alone, PlacedMesh) and alone.shading in NOT_LIT:
+>>>>>>> edl
             return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene

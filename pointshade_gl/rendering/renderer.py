@@ -373,7 +373,7 @@ class Renderer:
             (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
             pose.
         shading : Shading, default 'phong'
-            "none" keeps the picture's own colours; any other lights each point once, as "flat" does.
+            "none" and "edl" keep the picture's own colours; any other lights each point once, as "flat" does.
         """
         with taken_by(notes):
             request = RenderRequest.of(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
-CloudShading = Literal["none", "phong"]
+CloudShading = Literal["none", "phong", "edl"]
 CloudSplat = Literal["disc", "ball"]
 UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
@@ -65,8 +65,9 @@ class PointCloud(Value):
         Where the scanner stood, from `origin`: normals that are written to files point there.
     material : Material
         How the surface answers light.
-    shading : {"phong", "none"}
-        Light for each pixel, or the points' own colours.
+    shading : {"phong", "none", "edl"}
+        Light for each pixel, or the points' own colours: "edl" (eye-dome lighting) darkens them beside what is nearer,
+        so that depth is seen without light. Prefer it to "none".
     splat : {"disc", "ball"}
         What is drawn of each point: discs are blended into a surface, balls stay single.
     point_size : float or str, optional

@@ -116,7 +116,7 @@ def sphere(browser, points):
         yield opened
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_every_shading(sphere, points, shading):
     check(sphere, points, frames.sphere_before_wall(), [(VIEWS[1][0] | {"shading": shading}, None)])
 

@@ -36,6 +36,10 @@ class PlacedCloud(NamedTuple):
     grown: float  # by how much points are larger than those of the whole cloud
 
     @property
+    def shading(self) -> str:
+        return self.cloud.shading
+
+    @property
     def is_blended(self) -> bool:
         return self.cloud.splat == "disc"
 
@@ -99,7 +103,7 @@ class CloudObjects(FullscreenPasses):
 
     def add_surface(self, surfaces: SurfaceImage, placed: PlacedCloud, eye: Eye, number: int) -> None:
         """Draw the cloud among the surfaces of other objects. number: of its material, counted from 1."""
-        shown = {"near": eye.near, "is_lit": placed.cloud.shading == "phong", "material_number": float(number)}
+        shown = {"near": eye.near, "is_lit": placed.shading == "phong", "material_number": float(number)}
         if not placed.is_blended:
             surfaces.shared_target.use()
             with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):

@@ -72,11 +72,7 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
-<<<<<<< HEAD
-        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading == "none":
-=======
-        if alone is not None and not isinstance(alone, PlacedMesh) and alone.shading in NOT_LIT:
->>>>>>> edl
+        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene

@@ -9,13 +9,13 @@ import moderngl
 import numpy as np
 
 from ..estimation.exposure import stops_to_match
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, empty
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawable, Drawables
 from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints

@@ -99,7 +99,9 @@ class FramePass:
         """lighting: for meshes that are lit as they are drawn"""
         surfaces.clear()
         surfaces.has_eye_dome = any(number < 0 for number in numbers)
-        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown)
+        surfaces.has_doubts = any(
+            not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown
+        )
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)

@@ -251,7 +251,9 @@ class Renderer:
             )  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
-            if finish.exposure == "sensor" and isinstance(request.source, Scene | PointCloud):  # whose lights were made for it
+            if finish.exposure == "sensor" and isinstance(
+                request.source, Scene | PointCloud
+            ):  # whose lights were made for it
                 finish = replace(finish, exposure=0.0)
             if finish.ground is True:
                 source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame

@@ -20,8 +20,8 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.node import Node
-from ..scene.point_cloud import PointCloud
 from ..scene.option_fields import takes
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject, check_frames
 from ..scene.render_settings import SIMPLE, Finish, FinishOptions
 from ..scene.view import MoveOptions, View, viewing_pose
@@ -119,7 +119,9 @@ class RenderRequest:
     def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
         """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
         camera = check_type(scene.camera if self.camera is None else self.camera, Camera, "camera")
-        mover = scene if isinstance(self.source, Scene | PointCloud) else scene.things[0].content.frame  # of several the first
+        mover = (
+            scene if isinstance(self.source, Scene | PointCloud) else scene.things[0].content.frame
+        )  # of several the first
         return camera, viewing_pose(mover, self.pose, *self.turns)
 
 
@@ -172,7 +174,9 @@ def check_source(source: Any) -> Frame | Sequence[Frame] | Scene | PointCloud:
         return source
     if is_a(source, Sequence) and not is_a(source, bytes):
         return check_frames(source)
-    raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got {shown(source)}")
+    raise TypeError(
+        f"frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got {shown(source)}"
+    )
 
 
 _DEFAULTS: dict[str, Any] = {one.name: one.default for group in GROUPS for one in fields(group)}

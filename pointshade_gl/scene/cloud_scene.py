@@ -38,7 +38,9 @@ def _stand_off(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64]) -> 
     middle = cloud.main_corners.mean(0)
     some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     x, y, z = ((some + (cloud.origin - middle)) @ turn).T
-    across = np.maximum(np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy)
+    across = np.maximum(
+        np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy
+    )
     away = float(np.quantile(across - z, 1 - STRAY))
     return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
 

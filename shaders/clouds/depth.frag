@@ -1,11 +1,10 @@
 #version 330 core
-// The depth of a splat, pushed back: what lies less far behind the front belongs to the same surface, and in a light's
-// view a disc rises over its neighbours by as much.
+// The depth of a splat, pushed back: in a light's view a disc rises over its neighbours by as much.
 #include "clouds/hit.glsl"
 
 uniform vec2 first_pixel;  // of the tile of a shadow map
 uniform float near;
-uniform float push;  // radii of a disc
+uniform float push;  // radii
 
 void main() {
     SplatHit hit = hit_splat(gl_FragCoord.xy - 0.5 - first_pixel);

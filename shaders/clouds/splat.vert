@@ -12,9 +12,7 @@ uniform mat4 view;
 uniform float scale;   // that the view contains
 uniform vec3 radius;   // world units + spacings + pixels
 uniform float near;
-#if BALLS
-uniform float ball_share;  // of the radius: less among discs
-#endif
+uniform float share;   // of the radius that is drawn
 
 in vec3 position;
 in float spacing;  // or the point's own radius
@@ -36,11 +34,9 @@ void main() {
     gl_PointSize = 1.0;
     centre = (view * vec4(position, 1.0)).xyz;
     float pixel = centre.z / mean_focal_length(target);
-    float size = scale * (radius.x + radius.y * spacing) + radius.z * pixel;
+    float size = share * (scale * (radius.x + radius.y * spacing) + radius.z * pixel);
     vec3 facing_normal = vec3(0.0);
-#if BALLS
-    size *= ball_share;
-#else
+#if !BALLS
     facing_normal = facing(normalize(mat3(view) * normal), centre);
 #endif
     if (!(size > 0.0) || centre.z < near + NEAREST_SPLAT * size) return;

@@ -81,9 +81,14 @@ vec3 outline_normal(vec3 normal, vec3 beside, vec3 ray) {
 }
 
 // How much a hit counts where splats lie over each other: most in the middle, and a little at the rim, where only the
-// middle pixel of a thin disc is; and the more it faces the viewer: behind an outline nobody knows which side is out.
-float hit_weight(SplatHit hit, vec3 centre) {
-    float inside = 1.0 - hit.outside;
-    float cosine = dot(hit.normal, normalize(centre));
-    return (inside * inside + 1e-4) * (cosine * cosine + 1e-4);
+// middle pixel of a thin disc is.
+float hit_weight(float outside) {
+    float inside = 1.0 - outside;
+    return inside * inside + 1e-4;
+}
+
+// How much its normal counts: the more it faces the viewer. Behind an outline nobody knows which side is out.
+float facing_weight(vec3 normal, vec3 centre) {
+    float cosine = dot(normal, normalize(centre));
+    return cosine * cosine + 1e-4;
 }

@@ -30,7 +30,16 @@ class CloudFit:
     radii   (n,) within which they lie
     """
 
-    def __init__(self, passes: FullscreenPasses, context: moderngl.Context, grid: CellGrid, points: NDArray[np.float32], radius: float, most: int = MOST, noise: float = 0.0):
+    def __init__(
+        self,
+        passes: FullscreenPasses,
+        context: moderngl.Context,
+        grid: CellGrid,
+        points: NDArray[np.float32],
+        radius: float,
+        most: int = MOST,
+        noise: float = 0.0,
+    ):
         self._noise = noise
         self._passes, self._context = passes, context
         self._grid, self.points, self._radius, self._most = grid, points, radius, most
@@ -135,6 +144,12 @@ class CloudFit:
             planes[ok, 3] *= factor[ok]
         near = Neighbourhood(self._context, grid, self.points[order], queries)
         try:
-            return near.run(self._passes.fullscreen("clouds/edges.frag"), radius, self._most, plane_map=near.texture(planes), unit=WIDER**-level)
+            return near.run(
+                self._passes.fullscreen("clouds/edges.frag"),
+                radius,
+                self._most,
+                plane_map=near.texture(planes),
+                unit=WIDER**-level,
+            )
         finally:
             near.release()

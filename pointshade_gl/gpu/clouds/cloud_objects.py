@@ -20,9 +20,12 @@ from ..core.view_images import SurfaceImage
 from ..shading.shadow_map import Tile
 from .cloud_store import CloudPoints
 
-FRONT = 1.0  # radii behind the nearest disc that belong to the front surface
-SHADOW_PUSH = 1.5  # radii by which discs are pushed back in a light's view: a disc rises over its neighbours by less
-BALL_SHARE = 0.6 / 2.0  # radius of a point without a plane among discs
+CORE = 0.65  # share of a disc's radius that makes the front surface: outlines end there
+BAND = 0.6  # radii before and behind the front surface that belong to it
+STEP_BACK = 1.0  # radii by which a hole in it shows what lies behind
+RING = 0.45  # radii from a hole to what lies around it
+SHADOW_SHARE, SHADOW_PUSH = 0.7, 1.5  # a disc rises over its neighbours by less than so many of these smaller radii
+BALL_SHARE = 0.3  # of the radius of discs, for a point without a plane among them
 DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 
 
@@ -43,19 +46,36 @@ class PlacedCloud(NamedTuple):
     def is_blended(self) -> bool:
         return self.cloud.splat == "disc"
 
-    def inputs(self, eye: Eye) -> dict[str, Any]:
-        """Return the uniforms of shaders/clouds/splat.vert."""
+    def typical_radius(self, eye: Eye) -> float:
+        """Return the median radius of the discs, world units."""
+        world, spacings, pixels = self.radius
+        focal = 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
+        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / focal
+
+    def away(self, eye: Eye) -> float:
+        """Return how far the middle of the cloud lies ahead, at least the near plane."""
+        middle = self.pose[:3, :3] @ (self.scale * self.points.middle) + self.pose[:3, 3]
+        return max(float(eye.pose[:3, 2] @ (middle - eye.pose[:3, 3])), eye.near)
+
+    @property
+    def radius(self) -> tuple[float, float, float]:
+        """Return what adds up to the radius: world units, spacings or sizes of the points, pixels."""
+        number, unit = self.cloud.radius_rule
+        if self.cloud.sizes is not None and self.cloud.point_size is None:
+            return 0.0, self.grown, 0.0
+        return number * (unit == ""), number * (unit == "x"), number * (unit == "px")
+
+    def inputs(self, eye: Eye, share: float = 1.0) -> dict[str, Any]:
+        """Return the uniforms of shaders/clouds/splat.vert. share: of the radius that is drawn."""
         view = view_matrix(self.pose, eye.pose)
         view[:3, :3] *= self.scale
         view[:3, 3] += view[:3, :3] @ self.points.middle
-        number, unit = self.cloud.radius_rule
-        own = self.cloud.sizes is not None and self.cloud.point_size is None
-        radius = (number if unit == "" else 0.0, number if unit == "x" else 0.0, number if unit == "px" else 0.0)
         camera = eye.camera
         return {
             "view": view.T.astype("f4").tobytes(),
             "scale": self.scale,
-            "radius": (0.0, self.grown, 0.0) if own else radius,
+            "radius": self.radius,
+            "share": share,
             "target": camera.intrinsics,
             "target_size": (camera.width, camera.height),
             "near": eye.near,
@@ -67,7 +87,7 @@ class FrontImage(Images):
 
     @cached_property
     def depth(self) -> moderngl.Texture:
-        """1 - near/z of the nearest disc, pushed back."""
+        """1 - near/z of the nearest core of a disc."""
         texture = self._allocate(self._context.depth_texture, self.size)
         texture.compare_func = ""  # read as numbers
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -79,8 +99,17 @@ class FrontImage(Images):
         return self._texture(4, "f4"), self._texture(4, "f4")
 
     @cached_property
-    def front(self) -> moderngl.Framebuffer:
+    def front(self) -> moderngl.Texture:
+        """R32F: z of the front surface, 0 where there is none."""
+        return self._texture(1, "f4")
+
+    @cached_property
+    def cores(self) -> moderngl.Framebuffer:
         return self._framebuffer(depth=self.depth)
+
+    @cached_property
+    def front_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.front)
 
     @cached_property
     def target(self) -> moderngl.Framebuffer:
@@ -110,11 +139,10 @@ class CloudObjects(FullscreenPasses):
                 self._draw("ball", placed, placed.inputs(eye) | shown)
             return
         image = self._images.fit(surfaces.size)
-        inputs = placed.inputs(eye)
-        self._find_front(image, placed, inputs)
+        self._find_front(image, placed, eye)
         empty(image.target)
         with self._adding.on(), enabled(self._context, PROGRAM_POINT_SIZE):
-            self._draw("blend", placed, inputs | {"front": image.depth})
+            self._draw("blend", placed, placed.inputs(eye) | {"front": image.front, "band": BAND})
         maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1]}
         with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
             resolve = self.fullscreen("clouds/resolve.frag")
@@ -124,22 +152,28 @@ class CloudObjects(FullscreenPasses):
         """Draw the cloud's depth into a shadow map. eye: the light's camera."""
         tile.target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            self._draw("depth", placed, placed.inputs(eye) | {"push": SHADOW_PUSH, "first_pixel": tile.first})
+            inputs = placed.inputs(eye, SHADOW_SHARE) | {"push": SHADOW_PUSH, "first_pixel": tile.first}
+            self._draw("depth", placed, inputs)
 
-    def _find_front(self, image: FrontImage, placed: PlacedCloud, inputs: dict[str, Any]) -> None:
-        confine(image.front, None)
-        image.front.use()
-        image.front.clear(depth=1.0)
+    def _find_front(self, image: FrontImage, placed: PlacedCloud, eye: Eye) -> None:
+        """Find the front surface: of the cores of discs, and closed between them."""
+        confine(image.cores, None)
+        image.cores.use()
+        image.cores.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            self._draw("depth", placed, inputs | {"push": FRONT, "first_pixel": (0.0, 0.0)})
+            self._draw("depth", placed, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
+        radius, focal = placed.typical_radius(eye), 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
+        ring = RING * radius * focal, RING * radius * focal / placed.away(eye)
+        inputs = {"near": eye.near, "step_back": STEP_BACK * radius, "ring": ring}
+        self.fullscreen("clouds/front.frag").draw(image.front_target, {"cores": image.depth}, **inputs)
 
     def _draw(self, name: str, placed: PlacedCloud, inputs: dict[str, Any]) -> None:
         """Draw the discs of a cloud, and its balls."""
         discs = placed.points.discs if placed.is_blended else 0
         self._draw_some(placed, self._discs[name] if discs else None, 0, discs, inputs)
         inputs |= {"push": 0.0} if "push" in inputs else {}
-        inputs["ball_share"] = BALL_SHARE if placed.is_blended else 1.0
-        self._draw_some(placed, self._balls[name], discs, placed.points.count, inputs)
+        share = BALL_SHARE if placed.is_blended else 1.0
+        self._draw_some(placed, self._balls[name], discs, placed.points.count, inputs | {"share": share})
 
     def _draw_some(
         self, placed: PlacedCloud, program: moderngl.Program | None, first: int, end: int, inputs: dict[str, Any]

@@ -26,7 +26,8 @@ class CloudPoints(Owner):
 
     cloud  that they were taken from, or one that looks otherwise
     middle (3,) node axes, that positions count from
-    discs  how many lie on a surface
+    discs    how many lie on a surface
+    spacing  the median of their spacings, or of their sizes
     """
 
     def __init__(self, context: moderngl.Context, cloud: PointCloud, level: int):
@@ -37,6 +38,7 @@ class CloudPoints(Owner):
         self.count = len(at)
         self.middle: NDArray[np.float64] = cloud.origin + _middle(at)
         vertices = _vertices(context, cloud, some, (at + (cloud.origin - self.middle)).astype(np.float32))
+        self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
         self.discs = int(np.count_nonzero(vertices["normal"].any(-1)))
         with self._all_or_nothing():
             self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(VERTEX.itemsize))
@@ -47,9 +49,7 @@ class CloudPoints(Owner):
         if program not in self._arrays:
             read = [name for name in LAYOUT if name in program]  # drivers leave out what a program does not use
             form = " ".join(form if name in read else f"{size}x" for name, (form, size) in LAYOUT.items())
-            self._arrays[program] = self._allocate(
-                self._context.vertex_array, program, [(self._vertices, form, *read)]
-            )
+            self._arrays[program] = self._allocate(self._context.vertex_array, program, [(self._vertices, form, *read)])
         return self._arrays[program]
 
 
@@ -123,7 +123,9 @@ def _planes(
     """Return (n,) an order in which points near each other follow each other, and (n, 4) planes and details so."""
     found = CloudPlanes(context, local, normals)
     try:
-        planes, details = (read_texture(context, one).reshape(-1, 4)[: len(local)] for one in (found.planes, found.details))
+        planes, details = (
+            read_texture(context, one).reshape(-1, 4)[: len(local)] for one in (found.planes, found.details)
+        )
     finally:
         found.release()
     return found.order, planes, details

@@ -188,7 +188,7 @@ def _checked_size(size: Any) -> Any:
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:
     wanted = _words(shape)
     array = _shaped(as_array(value, f"{name} must be numbers of shape {wanted}", kind), name, shape)
-    if array.size and not (-LARGEST <= array.min() and array.max() <= LARGEST):  # NaN fails, too
+    if array.size and not (array.min() >= -LARGEST and array.max() <= LARGEST):  # NaN fails, too
         raise ValueError(f"{name} must be finite and below {LARGEST:g}: leave out points that are not")
     return array
 

@@ -22,7 +22,7 @@ PLAIN = Look()
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
     from ..files.frames.frame_files import load_frame
-    from ..files.sources import is_scene, load_any, open_source
+    from ..files.sources import check_frame_options, is_cloud, is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
     if not scene:
@@ -30,10 +30,12 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> An
     frame.check_exist()
     if source is None and frame.color is None and frame.depth is None:
         source = FRAMES[0]
-    if is_scene(source):
-        if frame.frame is not None:
-            raise ValueError(f"{option('frame')} is one of a sequence, and {source} is a scene: leave it out")
-        return load_any(source, **options)
+    for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
+        if is_kind(source):
+            if frame.frame is not None:
+                raise ValueError(f"{option('frame')} is one of a sequence, and {source} is {kind}: leave it out")
+            return load_any(source, **options, **frame.cloud_options)
+    check_frame_options(frame.cloud_options, source)
     if frame.frame is not None:
         return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
     return (open_source if sequence else load_frame)(source, **options)
@@ -85,11 +87,12 @@ def load_others(frame: FrameOptions, first: Any, inputs: Sequence[str]) -> list[
 
 
 def check_frame(frame: FrameOptions) -> None:
-    """Raises ValueError for a scene."""
-    from ..files.sources import is_scene
+    """Raises ValueError for a scene, and for a point cloud."""
+    from ..files.sources import is_cloud, is_scene
 
-    if is_scene(frame.input):
-        raise ValueError(f"{frame.input} is a scene, expected a frame: pass it to `pointshade render` or `view`")
+    for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
+        if is_kind(frame.input):
+            raise ValueError(f"{frame.input} is {kind}, expected a frame: pass it to `pointshade render` or `view`")
 
 
 def check_stream(look: Look, is_stream: bool) -> None:

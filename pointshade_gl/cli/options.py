@@ -16,11 +16,13 @@ import typer
 
 from ..files.access.limits import MAX_PIXELS
 from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, RENDERED
+from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
 from ..scene.option_fields import FILM, FRAME, LIGHT, VIEW
+from ..scene.point_cloud import UPS
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.view import SIZES, View
 from .completion import complete_input
@@ -94,7 +96,8 @@ class InputOptions:
         typer.Argument(
             metavar="INPUT",
             help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
-            "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'.",
+            "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
+            "render, view and info also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
             autocompletion=complete_input,
             callback=check_input,
         ),
@@ -126,7 +129,27 @@ class ReadingOptions:
 
 
 @dataclass(frozen=True)
-class FrameOptions(ReadingOptions, InputOptions):
+class CloudOptions:
+    """How a point cloud is to be understood."""
+
+    up: str | None = said("Of a point cloud: which axis points up.", metavar="AXIS", known=UPS, panel=FRAME)
+    color_by: str | None = said(
+        f"Of a point cloud: where its colours are from, {', '.join(COLOR_BY)}.",
+        metavar="WHAT",
+        known=COLOR_BY,
+        panel=FRAME,
+    )
+    most: int | None = said("Of a point cloud: read N points at most, an even sample.", metavar="N", min=1, panel=FRAME)
+
+    @property
+    def cloud_options(self) -> dict[str, Any]:
+        """Those that were typed, by name."""
+        typed = {field.name: getattr(self, field.name) for field in fields(CloudOptions)}
+        return {name: value for name, value in typed.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
     """What is read, and what its depth means."""
 
     frame: str | None = said(
@@ -137,8 +160,9 @@ class FrameOptions(ReadingOptions, InputOptions):
 
     @property
     def load_options(self) -> dict[str, Any]:
-        """All but what is read, by name, as arguments of `load_any`."""
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("input", "frame")}
+        """All about frames but what is read, by name, as arguments of `load_frame`."""
+        others = "input", "frame", *(field.name for field in fields(CloudOptions))
+        return {field.name: getattr(self, field.name) for field in fields(self) if field.name not in others}
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""

@@ -23,9 +23,17 @@ def info(
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.input or frame.depth or frame.color:
+        from ...files.sources import check_frame_options, is_cloud
+
+        if is_cloud(frame.input):
+            from ..cloud_report import show_cloud
+
+            show_cloud(frame, output, as_json)
+            return
         from ..input_report import show_input
 
         check_frame(frame)
+        check_frame_options(frame.cloud_options, frame.input)
         frame.check_exist()
         show_input(frame, output, as_json, device)
         return

@@ -17,7 +17,8 @@ DEPTH_SUFFIXES = (
     ".jpg", ".jpeg", *RAW_SUFFIXES,
 )  # fmt: skip
 PICTURE_SUFFIXES = (*COLOR_SUFFIXES, ".exr", ".pfm", ".pgm")
-CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip")  # may hold colour and camera too
+# may hold colour and camera too
+CONTAINERS = (".r3d", ".heic", ".heif", ".npz", ".h5", ".hdf5", ".mat", ".zip", ".pcd")
 VIDEO_SUFFIXES = (".mp4", ".mov", ".mkv")
 # Never pictures for the eye.
 ONLY_DEPTH = (".exr", ".npy", ".npz", ".pfm", ".dpt", ".h5", ".hdf5", ".mat", *RAW_SUFFIXES)

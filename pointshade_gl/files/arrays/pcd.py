@@ -14,9 +14,8 @@ from ..access.limits import CLOUD_TEXT, FILE_BYTES, MAX_PIXELS, check_limit
 from .array_files import parse_numbers
 from .lzf import unpack
 
-_HEADER = 2**16  # bytes of the longest header
+PCD_HEADER = 2**16  # bytes of the longest header
 _KINDS = {"F": (2, 4, 8), "I": (1, 2, 4, 8), "U": (1, 2, 4, 8)}  # bytes of numbers
-_FIRST = ("VERSION", "FIELDS", "COLUMNS")
 _MOST_FIELDS, _MOST_COUNT = 256, 2**16
 
 
@@ -73,7 +72,7 @@ def read_pcd(path: FilePath, max_pixels: float = MAX_PIXELS) -> Pcd:
 def read_pcd_header(data: bytes) -> PcdHeader:
     """Raises ValueError for a broken header."""
     said, at = dict[str, list[str]](), 0
-    while (end := data.find(b"\n", at, _HEADER)) >= 0:
+    while (end := data.find(b"\n", at, PCD_HEADER)) >= 0:
         line, at = data[at:end].decode("utf-8", "replace").strip(), end + 1
         if line and not line.startswith("#"):
             key, *words = line.split()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 from ...messages.formatting import option
 from ...scene.point_cloud import Up
 from ..depth.colormaps import ramp
-from .found_points import FoundPoints
+from .found_points import COLOR_BY, ColorBy, FoundPoints
 from .placing import main_box
 
-ColorBy = Literal["rgb", "intensity", "class", "height"]
-COLOR_BY: tuple[ColorBy, ...] = get_args(ColorBy)
 _ENDS = 0.02, 0.98  # quantiles of the intensity that become black and white
 _SAMPLE = 1 << 16
 _OTHER = (150, 150, 150)
@@ -27,14 +25,8 @@ _CLASSES = {  # of ASPRS, LAS 1.4
 
 def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -> NDArray[np.uint8] | None:
     """The colours, None for a cloud without any. Raises ValueError for a choice that the file does not have."""
-    missing = {
-        "rgb": found.colors is None,
-        "intensity": found.intensity is None,
-        "class": found.classes is None,
-    }
-    if color_by and missing.get(color_by):
-        has = [one for one, is_missing in missing.items() if not is_missing]
-        raise ValueError(f"{name} has no {color_by} for {option('color_by')}, only {', '.join([*has, 'height'])}")
+    if color_by and color_by not in choices(found):
+        raise ValueError(f"{name} has no {color_by} for {option('color_by')}, only {', '.join(choices(found))}")
     if color_by == "height":
         return _by_height(found.positions, up)
     if color_by == "class":
@@ -44,6 +36,12 @@ def colors_of(found: FoundPoints, color_by: ColorBy | None, up: Up, name: str) -
     if found.colors is None:
         return None if found.intensity is None or _is_uniform(found.intensity) else _grey(found.intensity)
     return _bytes(found.colors)
+
+
+def choices(found: FoundPoints) -> list[ColorBy]:
+    """What a file's points can be coloured by."""
+    columns = {"rgb": found.colors, "intensity": found.intensity, "class": found.classes, "height": found.positions}
+    return [one for one in COLOR_BY if columns[one] is not None]
 
 
 def _is_uniform(intensity: NDArray[Any]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ...scene.point_cloud import Up
 from ..access.limits import check_limit
 
+ColorBy = Literal["rgb", "intensity", "class", "height"]
+COLOR_BY: tuple[ColorBy, ...] = get_args(ColorBy)
 _COLUMNS = ("positions", "normals", "colors", "intensity", "classes", "sizes", "confidence", "seen_from")
 
 
@@ -64,7 +66,7 @@ def check_points(count: int, name: object, max_pixels: float) -> None:
 
 
 def side_by_side(columns: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """(n, c) of columns (n,). Fields of one type that follow each other in rows are copied together: 10 times faster."""
+    """(n, c) of columns (n,). Fields of one type that follow each other in rows are copied together: 6 times faster."""
     first, count = columns[0], len(columns[0])
     step, width = first.dtype.itemsize, first.dtype.itemsize * len(columns)
     starts = [one.__array_interface__["data"][0] for one in columns]

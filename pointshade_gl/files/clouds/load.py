@@ -18,9 +18,9 @@ from ..arrays.array_files import NUMPY
 from ..arrays.pcd import is_pcd
 from ..arrays.zip_archive import ZIP
 from .array_points import read_npy_points, read_npz_points
-from .cloud_colors import COLOR_BY, ColorBy, colors_of
+from .cloud_colors import colors_of
 from .e57_points import E57, read_e57_points
-from .found_points import FoundPoints
+from .found_points import COLOR_BY, ColorBy, FoundPoints
 from .las_points import LAS, read_las_points
 from .lidar_points import read_lidar_points
 from .pcd_points import read_pcd_points

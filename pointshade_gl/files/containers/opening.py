@@ -18,12 +18,14 @@ from ..arrays.array_files import NUMPY
 from ..arrays.array_roles import MAYBE_INVERSE, find_roles, is_named
 from ..arrays.hdf5 import HDF5, MATLAB_73
 from ..arrays.matlab import MATLAB_5, matlab_5_arrays
+from ..arrays.pcd import is_pcd
 from ..arrays.stored_arrays import NpyArray, Stored, npz_arrays
 from ..arrays.zip_archive import ZIP, Archive
 from .contents import Contents
 from .data_sets import open_hdf5
 from .heic import is_heic, open_heic
 from .networks import open_arrays
+from .organised import open_pcd
 from .record3d import Unpacked, open_record3d
 
 _Reader = Callable[[FilePath, Note, float], "Sequence[Contents] | None"]
@@ -33,8 +35,9 @@ def open_container(path: FilePath, note: Note, max_pixels: float = MAX_PIXELS) -
     """The frames of a container, each read when it is asked for, from any thread; None for any other file or folder.
 
     Containers are .npz and .npy with more than a depth picture, HDF5, MATLAB's .mat, Record3D's recordings (.r3d, its
-    zipped exports, or their folder) and photographs with depth (HEIC). Raises OSError if the path does not exist,
-    ValueError for a container without depth, for a broken or too large one, and without the extra that it needs.
+    zipped exports, or their folder), photographs with depth (HEIC) and organised point clouds (PCD). Raises OSError if
+    the path does not exist, ValueError for a container without depth, for a broken or too large one, and without the
+    extra that it needs.
     """
     if any((Path(path) / name).is_file() for name in ("metadata", "metadata.json")):
         return open_record3d(Unpacked(Path(path), max_pixels), note, max_pixels)
@@ -84,4 +87,5 @@ _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
         lambda path, note, most: open_arrays(str(path), matlab_5_arrays(path, most), note, most),
     ),
     (is_heic, open_heic),
+    (is_pcd, open_pcd),
 )

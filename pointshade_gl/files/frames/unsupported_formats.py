@@ -22,6 +22,7 @@ class _Kind(NamedTuple):
 _TOPICS = "write its colour and depth topics as PNG, 16 bits for depth, then pass their folder"
 _TOOL = "export colour and 16-bit depth as pictures, then pass their folder; that does"
 _MODEL = "it has no pictures: only glTF (.gltf, .glb) is read among models, Blender and MeshLab convert to it"
+_CLOUD = "it has no pictures: `pointshade render` draws it, load_cloud reads it"
 _TENSORS = "save its depth as .npy or .npz and pass that"
 _UNPACK = "unpack it and pass the folder"
 _KINDS = (
@@ -34,7 +35,8 @@ _KINDS = (
     _Kind("a recording of OpenNI", "oni", None, f"{_TOOL} OpenNI's or PCL's tools"),
     _Kind("a recording of ElasticFusion's Logger", "klg", None, f"{_TOOL} any converter from .klg to PNG"),
     _Kind("a ScanNet recording", "sens", None, f"{_TOOL} ScanNet's SensReader"),
-    _Kind("a model or point cloud", "ply|obj|stl|pcd|fbx|usdz?|usd[ac]|dae|off|las|laz|xyz|e57", None, _MODEL),
+    _Kind("a point cloud", "ply|las|laz|xyz|pts|e57", None, _CLOUD),
+    _Kind("a model", "obj|stl|fbx|usdz?|usd[ac]|dae|off", None, _MODEL),
     _Kind("a video", "mp4|mov|avi|webm", None, "pass the folder that has its depth pictures beside it"),
     _Kind("a file of Python objects", "pkl|pickle|pt|pth|joblib", None, _TENSORS),
     _Kind("an archive", "tar|gz|tgz|bz2|xz|7z|rar", None, _UNPACK),

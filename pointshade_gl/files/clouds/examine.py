@@ -1,0 +1,82 @@
+"""Examines a point cloud: what its file holds and how it is read, for `pointshade info`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...messages.validation import check_path
+from ...scene.point_cloud import PointCloud
+from ..access.content import FilePath
+from .cloud_colors import choices
+from .load import CloudOptions, read_cloud
+
+_SAMPLE = 4000  # points whose neighbours are looked for among each other
+_BLOCK = 500
+_NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
+_RANDOM = 3  # seed
+
+
+def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
+    """What was found; numbers are plain, lengths in the file's units, so that programs can read it as JSON.
+
+    options  those of `load_cloud`, except notes. Raises as it does.
+    """
+    notes: list[str] = []
+    cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
+    low, high = (
+        (_plain(corner) for corner in (cloud.main_corners[0], cloud.main_corners[-1])) if len(cloud) else ([], [])
+    )
+    return {
+        "file": str(path),
+        "format": found.form,
+        "points": len(cloud),
+        "extent": [_rounded(b - a) for a, b in zip(low, high, strict=True)],
+        "box": [low, high],
+        "spacing": _rounded(spacing(cloud)),
+        "stored_as": str(cloud.positions.dtype),
+        "origin": _plain(cloud.origin),
+        "up": {"axis": cloud.up, "why": found.up_from},
+        "colors": cloud.colors is not None,
+        "normals": _share(cloud),
+        "sizes": cloud.sizes is not None,
+        "seen_from": _places(cloud),
+        "color_by": choices(found),
+        "assumed": notes,
+    }
+
+
+def spacing(cloud: PointCloud) -> float:
+    """About sqrt(area / n): how far a point of the surface is from the next; 0 for fewer than two points."""
+    count = min(_SAMPLE, len(cloud))
+    if count < 2:
+        return 0.0
+    chosen = np.random.default_rng(_RANDOM).choice(len(cloud), count, replace=False, shuffle=False)
+    some = cloud.positions[chosen].astype(np.float64)
+    nearest = np.empty(count)
+    for at in range(0, count, _BLOCK):
+        squared = np.square(some[at : at + _BLOCK, None] - some).sum(-1)
+        squared[np.arange(len(squared)), np.arange(at, at + len(squared))] = np.inf
+        nearest[at : at + _BLOCK] = np.sqrt(squared.min(1))
+    return float(np.median(nearest) / _NEAREST * np.sqrt(count / len(cloud)))
+
+
+def _share(cloud: PointCloud) -> float:
+    """Of the points that have a normal."""
+    return 0.0 if cloud.normals is None else round(float(cloud.normals.any(1).mean()), 4)
+
+
+def _places(cloud: PointCloud) -> list[list[float]]:
+    """Where scanners stood, in the file's coordinates."""
+    if cloud.seen_from is None:
+        return []
+    return [_plain(place + cloud.origin) for place in np.unique(np.atleast_2d(cloud.seen_from), axis=0)]
+
+
+def _plain(numbers: np.ndarray) -> list[float]:
+    return [float(one) for one in numbers]
+
+
+def _rounded(number: float) -> float:
+    return float(f"{number:.4g}")

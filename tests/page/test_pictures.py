@@ -184,6 +184,16 @@ def test_a_scene_with_meshes_lights_and_shadows(browser, points, make):
         check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
 
 
+def test_eye_dome_lighting_beside_light(browser, points):
+    """A board in its own colours, darker where the lit ball stands out of it."""
+    scene = small_scene()
+    ball, board, light = scene.nodes
+    scene = replace(scene, nodes=(ball, replace(board, content=replace(board.content, shading="edl")), light))
+    with browser.opened(draw_page(points, scene)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
+
+
 def test_it_begins_as_render_draws_it(browser, points):
     frame = frames.sphere_before_wall()
     options = {"light": ps.Light(position=(0.5, -0.3, 0.2), intensity=0.8), "yaw": 12, "pitch": 7, "dolly": 0.2}

@@ -114,6 +114,18 @@ def test_copies_of_a_mesh_and_lights_with_shadows(renderer):
     assert is_like(renderer.render(scene), by_hand(renderer, scene))
 
 
+@pytest.mark.parametrize("splat", ["disc", "ball"])
+def test_a_cloud(renderer, splat):
+    """Two sheets of points, one before the other; its colours are white."""
+    rng = np.random.default_rng(4)
+    sheets = [np.c_[rng.uniform(-side, side, (4000, 2)), np.full(4000, z)] for side, z in ((0.4, 1.5), (1.5, 2.2))]
+    cloud = ps.PointCloud(np.concatenate(sheets).astype(np.float32), splat=splat, **EDL)
+    scene = ps.Scene((ps.Node(cloud),), frames.CAMERA)
+    image, expected = renderer.render(scene), by_hand(renderer, scene)
+    assert is_like(image, expected) and (image[..., 3] > 0).mean() > 0.5
+    assert not is_like(renderer.render(shaded(scene, "none")), expected)
+
+
 def test_a_scene_in_it_and_again_in_light_leaves_no_trace(renderer):
     """The mark of one picture is not there in the next, which draws its surfaces on another way."""
     frame, light = frames.sphere_before_wall(), ps.Light(position=(-1, -1, 0))

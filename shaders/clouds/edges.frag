@@ -9,6 +9,7 @@ uniform sampler2D point_map;   // xyz of all points, sorted by cell
 uniform sampler2D plane_map;   // their planes
 uniform int count;             // of those that are asked for
 uniform float radius;
+uniform float noise;           // its square, radii
 uniform float unit;            // of the lengths in plane_map, radii
 uniform int most;              // points of a range that are looked at
 
@@ -21,7 +22,7 @@ void main() {
     if (texel.y * CLOUD_WIDTH + texel.x >= count) return;
     int cell = texelFetch(cell_map, texel, 0).r;
     vec4 here = texelFetch(query_map, texel, 0);
-    vec4 best = elect_plane(point_map, plane_map, range_map, cell, here.xyz, here.w, radius, unit, most);
+    vec4 best = elect_plane(point_map, plane_map, range_map, cell, here.xyz, here.w, noise, radius, unit, most);
     if (best.xyz == vec3(0.0)) return;
     vec4 slab = vec4(normalize(best.xyz), best.w);
     Moments m = gather_moments(point_map, range_map, cell, here.xyz, radius, slab, slab_of(best), most);

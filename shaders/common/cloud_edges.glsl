@@ -2,13 +2,15 @@
 
 // At a sharp edge the best plane through a point is one that a neighbour has found on its own side of the edge.
 
+const float OWN = 6.0;       // squares of the noise that a point may lie off its plane
 const float SLAB = 2.0;     // thicknesses of that plane: what lies within is fitted again
 const float THINNEST = 0.02;
 
-// What a plane costs at the point: its thickness and how far it lies off, squared. Without a plane: that of none.
-float cost_of(vec4 plane) {
+// What a plane costs at the point: its thickness and how far it lies off, squared, as far as that is no noise; noise: its
+// square. Without a plane: that of none.
+float cost_of(vec4 plane, float noise) {
     float thickness = length(plane.xyz) - 1.0;
-    return thickness < 0.0 ? THICKEST * THICKEST : thickness * thickness + plane.w * plane.w;
+    return thickness < 0.0 ? THICKEST * THICKEST : thickness * thickness + max(plane.w * plane.w - OWN * noise, 0.0);
 }
 
 // The plane of a neighbour at d, as the point sees it; unit: the lengths in which planes are kept, in radii.
@@ -21,7 +23,7 @@ vec4 plane_from(vec4 plane, vec3 d, float unit) {
 
 // The plane of least cost among those of the neighbours within the radius; 0 if none costs less than `least`.
 vec4 elect_plane(sampler2D point_map, sampler2D plane_map, isampler2D range_map, int cell, vec3 here, float least,
-        float radius, float unit, int most) {
+        float noise, float radius, float unit, int most) {
     vec4 best = vec4(0.0);
     float scale = 1.0 / radius;
     for (int k = 0; k < 9; ++k) {
@@ -30,7 +32,7 @@ vec4 elect_plane(sampler2D point_map, sampler2D plane_map, isampler2D range_map,
         for (int i = range.x; i < range.y; i += stride) {
             vec3 d = (texelFetch(point_map, cloud_texel(i), 0).xyz - here) * scale;
             vec4 plane = plane_from(texelFetch(plane_map, cloud_texel(i), 0), d, unit);
-            float cost = cost_of(plane);
+            float cost = cost_of(plane, noise);
             if (cost < least && dot(d, d) < 1.0) {
                 least = cost;
                 best = plane;

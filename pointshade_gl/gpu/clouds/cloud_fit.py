@@ -13,11 +13,12 @@ from .neighbourhood import Neighbourhood
 MOST = 64  # points of three cells in a row that are looked at
 ENOUGH = 12  # neighbours
 ROUNDS = 2
-MOST_GATE = 0.15
+MOST_GATE = 0.2
 WIDER = 1.6  # from level to level
 LEVELS = 7
 LINE, LINE_LEVELS = 1.0, 3  # LINE of common/cloud_planes.glsl
 GATE, NONE, OVER = 0.02, 0.09, 2.5  # GATE and THICKEST squared of common/cloud_edges.glsl
+OWN = 6.0
 BENT = 1e-4  # cost from which on a plane may be wrong: flatter ones are right whatever is near
 
 
@@ -87,7 +88,8 @@ class CloudFit:
         size = np.sqrt(np.einsum("nk,nk->n", self.planes[:, :3], self.planes[:, :3]))
         known = size > 0.5
         thickness2 = np.where(known, (size - 1) ** 2, np.inf).astype(np.float32)
-        costs = np.where(known, thickness2 + self.planes[:, 3] ** 2, np.float32(NONE))
+        noise2 = np.float32((self._noise / self._radius) ** 2)
+        costs = np.where(known, thickness2 + np.maximum(self.planes[:, 3] ** 2 - OWN * noise2, 0), np.float32(NONE))
         done = []
         for level in range(self.levels.max(initial=0) + 1):
             at = np.flatnonzero((self.levels == level) & (costs > BENT))
@@ -135,6 +137,6 @@ class CloudFit:
             planes[ok, 3] *= factor[ok]
         near = Neighbourhood(self._context, grid, self.points[order], queries)
         try:
-            return near.run(self._passes.fullscreen("clouds/edges.frag"), radius, self._most, plane_map=near.texture(planes), unit=WIDER**-level)
+            return near.run(self._passes.fullscreen("clouds/edges.frag"), radius, self._most, plane_map=near.texture(planes), unit=WIDER**-level, noise=(self._noise / radius) ** 2)
         finally:
             near.release()

@@ -10,8 +10,8 @@ from .cell_grid import CellGrid
 
 LEAST = 2.7  # spacings: about 20 neighbours
 WIDEST = 14.0
-CALM = 80.0  # R² = 80 x noise x spacing: the mean error of a normal is 140 degrees x noise x spacing / R²
-BLOB = 0.2  # radii: where the noise is more, this is no surface but foliage, and a larger radius does not help
+CALM = 180  # R² = 80 x noise x spacing: the mean error of a normal is 140 degrees x noise x spacing / R²
+BLOB = 0.15  # radii: where the noise is more, this is no surface but foliage, and a larger radius does not help
 ASKED = 384  # places where the noise is measured
 SEEN = 80  # neighbours of each
 STEP = 1.6
@@ -23,18 +23,19 @@ def fit_radius(grid: CellGrid, points: NDArray[np.float32], spacing: float, nois
     grid  of cells about as large as the least radius
     """
     if noise is not None:
-        return float(np.clip(np.sqrt(CALM * noise * spacing), LEAST * spacing, WIDEST * spacing)), noise
+        return radius_for(noise, spacing), noise
     asked = np.random.default_rng(0).choice(len(points), min(ASKED, len(points)), replace=False)
     radius = LEAST * spacing
-    while True:
+    while radius <= WIDEST * spacing:
         noise = radius * surface_residual(*neighbours(grid, points, asked, radius))
-        wanted = max(np.sqrt(CALM * noise * spacing), LEAST * spacing)
-        if wanted <= 1.1 * radius:
-            return radius, noise
-        if radius >= WIDEST * spacing:
-            break
-        radius = min(wanted, STEP * radius, WIDEST * spacing)
+        if noise <= BLOB * radius:
+            return radius_for(noise, spacing), noise
+        radius *= STEP
     return LEAST * spacing, 0.0
+
+
+def radius_for(noise: float, spacing: float) -> float:
+    return spacing * float(np.clip(np.sqrt(CALM * noise / spacing), LEAST, WIDEST))
 
 
 def neighbours(

@@ -1,16 +1,21 @@
 #include "common/cloud_planes.glsl"
 
-// At a sharp edge the best plane through a point is one that a neighbour has found on its own side of the edge.
+// At a sharp edge the best plane through a point is one that a neighbour has found on its own side of the edge. All
+// lengths are in radii, and the noise is squared.
 
-const float OWN = 6.0;       // squares of the noise that a point may lie off its plane
-const float SLAB = 2.0;     // thicknesses of that plane: what lies within is fitted again
-const float THINNEST = 0.02;
+const float OWN = 6.0;        // squares of the noise that a point may lie off its plane
+const float SLAB = 2.0;       // thicknesses of a plane: what lies within is fitted again
+const float NOISY = 2.5;      // the same, of the noise
+const float THINNEST = 0.02;  // the same, at least
+const int TRIMS = 3;          // fits without what lies off the one before
+const float TRIMMED = 0.4;    // of the thickness before: more was no stray points
 
-// What a plane costs at the point: its thickness and how far it lies off, squared, as far as that is no noise; noise: its
-// square. Without a plane: that of none.
+// What a plane costs at the point: its thickness and how far it lies off, squared, as far as that is no noise. Without a
+// plane: that of none.
 float cost_of(vec4 plane, float noise) {
     float thickness = length(plane.xyz) - 1.0;
-    return thickness < 0.0 ? THICKEST * THICKEST : thickness * thickness + max(plane.w * plane.w - OWN * noise, 0.0);
+    if (thickness < -0.5) return THICKEST * THICKEST;
+    return thickness * thickness + max(plane.w * plane.w - OWN * noise, 0.0);
 }
 
 // The plane of a neighbour at d, as the point sees it; unit: the lengths in which planes are kept, in radii.
@@ -42,7 +47,14 @@ vec4 elect_plane(sampler2D point_map, sampler2D plane_map, isampler2D range_map,
     return best;
 }
 
-// How far from an elected plane the points lie that are fitted again.
-float slab_of(vec4 plane) {
-    return max(SLAB * (length(plane.xyz) - 1.0), THINNEST);
+// The slab round a plane whose points are fitted again, see gather_moments.
+vec4 slab_of(vec4 plane, float noise) {
+    float size = length(plane.xyz);
+    float reach = max(max(SLAB * (size - 1.0), NOISY * sqrt(noise)), THINNEST);
+    return vec4(plane.xyz / max(size, 1e-20), plane.w) / reach;
+}
+
+// Whether a plane is so much thinner than the one before that stray points explain the difference.
+bool is_thinner(vec4 plane, vec4 before) {
+    return plane.xyz != vec3(0.0) && length(plane.xyz) - 1.0 <= TRIMMED * (length(before.xyz) - 1.0);
 }

@@ -2,39 +2,69 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...estimation.cloud_noise import surface_residual
 from .cell_grid import CellGrid
 
-LEAST = 2.7  # spacings: about 20 neighbours
-WIDEST = 14.0
-CALM = 80.0  # R² = 80 x noise x spacing: the mean error of a normal is 140 degrees x noise x spacing / R²
-BLOB = 0.2  # radii: where the noise is more, this is no surface but foliage, and a larger radius does not help
+LEAST, WIDEST = 2.7, 14.0  # spacings: about 20 neighbours, about 600
+CALM = 180.0  # radius² = 180 x noise x spacing: the mean error of a normal is 140 degrees x noise x spacing / radius²
+BLOB = 0.15  # radii of noise: with more, the radius is too small to tell noise from surface
+WIDER = 1.6
 ASKED = 384  # places where the noise is measured
 SEEN = 80  # neighbours of each
-STEP = 1.6
+MOST = 64  # points of three cells in a row that are looked at; with a wider radius so many more
 
 
-def fit_radius(grid: CellGrid, points: NDArray[np.float32], spacing: float, noise: float | None) -> tuple[float, float]:
-    """Return the radius, and the noise: as given, or as measured within that radius.
+class FitRadius(NamedTuple):
+    """Within which radius planes are fitted.
 
-    grid  of cells about as large as the least radius
+    length   of the first level; each further one is 1.6 times as wide
+    spacing  of the points
+    noise    its standard deviation
+    """
+
+    length: float
+    spacing: float
+    noise: float
+
+    @property
+    def most(self) -> int:
+        """Return how many points of three cells in a row are looked at."""
+        return int(MOST * (self.length / (LEAST * self.spacing)) ** 2)
+
+    def of_level(self, level: int) -> float:
+        return self.length * WIDER**level
+
+    def noise_share(self, level: int) -> float:
+        """Return the noise in radii of a level."""
+        return self.noise / self.of_level(level)
+
+
+def fit_radius(grid: CellGrid, points: NDArray[np.float32], spacing: float, noise: float | None) -> FitRadius:
+    """Choose a radius by the noise that is given, or else measured.
+
+    Where no radius tells the noise from a surface, as in foliage, there is no noise: a wide radius would not help.
+
+    grid  of the points, its cells as large as the least radius
     """
     if noise is not None:
-        return float(np.clip(np.sqrt(CALM * noise * spacing), LEAST * spacing, WIDEST * spacing)), noise
+        return _by_noise(noise, spacing)
     asked = np.random.default_rng(0).choice(len(points), min(ASKED, len(points)), replace=False)
     radius = LEAST * spacing
-    while True:
+    while radius <= WIDEST * spacing:
         noise = radius * surface_residual(*neighbours(grid, points, asked, radius))
-        wanted = max(np.sqrt(CALM * noise * spacing), LEAST * spacing)
-        if wanted <= 1.1 * radius:
-            return radius, noise
-        if radius >= WIDEST * spacing:
-            break
-        radius = min(wanted, STEP * radius, WIDEST * spacing)
-    return LEAST * spacing, 0.0
+        if noise <= BLOB * radius:
+            return _by_noise(noise, spacing)
+        radius *= WIDER
+    return _by_noise(0.0, spacing)
+
+
+def _by_noise(noise: float, spacing: float) -> FitRadius:
+    return FitRadius(spacing * float(np.clip(np.sqrt(CALM * noise / spacing), LEAST, WIDEST)), spacing, noise)
 
 
 def neighbours(

@@ -9,10 +9,13 @@ from typing import Any
 from ..files.access.builtin import FRAMES
 from ..messages.formatting import option
 from ..scene.appearance import Look
+from ..scene.cloud_scene import scene_of, styled
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.node import Node
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
+from ..scene.shading_override import shaded
 from .options import FrameOptions
 from .parse import frames_from, views_from
 
@@ -93,6 +96,22 @@ def check_frame(frame: FrameOptions) -> None:
     for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
         if is_kind(frame.input):
             raise ValueError(f"{frame.input} is {kind}, expected a frame: pass it to `pointshade render` or `view`")
+
+
+def as_scene(source: Any, look: Look, plain: Look) -> Any:
+    """A scene or a point cloud as a scene, with the options of a look that were given; a frame as it is.
+
+    plain  the look without options. Raises ValueError for options that the objects have not.
+    """
+    if isinstance(source, Scene):
+        return shaded(source, check_look(look, plain))
+    if isinstance(source, PointCloud):
+        return scene_of(styled(source, _given(look, plain)))
+    return source
+
+
+def _given(look: Look, plain: Look) -> dict[str, Any]:
+    return {name: value for name, value in look.options.items() if value != plain.options[name]}
 
 
 def check_stream(look: Look, is_stream: bool) -> None:

@@ -36,10 +36,11 @@ def level_of(placed: Placed, eye: Eye) -> int:
 
 
 def points_at(cloud: PointCloud, level: int) -> NDArray[np.int64] | None:
-    """Return which points of a cloud a level has, in their order; None for all. Each level is a part of the one before."""
+    """Return which points of a cloud a level has, in order; None for all. Each level is part of the one before."""
     if level == 0:
         return None
-    random, found = np.random.default_rng(SEED), []
+    random = np.random.default_rng(SEED)
+    found: list[NDArray[np.int64]] = []
     for first in range(0, len(cloud), CHUNK):
         drawn = random.random(min(CHUNK, len(cloud) - first), np.float32) < 0.5**level
         found.append(np.flatnonzero(drawn) + first)

@@ -17,9 +17,8 @@ from ...messages.notes import print_note
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.graph import Scene
-from ...scene.shading_override import shaded
 from ...scene.view import View
-from ..inputs import check_look, check_stream, load, load_together, load_views
+from ..inputs import as_scene, check_stream, load, load_together, load_views
 from ..look_options import LookOptions
 from ..options import (
     Device,
@@ -75,12 +74,12 @@ class Asked:
 
     def view(self) -> View:
         """From where, under which lights and how it is drawn. Raises ValueError or OSError."""
-        from ...files.sources import is_scene
+        from ...files.sources import is_cloud, is_scene
 
         is_set, turns = bool(self.more) or self.views is not None, self.film.turntable is not None
         return view_of(
             self.look, self.place, self.picture, self.output,
-            is_scene=not is_set and is_scene(self.frame.input),
+            is_scene=not is_set and (is_scene(self.frame.input) or is_cloud(self.frame.input)),
             is_film=not is_page(self.output) and (turns or is_series(self.output)),
             is_changed=is_set or self.film.turntable == "camera",
         )  # fmt: skip
@@ -88,8 +87,8 @@ class Asked:
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what --explain calls after each picture."""
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
-        if isinstance(source, Scene) and not names:
-            source = shaded(source, check_look(view.look, LookOptions().look()))
+        if not names:
+            source = as_scene(source, view.look, LookOptions().look())
         return source, explainer(self.explain, names)
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:

@@ -124,11 +124,11 @@ class CloudObjects(FullscreenPasses):
         self._adding = AdditiveBlend(context)
         self._images = self._keep(Fitted(context, FrontImage))
         with self._all_or_nothing():
-            self._discs = {name: self._program(name, BALLS=0) for name in ("depth", "blend")}
-            self._balls = {name: self._program(name, BALLS=1) for name in ("depth", "blend", "ball")}
+            self._discs = {name: self._program(name, 0) for name in ("depth", "blend")}
+            self._balls = {name: self._program(name, 1) for name in ("depth", "blend", "ball")}
 
-    def _program(self, name: str, **constants: int) -> moderngl.Program:
-        return self._keep(build_program(self._context, "clouds/splat.vert", f"clouds/{name}.frag", **constants))
+    def _program(self, name: str, balls: int) -> moderngl.Program:
+        return self._keep(build_program(self._context, "clouds/splat.vert", f"clouds/{name}.frag", BALLS=balls))
 
     def add_surface(self, surfaces: SurfaceImage, placed: PlacedCloud, eye: Eye, number: int) -> None:
         """Draw the cloud among the surfaces of other objects. number: of its material, counted from 1."""

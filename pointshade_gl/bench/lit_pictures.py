@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..rendering.renderer import Renderer
-from ..scene.appearance import SHADINGS, Material, Shading, Splat
+from ..scene.appearance import NOT_LIT, SHADINGS, Material, Shading, Splat
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
@@ -24,7 +24,7 @@ from .tracing import Array, Hits, as_frame, encode, shade, sphere_and_wall, trac
 
 SPOILED = "clean", "1mm-noise", "kinect"
 SHAPES: tuple[Splat, ...] = "footprint", "round"  # of splats; meshes: forms.py
-LIT: tuple[Shading, ...] = tuple(shading for shading in SHADINGS if shading != "none")
+LIT: tuple[Shading, ...] = tuple(shading for shading in SHADINGS if shading not in NOT_LIT)
 LIGHT, YAW = Light(position=(-1.0, -1.0, -0.5)), 15
 
 

@@ -9,10 +9,11 @@ from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.placed import Placed
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.view import upright_of
 from .floor_detection import shown_floor
-from .undersides import lowest_point
+from .undersides import lowest_main_point, lowest_point
 
 GUESSED = 50.0  # degrees by which a floor may lean in the picture of a frame, whose up direction nobody knows,
 TOLD = 12.0  # and from a scene's up direction, or a given one
@@ -48,10 +49,12 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
 
 
 def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Return the lowest position of a frame or a mesh along up, world units (0 without points), and the ground plane
+    """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground plane
     under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
-    if not isinstance(placed.content, PointObject):
+    if isinstance(placed.content, PointCloud):
+        lowest = lowest_main_point(placed.content, along) + float(shift)
+    elif not isinstance(placed.content, PointObject):
         lowest = float((placed.content.positions @ along).min(initial=0.0) + shift)
     elif (floor := _floor(placed, up)) is not None:
         middle = placed.corners.mean(0)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.frame import Frame
+from ..scene.point_cloud import SAMPLE, PointCloud
 
 Array = NDArray[np.floating[Any]]
 Index = NDArray[np.intp]
@@ -42,6 +43,12 @@ def lowest_point(frame: Frame, along: Array) -> float:
     up, length = along / np.linalg.norm(along), float(np.linalg.norm(along))
     bottoms = _bottoms(*_turned(depth, *rays, up), abs(camera.fx) + abs(camera.fy)) * length
     return min(lowest, float(np.partition(bottoms, THIRD)[THIRD])) if len(bottoms) > THIRD else lowest
+
+
+def lowest_main_point(cloud: PointCloud, along: Array) -> float:
+    """Return the lowest position of a cloud along an axis (3,), but for stray points."""
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE) or 1]
+    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) if len(cloud) else 0.0
 
 
 def _turned(depth: Array, x: Array, y: Array, up: Array) -> tuple[Array, Array, Array, Array]:

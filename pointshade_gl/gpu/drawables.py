@@ -11,6 +11,7 @@ import moderngl
 from ..scene.camera import Eye
 from ..scene.mesh import Mesh
 from ..scene.placed import Placed
+from .clouds.cloud_objects import CloudObjects, PlacedCloud
 from .core.memory import Owner
 from .core.steps import Steps
 from .core.view_images import Target
@@ -26,9 +27,14 @@ from .shading.shadow_map import Tile
 # meshes/mesh_objects.py and its type here. It needs a branch wherever this module, pipeline/gpu_scene.py,
 # scene/visible_scene.py, viewer/screen.py and files/gltf/write.py ask whether something is a mesh: all others count as
 # point objects.
-Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh
+Drawable = ShownPoints | ShownGrid | ShownSet | TiledPoints | PlacedMesh | PlacedCloud
 Drawables = dict[Placed, Drawable]
-Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh  # all of an object that its shadow depends on
+Shape = Points | Grid | PointSet | TiledPoints | PlacedMesh | PlacedCloud  # all of an object that its shadow depends on
+
+
+def shape_of(thing: Drawable) -> Shape:
+    """Return all of a drawable that its shadow depends on."""
+    return thing if isinstance(thing, PlacedMesh | PlacedCloud) else thing.points
 
 
 class Objects(Owner):
@@ -54,6 +60,8 @@ class Objects(Owner):
         """Draw the depth of an object into a shadow map. eye: the light's camera."""
         if isinstance(shape, PlacedMesh):
             self._mesh_objects().add_shadow(tile, shape, eye)
+        elif isinstance(shape, PlacedCloud):
+            self._clouds.add_shadow(tile, shape, eye)
         elif isinstance(shape, Grid):
             self._grids.add_shadow(tile, shape, eye)
         elif isinstance(shape, TiledPoints):
@@ -67,6 +75,8 @@ class Objects(Owner):
         """Draw an object's visible surfaces, with the number of its material. lights: if it is lit as it is drawn."""
         if isinstance(thing, PlacedMesh):
             self._mesh_objects().add_surface(target.surfaces, thing, eye, number, lights)
+        elif isinstance(thing, PlacedCloud):
+            self._clouds.add_surface(target.surfaces, thing, eye, number)
         elif isinstance(thing, ShownGrid):
             self._grids.add_surface(target, thing, eye, number, lights)
         elif isinstance(thing, ShownSet):
@@ -76,7 +86,7 @@ class Objects(Owner):
                 self.points.add_surface(target, part, eye, number)
         else:
             self.points.add_surface(target, thing, eye, number)
-        self._count(thing if isinstance(thing, PlacedMesh) else thing.points)
+        self._count(shape_of(thing))
 
     def kind_of(self, thing: ShownPoints | ShownGrid) -> PointObjects | GridObjects:
         """Return the passes that draw such an object when it is alone."""
@@ -85,6 +95,10 @@ class Objects(Owner):
     @cached_property
     def _grids(self) -> GridObjects:
         return self._keep(GridObjects(self._context, self._can_compute, self._is_software))
+
+    @cached_property
+    def _clouds(self) -> CloudObjects:
+        return self._keep(CloudObjects(self._context))
 
     def _mesh_objects(self) -> MeshObjects:
         self._meshes = self._meshes or self._keep(MeshObjects(self._context))

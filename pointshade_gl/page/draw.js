@@ -35,7 +35,7 @@ class Drawing {
     const seen = JSON.stringify([camera, pose, shadings, early && [lights, shadows]]);
     if (seen !== this.seen) this.drawSurfaces(view, shadings, lamps);
     this.seen = seen;
-    this.lightPixels(view, lamps);
+    this.lightPixels(view, shadings, lamps);
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.picture);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
     gl.blitFramebuffer(0, 0, width, height, 0, height, width, 0, gl.COLOR_BUFFER_BIT, gl.NEAREST);
@@ -137,7 +137,7 @@ class Drawing {
     gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     this.things.forEach((thing, k) => {
-      const inputs = { ...warpOf(thing, camera, pose, near), material_number: k + 1 };
+      const inputs = { ...warpOf(thing, camera, pose, near), material_number: shadings[k] === "edl" ? -1 - k : k + 1 };
       if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
       else this.addPoints(thing, inputs, shadings[k], pose, lamps);
     });
@@ -147,7 +147,8 @@ class Drawing {
     const early = LIT_EARLY.includes(shading);
     if (early) this.lightPoints(thing, pose, lamps);
     this.painter.drawSplats(this.splats, thing, warp);
-    const constants = { SHADING: SHADINGS.indexOf(shading), CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0 };
+    const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
+    const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
       ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
@@ -157,8 +158,8 @@ class Drawing {
   addMesh(thing, inputs, shading, pose, lamps) {
     const early = LIT_EARLY.includes(thing.shading), box = [0, 0, ...this.size];
     const own = { picture: thing.colors, base_color: thing.baseColor, normal_view: normalView(inputs.view) };
-    const light = early ? { ...this.lightInputs(lamps, pose, true), material: thing.material } : { is_lit: shading !== "none" };
-    const names = early && shading !== "none" ? ["meshes/mesh_lit.vert", "meshes/mesh_lit.frag"] : ["meshes/mesh.vert", "meshes/mesh.frag"];
+    const light = early ? { ...this.lightInputs(lamps, pose, true), material: thing.material } : { is_lit: !NOT_LIT.includes(shading) };
+    const names = early && !NOT_LIT.includes(shading) ? ["meshes/mesh_lit.vert", "meshes/mesh_lit.frag"] : ["meshes/mesh.vert", "meshes/mesh.frag"];
     this.painter.drawMesh(this.surfaces, box, ...names, thing, { is_lit: false, ...inputs, ...own, ...light });
   }
 
@@ -173,7 +174,7 @@ class Drawing {
     this.fillLight(thing.litTarget, [thing.width, thing.height], constants, own, lamps, thing.axes);
   }
 
-  lightPixels({ camera, pose }, lamps) {
+  lightPixels({ camera, pose }, shadings, lamps) {
     const own = {
       surface_map: this.surface, albedo_map: this.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
       eye: [0, 0, 0], material: this.things[0].material, materials: this.materials,
@@ -181,6 +182,7 @@ class Drawing {
     const constants = {
       POINTS: 0, MATERIALS: this.things.length > 1 ? 1 : 0,
       CERTAINTY: this.things.some((thing) => thing.certainty) ? 1 : 0,
+      EDL: shadings.includes("edl") ? 1 : 0,
     };
     this.fillLight(this.picture, this.size, constants, own, lamps, pose);
   }

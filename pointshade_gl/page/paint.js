@@ -1,6 +1,6 @@
 // One way to draw each kind of thing, by the shaders of the renderer.
 
-const SHADINGS = ["none", "flat", "gouraud", "phong"];
+const SHADINGS = ["none", "flat", "gouraud", "phong", "edl"];
 const LIT_EARLY = ["flat", "gouraud"]; // of these: light points or corners, and mix that light
 const CORNERS = { position: [3, 0], normal: [3, 12], uv: [2, 24], lit_at: [3, 32] }; // of meshes: numbers, first byte
 

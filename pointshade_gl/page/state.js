@@ -6,6 +6,7 @@ const FARTHEST = (175 / 180) * Math.PI; // radians from the viewer's direction
 const DEGREES = 120; // around the object, for a drag across the picture's smaller side
 const WHEEL = 1.1; // factor on distances per step of the wheel
 const LEAST = 1e-6; // of a distance: it must not be 0
+const NOT_LIT = ["none", "edl"]; // of the shadings: show the things' own colours
 const START = {
   yaw: 0, pitch: 0, distance: 1, pan: [0, 0], pivot: [0, 0, 0],
   lightAt: [-0.3, -0.3], lightReach: 1, lightMode: true, lightColor: [1, 1, 1], lightIntensity: 1,
@@ -70,7 +71,7 @@ function towards(state) {
 }
 
 function isLit(state) {
-  return state.lit && state.shading !== "none";
+  return state.lit && !NOT_LIT.includes(state.shading);
 }
 
 function isBehind(state) {

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 
 from ..estimation.exposure import stops_to_match
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.images import Fitted, Image, empty
 from ..gpu.core.passes import FullscreenPasses
 from ..gpu.core.steps import Steps
@@ -23,7 +24,7 @@ from ..gpu.shading.light_set import Lighting
 from ..messages.formatting import option
 from ..messages.notes import print_note
 from ..messages.validation import check_type
-from ..scene.appearance import Material
+from ..scene.appearance import NOT_LIT, Material
 from ..scene.camera import Camera, view_matrix
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -71,7 +72,7 @@ class ExposureMeter(FullscreenPasses):
         is_guessed = exposure == "sensor"
         if is_guessed and (alone is None or not is_noisy(alone)):
             return 0.0
-        if alone is not None and not isinstance(alone, PlacedMesh) and alone.shading == "none":
+        if alone is not None and not isinstance(alone, PlacedMesh | PlacedCloud) and alone.shading in NOT_LIT:
             return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
@@ -129,7 +130,7 @@ def _small(camera: Camera) -> Camera:
 
 def is_noisy(thing: Drawable) -> bool:
     """Return whether noise was found in the depth of a frame, or in one of several."""
-    if isinstance(thing, PlacedMesh):
+    if isinstance(thing, PlacedMesh | PlacedCloud):
         return False
     views = thing.views if isinstance(thing, ShownSet) else (thing,)
     choices = (view.choice if isinstance(view, TiledPoints) else view.textures.choice for view in views)

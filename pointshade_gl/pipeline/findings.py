@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import SetReport
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.frame_textures import FrameTextures
 from ..gpu.drawables import Drawables
 from ..gpu.meshes.grid_objects import ShownGrid
@@ -20,7 +21,7 @@ def findings(drawn: Drawables) -> list[tuple[str, Choice | SetReport]]:
     for p, thing in drawn.items():
         if isinstance(thing, ShownSet):
             found.append((p.node.name, thing.report()))
-        elif not isinstance(thing, PlacedMesh):
+        elif not isinstance(thing, PlacedMesh | PlacedCloud):
             found.append((p.node.name, (thing if isinstance(thing, TiledPoints) else thing.textures).choice))
     return found
 

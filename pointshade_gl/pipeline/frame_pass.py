@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from ..gpu.clouds.cloud_objects import PlacedCloud
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.steps import Steps
 from ..gpu.core.view_images import SurfaceImage, Target
@@ -79,10 +80,14 @@ class FramePass:
             self._light_pixels(target, canvas, visible, light_set)
 
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
-        """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials."""
+        """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
+
+        Those of objects with eye-dome lighting are negative.
+        """
         rows, materials = list(joined(drawables[p] for p in visible.shown)), visible.materials
         shown = tuple(thing for _, thing in rows)
-        numbers = tuple(1 + materials.index(material_of(visible.shown[first])) for first, _ in rows)
+        places = (1 + materials.index(material_of(visible.shown[first])) for first, _ in rows)
+        numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
         early = any(map(_is_lit_as_drawn, shown))
         lighting = light_set.seen_from(visible.eye.pose) if early else None
         self._steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, visible.eye, lighting)
@@ -93,7 +98,10 @@ class FramePass:
     ) -> None:  # fmt: skip
         """lighting: for meshes that are lit as they are drawn"""
         surfaces.clear()
-        surfaces.has_doubts = any(not isinstance(thing, PlacedMesh) and thing.has_doubts for thing in shown)
+        surfaces.has_eye_dome = any(number < 0 for number in numbers)
+        surfaces.has_doubts = any(
+            not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown
+        )
         lights = self._light.inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
@@ -104,24 +112,25 @@ class FramePass:
         materials = np.array([material.strengths for material in visible.materials])
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
+        marks = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}
         with canvas.opened(surfaces.window) as image:
-            self._steps.always("light", self._light.draw, image, *inputs, None, canvas.linear, surfaces.has_doubts)
+            self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
 
 
 def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
     """Return the only object in view if it can be drawn and lit alone: points at their own scale, without spots and
     shadows.
 
-    A mesh between the points also counts, unless it is lit as it is drawn.
+    A mesh between the points also counts, unless it is lit as it is drawn. Eye-dome lighting needs neighbours.
     """
     one = drawables[visible.shown[0]] if len(visible.shown) == 1 else None
     if light_set.shadow_map is not None or not isinstance(one, ShownPoints | ShownGrid) or _is_lit_as_drawn(one):
         return None
-    return one if one.points.scale == 1 else None
+    return one if one.points.scale == 1 and one.shading != "edl" else None
 
 
 def _is_lit_as_drawn(thing: Drawable) -> bool:
     """Return whether the object's surfaces already hold their light, and so change with it."""
     if isinstance(thing, PlacedMesh):
-        return thing.mesh.shading in LIT_EARLY
+        return thing.shading in LIT_EARLY
     return isinstance(thing, ShownGrid) and thing.shading == "flat"

@@ -13,6 +13,8 @@ from ..estimation.albedo_sum import AlbedoSum
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import importances
 from ..estimation.shared_albedo import share_albedo
+from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.clouds.cloud_store import CloudStore
 from ..gpu.core.frame_textures import FrameTextures, PointSurface
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
@@ -29,10 +31,12 @@ from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..messages.progress import Count
 from ..scene.appearance import LIT_EARLY, Look
+from ..scene.cloud_levels import level_of
 from ..scene.frame import Frame
 from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
 from ..scene.mesh import Mesh
 from ..scene.placed import Placed
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.visible_scene import VisibleScene, is_alone
 
@@ -55,6 +59,10 @@ class GpuScene(Owner):
         self.photo_lights: list[FoundLight] = []
 
     @cached_property
+    def _clouds(self) -> CloudStore:
+        return self._keep(CloudStore(self._context))
+
+    @cached_property
     def _consensus(self) -> ConsensusPass:
         return self._keep(ConsensusPass(self._context, self._steps))
 
@@ -71,6 +79,7 @@ class GpuScene(Owner):
         meshes = [p for p in used if isinstance(p.content, Mesh)]
         self._objects.keep_only(p.content for p in meshes)
         drawables: Drawables = {p: PlacedMesh(p.content, p.world[None]) for p in meshes}
+        drawables |= self._prepare_clouds([p for p in used if isinstance(p.content, PointCloud)], visible)
         objects = [p for p in used if isinstance(p.content, PointObject)]
         large = {p: self._as_tiles(p) for p in objects if self._needs_tiles(p, visible)}
         self.tiles.keep_only(list(large.values()))
@@ -121,6 +130,17 @@ class GpuScene(Owner):
     def release(self) -> None:
         self.drawn, self._coarse = {}, {}
         super().release()
+
+    def _prepare_clouds(self, clouds: list[Placed], visible: VisibleScene) -> Drawables:
+        """Return as many points of each cloud as the view needs."""
+        if clouds or "_clouds" in vars(self):
+            self._steps.forget(of=self._clouds.keep_only(p.content for p in clouds))
+        drawables: Drawables = {}
+        for p in clouds:
+            level = level_of(p, visible.eye)
+            points = self._clouds.get(p.content, level)
+            drawables[p] = PlacedCloud(points, p.content, *p.rigid_axes, 2.0 ** (0.5 * level))
+        return drawables
 
     def _needs_tiles(self, p: Placed, visible: VisibleScene) -> bool:
         content = p.content

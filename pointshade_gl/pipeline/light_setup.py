@@ -10,9 +10,9 @@ import numpy as np
 from ..gpu.core.images import empty
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
-from ..gpu.drawables import Drawables, Objects, Shape
+from ..gpu.drawables import Drawables, Objects, Shape, shape_of
 from ..gpu.meshes.grid_objects import ShownGrid
-from ..gpu.meshes.mesh_objects import PlacedMesh, joined
+from ..gpu.meshes.mesh_objects import joined
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
@@ -50,7 +50,7 @@ class LightSetup(Owner):
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
-            shapes = tuple(thing if isinstance(thing, PlacedMesh) else thing.points for thing in drawn)
+            shapes = tuple(map(shape_of, drawn))
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
         return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain)
 

@@ -251,10 +251,12 @@ class Renderer:
             )  # fmt: skip
             scene, finish = self._scenes.of(request), request.finish
             lights = request.lights_of(scene)
-            if finish.exposure == "sensor" and isinstance(request.source, Scene):  # whose lights were made for it
+            if finish.exposure == "sensor" and isinstance(
+                request.source, Scene | PointCloud
+            ):  # whose lights were made for it
                 finish = replace(finish, exposure=0.0)
             if finish.ground is True:
-                source = scene if isinstance(request.source, Scene) else scene.things[0].content.frame
+                source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
                 finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
             seen = request.seen_by(scene)
             with self._in_use():
@@ -373,7 +375,7 @@ class Renderer:
             (4, 4) camera-to-world of who looks: highlights and the default light depend on it; None is the frame's own
             pose.
         shading : Shading, default 'phong'
-            "none" keeps the picture's own colours; any other lights each point once, as "flat" does.
+            "none" and "edl" keep the picture's own colours; any other lights each point once, as "flat" does.
         """
         with taken_by(notes):
             request = RenderRequest.of(

@@ -15,11 +15,13 @@ from ..messages.formatting import shown
 from ..messages.validation import Numbers, check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
+from ..scene.cloud_scene import scene_of, styled
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.node import Node
 from ..scene.option_fields import takes
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject, check_frames
 from ..scene.render_settings import SIMPLE, Finish, FinishOptions
 from ..scene.view import MoveOptions, View, viewing_pose
@@ -69,7 +71,7 @@ class RenderRequest:
     finish  what is made of the light
     """
 
-    source: Frame | Sequence[Frame] | Scene
+    source: Frame | Sequence[Frame] | Scene | PointCloud
     lights: Sequence[Light] | None = None
     look: Look = Look()
     camera: Camera | None = None
@@ -90,7 +92,9 @@ class RenderRequest:
             if given:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
             return source
-        source = source if isinstance(source, Frame | Scene) else check_source(loaded(source))
+        source = source if isinstance(source, Frame | Scene | PointCloud) else check_source(loaded(source))
+        if isinstance(source, PointCloud):
+            source = styled(source, {name: given.pop(name) for name in [*given] if name in _NAMES[Look]})
         look, view, finish = (_made_of(group, given) for group in GROUPS)
         if isinstance(source, Scene) and look is not _PLAIN[Look]:
             names = (name for name in given if name in _NAMES[Look])
@@ -115,11 +119,13 @@ class RenderRequest:
     def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
         """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
         camera = check_type(scene.camera if self.camera is None else self.camera, Camera, "camera")
-        mover = scene if isinstance(self.source, Scene) else scene.things[0].content.frame  # of several the first
+        mover = (
+            scene if isinstance(self.source, Scene | PointCloud) else scene.things[0].content.frame
+        )  # of several the first
         return camera, viewing_pose(mover, self.pose, *self.turns)
 
 
-Source = Frame | Sequence[Frame] | Scene | FilePath | RenderRequest
+Source = Frame | Sequence[Frame] | Scene | PointCloud | FilePath | RenderRequest
 
 
 class Scenes:
@@ -127,12 +133,21 @@ class Scenes:
 
     def __init__(self) -> None:
         self._last: tuple[tuple[Frame, ...], Look, Scene] | None = None
+        self._cloud: tuple[PointCloud, Scene] | None = None
 
     def of(self, request: RenderRequest) -> Scene:
         """Return what a request draws, with a camera."""
         if isinstance(request.source, Scene):
             return request.source.framed()
+        if isinstance(request.source, PointCloud):
+            return self.of_cloud(request.source)
         return self.of_frames(check_frames(request.source), request.look)
+
+    def of_cloud(self, cloud: PointCloud) -> Scene:
+        """Return the scene of a cloud, with a camera; the last one again if nothing has changed."""
+        if self._cloud is None or not self._cloud[0].is_like(cloud):
+            self._cloud = cloud, scene_of(cloud).framed()
+        return self._cloud[1]
 
     def of_frames(self, frames: tuple[Frame, ...], look: Look) -> Scene:
         """Return the scene of one object; the last one again if nothing has changed."""
@@ -153,13 +168,15 @@ def loaded(source: Any) -> Any:
     return load_any(source)
 
 
-def check_source(source: Any) -> Frame | Sequence[Frame] | Scene:
-    """Return the source. Raises TypeError or ValueError for anything but a frame, several, or a scene."""
-    if isinstance(source, Frame | Scene):
+def check_source(source: Any) -> Frame | Sequence[Frame] | Scene | PointCloud:
+    """Return the source. Raises TypeError or ValueError for anything but a frame, several, a scene or a cloud."""
+    if isinstance(source, Frame | Scene | PointCloud):
         return source
     if is_a(source, Sequence) and not is_a(source, bytes):
         return check_frames(source)
-    raise TypeError(f"frame must be a Frame, a sequence of frames, a Scene or a path, got {shown(source)}")
+    raise TypeError(
+        f"frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got {shown(source)}"
+    )
 
 
 _DEFAULTS: dict[str, Any] = {one.name: one.default for group in GROUPS for one in fields(group)}

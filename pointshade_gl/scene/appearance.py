@@ -24,7 +24,7 @@ from .normal_methods import METHODS, Method, check_method, check_normals, parse_
 from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
 from .values import Options, frozen
 
-Shading = Literal["none", "flat", "gouraud", "phong"]
+Shading = Literal["none", "flat", "gouraud", "phong", "edl"]
 Splat = Literal["footprint", "round", "mesh"]
 Upsampling = Literal["vote", "none"]
 NormalsAt = Literal["source", "target"]
@@ -37,6 +37,7 @@ NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
 FLYING: tuple[Flying, ...] = get_args(Flying)
 MISSING: tuple[Missing, ...] = get_args(Missing)
 LIT_EARLY = ("flat", "gouraud")  # of the shadings: light points or corners, and mix that light
+NOT_LIT = ("none", "edl")  # of the shadings: show the objects' own colours
 
 
 @option_class
@@ -92,8 +93,9 @@ class Look(Options):
     )
     shading: Shading = opt(
         "phong",
-        'how surfaces are lit: "none" shows their own colours',
-        f"How surfaces are lit: {', '.join(SHADINGS)}.",
+        'how surfaces are lit: "none" shows their own colours, "edl" (eye-dome lighting) darkens them beside what is '
+        "nearer, without light or normals",
+        f"How surfaces are lit: {', '.join(SHADINGS)} (eye-dome lighting: dark beside what is nearer, no light).",
         metavar="MODEL",
         known=SHADINGS,
         panel=LIGHT,
@@ -323,7 +325,7 @@ class Look(Options):
     @property
     def of_points(self) -> Look:
         """The look of single points, each lit once: what only splats show has its default."""
-        material = UNLIT if self.shading == "none" else self.material
+        material = UNLIT if self.shading in NOT_LIT else self.material
         kept = {name: getattr(self, name) for name in ("normals", *keys_of(SurfaceOptions), *keys_of(ColorOptions))}
         return Look(material, shading="flat", upsample="none", **kept)
 
@@ -376,6 +378,11 @@ _ARRAYS = {
     "noise": "noise must be one number or have the depth's shape (h, w)",
 }
 UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
+
+
+def shader_model(shading: str) -> int:
+    """Return the number of a shading model in shaders; eye-dome lighting begins with an object's own colours."""
+    return SHADINGS.index("none" if shading == "edl" else shading)  # pyright: ignore
 
 
 def check_sizes(size: float | Numbers | str | None, shape: tuple[int, ...]) -> NDArray[np.float32]:

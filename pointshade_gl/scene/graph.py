@@ -22,6 +22,7 @@ from .light import Light, transformed
 from .mesh import Mesh
 from .node import Node, NodeOptions, check_nodes
 from .placed import Matrix, Placed, Way
+from .point_cloud import PointCloud
 from .point_object import PointObject
 from .preview import Preview
 from .shadow_cameras import Extent
@@ -82,9 +83,11 @@ class Scene(Value, Preview):
     def __repr__(self) -> str:
         """`Scene(4 nodes: 93 207 points in 1 frame, 12 triangles in 1 mesh, 2 lights)`: what is visible."""
         meshes = [p.content for p in self._placed if isinstance(p.content, Mesh)]
+        clouds = [p.content for p in self._placed if isinstance(p.content, PointCloud)]
         frames = sum(len(p.content.frames) for p in self._placed if isinstance(p.content, PointObject))
         found = {
-            f"{counted(self.points_known, 'point')} in {counted(frames, 'frame')}": frames,
+            f"{counted(self._points_of(PointObject), 'point')} in {counted(frames, 'frame')}": frames,
+            f"{counted(self._points_of(PointCloud), 'point')} in {counted(len(clouds), 'cloud')}": len(clouds),
             f"{counted(sum(len(m.faces) for m in meshes), 'triangle')} in {counted(len(meshes), 'mesh')}": len(meshes),
             counted(len(self.lights), "light"): len(self.lights),
         }
@@ -164,8 +167,11 @@ class Scene(Value, Preview):
 
     @property
     def points_known(self) -> int:
-        """Return the number of points in the visible frames."""
-        return sum(p.content.points_known for p in self.placed() if isinstance(p.content, PointObject))
+        """Return the number of points in the visible frames and clouds."""
+        return self._points_of(PointObject, PointCloud)
+
+    def _points_of(self, *kinds: type) -> int:
+        return sum(p.content.points_known for p in self._placed if isinstance(p.content, kinds))
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -182,8 +188,11 @@ class Scene(Value, Preview):
     def upright(self) -> NDArray[np.float64]:
         """Return the axis that yaw turns about, (3,).
 
-        It is the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
+        It is the up of a cloud, or the world's y, as in glTF, or the camera's own y if that leans over 60 degrees.
         """
+        for placed in self.things:
+            if isinstance(placed.content, PointCloud):
+                return placed.rigid_axes[0][:3, :3] @ placed.content.up_direction
         own = self.pose[:3, 1]
         return np.array([0.0, 1.0, 0.0]) if abs(own[1]) > 0.5 else own
 

@@ -36,8 +36,9 @@ class Mesh(Value):
         sRGB; None is white.
     material : Material
         How the surface answers light.
-    shading : {"phong", "gouraud", "flat", "none"}
-        Light for each pixel, for each vertex, for each triangle, or none.
+    shading : {"phong", "gouraud", "flat", "none", "edl"}
+        Light for each pixel, for each vertex, for each triangle, or none; "edl" (eye-dome lighting) is none, and darker
+        beside what is nearer.
 
     Raises
     ------

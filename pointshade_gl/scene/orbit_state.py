@@ -24,7 +24,7 @@ from ..messages.validation import (
     check_point,
     check_type,
 )
-from .appearance import Look
+from .appearance import NOT_LIT, Look
 from .camera import Camera, orbit_pose
 from .light import Light, at_upper_left
 from .orbit_target import Stage
@@ -171,7 +171,7 @@ class State:
     @property
     def is_lit(self) -> bool:
         """Return whether any light is visible."""
-        return self.lit and self.look.shading != "none"
+        return self.lit and self.look.shading not in NOT_LIT
 
     @property
     def is_behind(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +18,27 @@ from .rotation import moved
 from .srgb import linear_to_bytes
 from .values import Value, frozen
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
-CloudShading = Literal["none", "phong"]
+CloudShading = Literal["none", "phong", "edl"]
 CloudSplat = Literal["disc", "ball"]
 UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
 CLOUD_SPLATS: tuple[CloudSplat, ...] = get_args(CloudSplat)
 STRAY = 0.001  # share of the points on each side of an axis that bounds leave out
+ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
 SAMPLE = 1 << 20  # points that bounds are taken from
+
+
+class CloudLook(TypedDict, total=False):
+    """How a cloud is drawn."""
+
+    material: Material
+    shading: CloudShading
+    splat: CloudSplat
+    point_size: float | str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +65,13 @@ class PointCloud(Value):
         Where the scanner stood, from `origin`: normals that are written to files point there.
     material : Material
         How the surface answers light.
-    shading : {"phong", "none"}
-        Light for each pixel, or the points' own colours.
+    shading : {"phong", "none", "edl"}
+        Light for each pixel, or the points' own colours: "edl" (eye-dome lighting) darkens them beside what is nearer,
+        so that depth is seen without light. Prefer it to "none".
     splat : {"disc", "ball"}
         What is drawn of each point: discs are blended into a surface, balls stay single.
     point_size : float or str, optional
-        Radius of all points: world units, "3px" pixels of the picture, or "1.6x" the points' spacing; None is 1.6x for
+        Radius of all points: world units, "3px" pixels of the picture, or "2x" the points' spacing; None is 2x for
         discs and 0.5x for balls, or `sizes`.
 
     Raises
@@ -138,6 +152,26 @@ class PointCloud(Value):
     def __repr__(self) -> str:
         return f"PointCloud({counted(len(self), 'point')})"
 
+    def styled(self, **look: Unpack[CloudLook]) -> PointCloud:
+        """Return the same points, drawn otherwise. Their arrays are not copied.
+
+        Parameters
+        ----------
+        **look
+            `material`, `shading`, `splat` and `point_size`, as of a new cloud.
+        """
+        kept: CloudLook = {name: getattr(self, name) for name in CloudLook.__annotations__}  # type: ignore[assignment]
+        made = PointCloud(np.empty((0, 3)), **(kept | look))
+        for name in ("origin", "up", *ARRAYS):
+            object.__setattr__(made, name, getattr(self, name))
+        return made
+
+    def is_like(self, other: PointCloud) -> bool:
+        """Return whether another cloud has the same arrays and is drawn the same."""
+        named = ("up", *CloudLook.__annotations__)
+        alike = all(getattr(self, name) == getattr(other, name) for name in named)
+        return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))
+
     @cached_property
     def corners(self) -> NDArray[np.float64]:
         """Return the (8, 3) corners of the box round all points, node axes; (0, 3) without any."""
@@ -156,10 +190,32 @@ class PointCloud(Value):
         return frozen(box_corners(low - margin, high + margin) + self.origin)
 
     @property
+    def up_direction(self) -> NDArray[np.float64]:
+        """Return the direction that is up, (3,) unit, node axes."""
+        direction = np.zeros(3)
+        direction["xyz".index(self.up[-1])] = -1 if self.up.startswith("-") else 1
+        return direction
+
+    @property
+    def arrays(self) -> tuple[Any, ...]:
+        """Return all that the surface of the cloud is found from; clouds that only look otherwise share it."""
+        return self.positions, self.normals, self.sizes, self.colors, self.origin
+
+    @property
+    def thins(self) -> bool:
+        """Return whether fewer points may be drawn, each larger: not if they have a size in the world."""
+        return self.radius_rule[1] != ""
+
+    @property
+    def points_known(self) -> int:
+        """Return the number of points."""
+        return len(self)
+
+    @property
     def radius_rule(self) -> tuple[float, str]:
         """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
         if self.point_size is None:
-            return (1.6, "x") if self.splat == "disc" else (0.5, "x")
+            return (2.0, "x") if self.splat == "disc" else (0.5, "x")
         return _parsed(self.point_size)
 
 
@@ -179,7 +235,7 @@ def _checked_size(size: Any) -> Any:
     try:
         number, _ = _parsed(size) if isinstance(size, str) else (size, "")
     except ValueError:
-        known = "world units, pixels ('3px') or spacings ('1.6x')"
+        known = "world units, pixels ('3px') or spacings ('2x')"
         raise ValueError(f"{name} of a point cloud is its radius in {known}, got {shown(size)}") from None
     number = check_number(number, name, 0)
     return size if isinstance(size, str) else number

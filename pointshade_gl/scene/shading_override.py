@@ -9,6 +9,7 @@ from typing import Any
 from .graph import Scene
 from .mesh import Mesh
 from .node import Node
+from .point_cloud import CLOUD_SHADINGS, PointCloud
 from .point_object import PointObject
 
 
@@ -28,4 +29,6 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
 def _part_shaded(part: Any, shading: str) -> Any:
     if isinstance(part, PointObject):
         return replace(part, look=replace(part.look, shading=shading))
+    if isinstance(part, PointCloud):
+        return part.styled(shading=shading if shading in CLOUD_SHADINGS else "phong")
     return replace(part, shading=shading) if isinstance(part, Mesh) else part

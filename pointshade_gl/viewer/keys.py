@@ -90,7 +90,8 @@ def _compare(now: Moment, _: str) -> Answer:
     state = now.state
     if state.look.shading == "none" and not (state.look.unlight or state.look.remove_highlights):
         return _say("this is the unlit picture already: 2, 3 or 4 light it", state)
-    return _say("unlit, as photographed" if state.lit else "lit", replace(state, lit=not state.lit))
+    again = "darker beside what is nearer" if state.look.shading == "edl" else "lit"
+    return _say("unlit, as photographed" if state.lit else again, replace(state, lit=not state.lit))
 
 
 def _resize_points(now: Moment, name: str) -> Answer:
@@ -143,7 +144,7 @@ def _leave(now: Moment, name: str) -> Answer:
 
 KEYS = (
     Key(("L",), "L", "light mode: the light follows the mouse", _toggle_light),
-    Key(("1", "2", "3", "4"), "1 2 3 4", "shading: none, flat, gouraud, phong", _choose_shading),
+    Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
     Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True),

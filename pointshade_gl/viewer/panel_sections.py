@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..estimation.multi_view import is_primary
 from ..rendering.renderer import Renderer
-from ..scene.appearance import FLYING, SHADINGS, SPLATS, Look, Material
+from ..scene.appearance import FLYING, NOT_LIT, SHADINGS, SPLATS, Look, Material
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -176,8 +176,9 @@ def show_surface(ui: Widgets, state: State, shown: Shown) -> State:
     ui.imgui.begin_disabled(not state.lit)
     look, material = state.look, state.look.material
     shading = ui.choose("shading", look.shading, SHADINGS, "none: the picture's own colours. flat: one colour a point. "
-                        "gouraud: light mixed between points. phong: light at each pixel. Keys 1 to 4.")  # fmt: skip
-    ui.imgui.begin_disabled(look.shading == "none")
+                        "gouraud: light mixed between points. phong: light at each pixel. "
+                        "edl: no light, dark beside what is nearer. Keys 1 to 5.")  # fmt: skip
+    ui.imgui.begin_disabled(look.shading in NOT_LIT)
     if not isinstance(shown, Scene):
         names = "ambient", "diffuse", "specular"
         shares = {name: ui.slide(name, getattr(material, name), 0.0, 1.0) for name in names}

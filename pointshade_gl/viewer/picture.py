@@ -67,7 +67,8 @@ class Picture:
         state, stage = self.now.state, self.now.stage
         is_own = isinstance(self.shown, Frame) and self.camera == camera_of(self.shown)
         is_there = np.allclose(state.pose(stage), np.eye(4), rtol=0, atol=1e-9 * stage.radius)
-        return 1 if is_own and is_there and not state.is_lit else samples
+        is_plain = not state.lit or state.look.shading == "none"
+        return 1 if is_own and is_there and is_plain else samples
 
 
 class SavedPicture(NamedTuple):

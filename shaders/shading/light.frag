@@ -18,9 +18,13 @@
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain: those of pixels are shorter, points have a map
 #endif
+#ifndef EDL
+#define EDL 0        // 1: what has a negative material number keeps its colours, darker beside what is nearer
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
+#include "common/eye_dome.glsl"
 #include "common/lights.glsl"
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
@@ -57,7 +61,7 @@ void main() {
     if (POINTS == 0) albedo = texel_at(albedo_map, ivec2(pixel));
     if (POINTS == 1) albedo.rgb = srgb_to_linear(picture_at(color_map, pixel, vec2(textureSize(surface_map, 0))));
     vec4 own = material;
-    if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(albedo.a + 0.5) - 1), 0);
+    if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(abs(albedo.a) + 0.5) - 1), 0);
 
     vec3 normal = surface.xyz;
     if (CERTAINTY == 1) {
@@ -77,5 +81,6 @@ void main() {
         lit = light_surface(point, eye, normal, albedo.rgb, own, ambient, lights, light_count);
     }
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
+    if (EDL == 1 && albedo.a < 0.0) lit *= eye_dome(surface_map, ivec2(pixel), surface.w);
     color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(min(lit, 1.0)), 1.0);
 }

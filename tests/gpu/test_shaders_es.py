@@ -37,7 +37,9 @@ CONSTANTS = {  # the values that the project builds each with
     "meshes/odd_squares.comp": {"WINDOW": FLAG},
     "meshes/mesh.vert": {"COPIES": FLAG},
     "meshes/mesh_lit.vert": {"COPIES": FLAG},
-    "shading/light.frag": dict.fromkeys(("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"), FLAG),
+    "shading/light.frag": dict.fromkeys(
+        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL"), FLAG
+    ),
     "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},

@@ -122,7 +122,7 @@ def test_the_help_lists_what_can_be_chosen(typed, command):
     for known in ("star-borrow, sparse,", "z, ray, plane, inverse, disparity", "or kinect."):
         assert known in text
     if command != "normals":
-        for known in ("none, flat, gouraud, phong", "footprint, round", "attenuation, cone, shadow"):
+        for known in ("none, flat, gouraud, phong, edl", "footprint, round", "attenuation, cone, shadow"):
             assert known in text
 
 

@@ -220,7 +220,7 @@ class TestKeys:
         assert as_state(shown.state).look.shading == action(before).look.shading
 
     def test_they_choose_the_shading(self, shown):
-        for key, shading in zip("1234", ("none", "flat", "gouraud", "phong"), strict=True):
+        for key, shading in zip("12345", ("none", "flat", "gouraud", "phong", "edl"), strict=True):
             shown.page.keyboard.press(key)
             assert shown.state["shading"] == shading == shown.page.locator("#shading").input_value()
 

@@ -116,7 +116,7 @@ def sphere(browser, points):
         yield opened
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_every_shading(sphere, points, shading):
     check(sphere, points, frames.sphere_before_wall(), [(VIEWS[1][0] | {"shading": shading}, None)])
 
@@ -179,6 +179,16 @@ def small_scene():
 @pytest.mark.parametrize("make", [small_scene, pytest.param(lambda: ps.load_scene("demo"), marks=pytest.mark.system)])
 def test_a_scene_with_meshes_lights_and_shadows(browser, points, make):
     scene = make()
+    with browser.opened(draw_page(points, scene)) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)
+
+
+def test_eye_dome_lighting_beside_light(browser, points):
+    """A board in its own colours, darker where the lit ball stands out of it."""
+    scene = small_scene()
+    ball, board, light = scene.nodes
+    scene = replace(scene, nodes=(ball, replace(board, content=replace(board.content, shading="edl")), light))
     with browser.opened(draw_page(points, scene)) as opened:
         opened.wait_until_drawn()
         check(opened, points, scene, [({"yaw": 15, "pitch": 5}, [320, 240])], least=45)

@@ -11,6 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import pointshade_gl as ps
+from pointshade_gl.scene.appearance import NOT_LIT
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.normal_methods import METHODS
 
@@ -18,7 +19,7 @@ from ..reference.render import render as mirror_render
 from ..support import given_values as values
 from ..support.compare import compare_images
 
-SHADINGS = st.sampled_from(["none", "flat", "gouraud", "phong"])
+SHADINGS = st.sampled_from(["none", "flat", "gouraud", "phong", "edl"])
 SOFT = ("plane", "wall", "noisy", "steps", "rough")
 MATT = ps.Material(ambient=0, diffuse=1, specular=0)
 
@@ -171,7 +172,11 @@ def test_lights_add_up(renderer, data):
     frame = data.draw(values.frames(patterns=SOFT, camera=values.plain_cameras))
     lights = data.draw(st.lists(values.lights(soft=False), min_size=2, max_size=3))
     lights = [replace(light, color=(1, 0.5, 0.25), intensity=0.3, attenuation=(1, 0, 0)) for light in lights]
-    look = {"material": MATT, "shading": data.draw(SHADINGS.filter(lambda name: name != "none")), "normals": "star"}
+    look = {
+        "material": MATT,
+        "shading": data.draw(SHADINGS.filter(lambda name: name not in NOT_LIT)),
+        "normals": "star",
+    }
     together = renderer.render(frame, lights, **look)
     backwards = renderer.render(frame, lights[::-1], **look)
     assert (np.abs(together.astype(int) - backwards) <= 1).all()

@@ -44,7 +44,7 @@ def draws(monkeypatch):
 
 
 @pytest.mark.parametrize("light", LIGHTS)
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_copies_are_drawn_at_once_and_look_as_if_drawn_one_by_one(renderer, draws, shading, light):
     mesh, others = box(shading), [box(shading) for _ in range(60)]
     one_by_one = renderer.render(at_random_places(others), light)

@@ -21,7 +21,7 @@ def rasterizer(request, renderer):
         assert (made.render(frames.sphere()) == made.expected).all()
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_a_frame_of_one_pixel(rasterizer, shading):
     frame = ps.Frame(np.full((1, 1, 3), 90, np.uint8), np.ones((1, 1)), ps.Camera(100, 100, 0, 0, 1, 1))
     image = rasterizer.render(frame, light=ps.Light(direction=(0, 0, 1)), shading=shading)
@@ -30,7 +30,7 @@ def test_a_frame_of_one_pixel(rasterizer, shading):
         assert image[0, 0, 0] == 90
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_a_frame_without_a_point_is_an_empty_picture(rasterizer, shading):
     empty = ps.Frame(None, np.zeros((12, 16)), ps.Camera(20, 20, 7.5, 5.5, 16, 12))
     for pose in (None, ps.orbit_pose(None, (0, 0, 1), 20)):
@@ -47,7 +47,7 @@ def part_of(frame, rows, columns):
     return part, whole
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_where_a_frame_has_no_points_nothing_is_drawn_nor_left_from_the_frame_before(rasterizer, shading):
     parts = [
         part_of(frames.sphere_before_wall(), slice(None), slice(None)),
@@ -63,7 +63,7 @@ def test_where_a_frame_has_no_points_nothing_is_drawn_nor_left_from_the_frame_be
         assert all((own == other).all() for own, other in zip(drawn, expected, strict=True))
 
 
-@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong"])
+@pytest.mark.parametrize("shading", ["none", "flat", "gouraud", "phong", "edl"])
 def test_a_scene_of_parts_looks_the_same_after_other_scenes(rasterizer, shading):
     def scene(rows, columns):
         part, _ = part_of(frames.sphere_before_wall(), rows, columns)

@@ -119,6 +119,7 @@ PICTURES = {
     "unlit": {"shading": "none", "background": (0.2, 0.5, 0.9)},
     "flat": {"shading": "flat", "background": "white"},
     "gouraud": {"shading": "gouraud"},
+    "eye-dome": {"shading": "edl", "background": "white"},
     "soft": {"light": ps.Light(position=(-0.8, -0.9, 0.2), radius=0.2, shadow=True)},
 }
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.scene.appearance import SHADINGS
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.visible_scene import looking_distance
 
@@ -40,7 +41,7 @@ def test_a_light_and_its_shadow(renderer, golden, name):
 def test_a_scene_of_one_frame_is_the_frame(renderer):
     """Equal bit for bit, for every shading model that lights pixels, on both ways through the passes."""
     frame = frames.sphere()
-    for shading in ("none", "flat", "gouraud", "phong"):
+    for shading in SHADINGS:
         content = ps.PointObject(frame, shading=shading, material=ps.Material(specular=0.6))
         scene = ps.Scene((ps.Node(content),), camera=frames.CAMERA, pose=ps.orbit_pose(None, (0, 0, 1), 9))
         alone = renderer.render(frame, material=content.look.material, shading=shading, pose=scene.pose)

@@ -23,6 +23,7 @@ from pointshade_gl.scene.visible_scene import VisibleScene
 
 from .camera import pixel_ray
 from .color import srgb_to_linear
+from .eye_dome import eye_dome
 from .finished import draw_ground, finished
 from .hidden_planes import bridge
 from .inverse_depth import pixel_grid
@@ -118,9 +119,13 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
     image = np.zeros((camera.height, camera.width, 4), F)
     u, v = target_pixel.T
     image[v, u, 3] = 1
-    if look.shading == "none":
+    if look.shading in ("none", "edl"):
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = srgb_to_linear(colors)
+        if look.shading == "edl":
+            depths = np.zeros_like(image)
+            depths[v, u, 3] = 1 / seen.inverse_depth.ravel()
+            image[v, u, :3] *= eye_dome(depths, target_pixel, depths[v, u, 3])[:, None]
     elif look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
         axes = camera, np.zeros(3, F), lamps, eye.pose

@@ -152,7 +152,7 @@ def test_the_functions_carry_signature_and_help_of_the_methods():
 @pytest.mark.parametrize(
     ("options", "error", "complaint"),
     [
-        ({"shading": "toon"}, ValueError, "unknown shading 'toon': known are none, flat, gouraud, phong"),
+        ({"shading": "toon"}, ValueError, "unknown shading 'toon': known are none, flat, gouraud, phong, edl"),
         ({"splat": "star"}, ValueError, "unknown splat 'star'"),
         ({"normals": "magic"}, ValueError, "unknown normals method 'magic'"),
         ({"normals": np.zeros((2, 2, 3))}, ValueError, "normals must be a method's name"),

@@ -8,7 +8,7 @@ import pointshade_gl as ps
 from ..support import frames
 from ..support.drivers import need_compute
 
-SHADINGS = "phong", "flat", "gouraud", "none"
+SHADINGS = "phong", "flat", "gouraud", "none", "edl"
 TWO = [ps.Light(), ps.Light(position=(1, 0, 0))]
 SHADOW = ps.Light(direction=(1, 1, 2), shadow=True)
 VIEWS = [(0, None, 1), (12, None, 1), (7, TWO, 1), (3, SHADOW, 1), (9, None, 3)]  # yaw, light, samples: each is new

@@ -35,7 +35,7 @@ class Soak:
     def look(self, frame):
         sizes = self.pick(None, None, None, 1.5, self.random.uniform(0, 2, frame.depth.shape))
         return {
-            "normals": self.pick(*self.METHODS), "shading": self.pick("none", "flat", "gouraud", "phong"),
+            "normals": self.pick(*self.METHODS), "shading": self.pick("none", "flat", "gouraud", "phong", "edl"),
             "point_size": sizes, "splat": self.pick("footprint", "round", "footprint" if sizes is not None else "mesh"),
         }  # fmt: skip
 

@@ -113,6 +113,13 @@ class TestVase:
         words = again(viewer)
         assert words[words.index("--shading") + 1] == "none" and not {"--light", "--unlight"} & set(words)
 
+    def test_with_eye_dome_lighting(self, open_viewer, again):
+        viewer = open_vase(open_viewer)
+        drag(viewer, (160, 120), (190, 100))
+        press(viewer, "5")
+        words = again(viewer)
+        assert words[words.index("--shading") + 1] == "edl" and "--light" not in words
+
     def test_with_several_lights_of_all_kinds(self, open_viewer, again):
         lights = [
             ps.Light(position=(-0.5, -0.4, 0.2), attenuation=(1, 0.1, 0.2), radius=0.02, shadow=True),

@@ -14,11 +14,11 @@ from ..support.viewing import move, press, quiet, shown
 
 
 class TestKeys:
-    def test_1_to_4_choose_the_shading_and_b_compares(self, open_viewer):
+    def test_1_to_5_choose_the_shading_and_b_compares(self, open_viewer):
         viewer = open_viewer()
         move(viewer, (160, 120), (20, 20))
         pictures = []
-        for name in "1234":
+        for name in "12345":
             press(viewer, name)
             pictures.append(shown(quiet(viewer)))
         unlit = pictures[0]
@@ -26,7 +26,8 @@ class TestKeys:
         press(viewer, "B")
         assert (shown(quiet(viewer)) == unlit).all()
         press(viewer, "B")
-        assert (shown(quiet(viewer)) == pictures[3]).all()
+        assert "darker beside what is nearer" in viewer.messages.text
+        assert (shown(quiet(viewer)) == pictures[4]).all()
 
     def test_n_goes_through_the_estimators_and_says_which(self, open_viewer):
         viewer = open_viewer()

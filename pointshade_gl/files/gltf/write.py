@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...messages.validation import check_path, check_type
-from ...scene.appearance import Material
+from ...scene.appearance import NOT_LIT, Material
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light
@@ -171,7 +171,7 @@ class _Writer:
                 base["baseColorTexture"] = {"index": self.texture(mesh.texture)}
             self.known[key] = self.add(
                 "materials",
-                extensions={UNLIT: {}} if mesh.shading == "none" else None,
+                extensions={UNLIT: {}} if mesh.shading in NOT_LIT else None,
                 extras=_extras(said),
                 pbrMetallicRoughness=base,
                 alphaMode="MASK" if mesh.texture is not None and mesh.texture.shape[2] == 4 else None,

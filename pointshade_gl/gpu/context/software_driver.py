@@ -22,6 +22,7 @@ IMAGES = {  # pictures that are read texel by texel, and their formats
     **dict.fromkeys(("patches", "planes", "patch_steps", "lights", "views", "materials"), "rgba32f"),
     **dict.fromkeys(("plane_map", "light_map", "albedo_map", "surface_map", "gain_map", "hue_map"), "rgba32f"),
     **dict.fromkeys(("near_planes", "other_planes", "colors_map", "evidence_map", "completed_map"), "rgba32f"),
+    "point_map": "rgba32f",
     **dict.fromkeys(("other_map", "mixed_map"), "rgba32f"),  # what is passed on as a surface_map is one, too
 }
 IMAGE_2D = 0x904D  # type of a uniform

@@ -46,6 +46,7 @@ class SurfaceImage(Images):
     """The surfaces that a view shows, for the light pass."""
 
     has_doubts = False
+    has_eye_dome = False
 
     @cached_property
     def surface(self) -> moderngl.Texture:
@@ -57,7 +58,10 @@ class SurfaceImage(Images):
 
     @cached_property
     def albedo(self) -> moderngl.Texture:
-        """RGBA32F: linear albedo, or light, which may be above 1; in alpha the number of the material, from 1."""
+        """RGBA32F: linear albedo, or light, which may be above 1; in alpha the number of the material, from 1.
+
+        It is negative where eye-dome lighting is wanted, if `has_eye_dome`.
+        """
         return self._texture(4, "f4")
 
     @cached_property

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ...scene.appearance import SHADINGS, Look
+from ...scene.appearance import Look, shader_model
 from ...scene.camera import Eye
 from ...scene.normal_methods import Step, parse_max_depth_step
 from ..core.canvas import Canvas
@@ -78,7 +78,7 @@ class GridObjects(FullscreenPasses):
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
         """Draw the surfaces of a mesh that is alone, for the light pass."""
-        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
         empty(surfaces.target, splats.window)
         own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
         self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
@@ -113,7 +113,7 @@ class GridObjects(FullscreenPasses):
         return inputs | {"target_size": splats.size}
 
     def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
-        constants |= {"SHADING": SHADINGS.index(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
+        constants |= {"SHADING": shader_model(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
         return self.fullscreen(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:

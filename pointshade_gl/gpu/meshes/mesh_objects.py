@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import moderngl
 import numpy as np
 
+from ...scene.appearance import NOT_LIT
 from ...scene.camera import Eye
 from ...scene.mesh import Mesh
 from ..context.raw_gl import DEPTH_TEST
@@ -35,6 +36,10 @@ class PlacedMesh(NamedTuple):
 
     mesh: Mesh
     worlds: np.ndarray  # (n, 4, 4) node-to-world
+
+    @property
+    def shading(self) -> str:
+        return self.mesh.shading
 
 
 def joined(things: Iterable[_Thing]) -> Iterator[tuple[int, _Thing | PlacedMesh]]:
@@ -81,7 +86,7 @@ class MeshObjects(Owner):
             inputs |= lights | {"material": mesh.material.strengths}
         else:
             array = buffers.arrays["surface"]
-            inputs["is_lit"] = mesh.shading != "none"
+            inputs["is_lit"] = mesh.shading not in NOT_LIT
         self._draw(surfaces.shared_target, array, inputs, placed, eye)
 
     def add_shadow(self, tile: Tile, placed: PlacedMesh, eye: Eye) -> None:

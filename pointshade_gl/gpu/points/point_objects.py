@@ -150,7 +150,7 @@ class PointObjects(FullscreenPasses):
 
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
-        surfaces.window, surfaces.has_doubts = splats.window, shown.has_doubts
+        surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
         self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1)
         surfaces.raise_version()
 

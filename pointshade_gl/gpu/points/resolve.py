@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import moderngl
 import numpy as np
 
-from ...scene.appearance import LIT_EARLY, SHADINGS
+from ...scene.appearance import LIT_EARLY, shader_model
 from ...scene.camera import Camera
 from ..core.canvas import Canvas
 from ..core.images import depth_tested, empty
@@ -77,7 +77,7 @@ class ResolvePass(FullscreenPasses):
     def _draw(
         self, fragment: str, image: moderngl.Framebuffer, looking: Looking, inputs: dict[str, Any], **constants: int
     ) -> None:
-        constants |= {"SHADING": SHADINGS.index(looking.shading)}
+        constants |= {"SHADING": shader_model(looking.shading)}
         textures = looking.maps()
         if looking.shading == "phong" and looking.certainty is not None:
             constants["CERTAINTY"], textures["certainty_map"] = 1, looking.certainty

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from ...scene.appearance import SHADINGS
+from ...scene.appearance import shader_model
 from ..core.additive_blend import AdditiveBlend
 from ..core.images import Box, Image, confine, depth_tested, empty
 from ..core.passes import FullscreenPasses
@@ -42,7 +42,7 @@ class SetMergePass(FullscreenPasses):
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            shading = SHADINGS.index(looking.shading)
+            shading = shader_model(looking.shading)
             part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=shading)
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)

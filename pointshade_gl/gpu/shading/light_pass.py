@@ -11,7 +11,7 @@ from ...scene.camera import Camera
 from ..core.passes import FullscreenPasses, data_texture
 from .light_set import Lighting
 
-KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY"  # constants of light.frag
+KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL"  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -34,6 +34,7 @@ class LightPass(FullscreenPasses):
         linear: bool = False,
         has_doubts: bool = False,
         certainty: moderngl.Texture | None = None,
+        has_eye_dome: bool = False,
     ) -> None:
         """Light surfaces (unit normal, depth) with their albedo, both as the camera sees them, into the image's
         scissor.
@@ -44,6 +45,7 @@ class LightPass(FullscreenPasses):
         linear     pixels stay linear, too
         has_doubts  the normals of pixels are as long as they are certain
         certainty   of the normals of points, see shaders/common/toksvig.glsl
+        has_eye_dome  some pixels have negative material numbers: see shaders/common/eye_dome.glsl
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
         inputs = self.inputs(lighting, True)
@@ -58,7 +60,15 @@ class LightPass(FullscreenPasses):
             inputs["certainty_map"] = certainty
         doubtful = has_doubts or certainty is not None
         alone = "only_light" in inputs
-        kind = points is not None, lighting.shadows is not None, len(materials) > 1, linear, alone, doubtful
+        kind = (
+            points is not None,
+            lighting.shadows is not None,
+            len(materials) > 1,
+            linear,
+            alone,
+            doubtful,
+            has_eye_dome,
+        )
         light = self.fullscreen("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
         colors = "albedo_map" if points is None else "color_map"
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)

@@ -24,6 +24,7 @@ SMOOTH = dataclasses.replace(
     material=ps.Material(0.2, 0.7, 0, 8),
 )  # fmt: skip
 UNLIT = dataclasses.replace(SMOOTH, texture=RGBA, shading="none", material=ps.Material())
+EYE_DOME = dataclasses.replace(FLAT, shading="edl")
 
 
 def transform(angle, scale=1.0, at=(0, 0, 0)):
@@ -94,7 +95,7 @@ def everything():
         ps.Node(dataclasses.replace(spot, shadow=False), "off", shadow=False),
         ps.Node(ps.Light(**lamp, radius=0.05), "bulb"),
         ps.Node(ps.Light(), "default"),
-        ps.Node(FLAT, "again", shadow=False),
+        ps.Node((FLAT, EYE_DOME), "again", shadow=False),
     )
     sheared = transform(1)
     sheared[0, 1] += 0.5
@@ -108,6 +109,12 @@ def test_a_scene_comes_back_as_it_was_written(tmp_path, name):
     scene = everything()
     ps.save_scene(tmp_path / name, scene)
     assert_same(scene, ps.load_scene(tmp_path / name, notes=lambda text: None))
+
+
+def test_other_programs_do_not_light_what_has_eye_dome_lighting(tmp_path):
+    ps.save_scene(tmp_path / "out.gltf", ps.Scene((ps.Node(EYE_DOME),)))
+    (material,) = json.loads((tmp_path / "out.gltf").read_text())["materials"]
+    assert "KHR_materials_unlit" in material["extensions"]
 
 
 @pytest.mark.parametrize("name", ["copy.gltf", "copy.glb"])

@@ -1,0 +1,1 @@
+"""Point clouds: their normals, and how they are drawn."""

@@ -1,0 +1,186 @@
+"""Draws point clouds: discs that are blended into a surface, or balls, in views and in shadow maps."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import moderngl
+import numpy as np
+
+from ...scene.camera import Eye, view_matrix
+from ...scene.point_cloud import PointCloud
+from ..context.raw_gl import DEPTH_TEST, PROGRAM_POINT_SIZE
+from ..context.saved_state import enabled
+from ..core.additive_blend import AdditiveBlend
+from ..core.images import Fitted, Images, confine, depth_tested, empty
+from ..core.passes import FullscreenPasses, set_inputs
+from ..core.programs import build_program
+from ..core.view_images import SurfaceImage
+from ..shading.shadow_map import Tile
+from .cloud_store import CloudPoints
+
+CORE = 0.65  # share of a disc's radius that makes the front surface: outlines end there
+BAND = 0.6  # radii before and behind the front surface that belong to it
+STEP_BACK = 1.0  # radii by which a hole in it shows what lies behind
+RING = 0.45  # radii from a hole to what lies around it
+SHADOW_SHARE, SHADOW_PUSH = 0.7, 1.5  # a disc rises over its neighbours by less than so many of these smaller radii
+BALL_SHARE = 0.3  # of the radius of discs, for a point without a plane among them
+DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
+
+
+class PlacedCloud(NamedTuple):
+    """A level of a cloud, its place in the world, and how it is drawn."""
+
+    points: CloudPoints
+    cloud: PointCloud
+    pose: np.ndarray  # (4, 4) from node axes to the world, without the scale
+    scale: float
+    grown: float  # by how much points are larger than those of the whole cloud
+
+    @property
+    def shading(self) -> str:
+        return self.cloud.shading
+
+    @property
+    def is_blended(self) -> bool:
+        return self.cloud.splat == "disc"
+
+    def typical_radius(self, eye: Eye) -> float:
+        """Return the median radius of the discs, world units."""
+        world, spacings, pixels = self.radius
+        focal = 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
+        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / focal
+
+    def away(self, eye: Eye) -> float:
+        """Return how far the middle of the cloud lies ahead, at least the near plane."""
+        middle = self.pose[:3, :3] @ (self.scale * self.points.middle) + self.pose[:3, 3]
+        return max(float(eye.pose[:3, 2] @ (middle - eye.pose[:3, 3])), eye.near)
+
+    @property
+    def radius(self) -> tuple[float, float, float]:
+        """Return what adds up to the radius: world units, spacings or sizes of the points, pixels."""
+        number, unit = self.cloud.radius_rule
+        if self.cloud.sizes is not None and self.cloud.point_size is None:
+            return 0.0, self.grown, 0.0
+        return number * (unit == ""), number * (unit == "x"), number * (unit == "px")
+
+    def inputs(self, eye: Eye, share: float = 1.0) -> dict[str, Any]:
+        """Return the uniforms of shaders/clouds/splat.vert. share: of the radius that is drawn."""
+        view = view_matrix(self.pose, eye.pose)
+        view[:3, :3] *= self.scale
+        view[:3, 3] += view[:3, :3] @ self.points.middle
+        camera = eye.camera
+        return {
+            "view": view.T.astype("f4").tobytes(),
+            "scale": self.scale,
+            "radius": self.radius,
+            "share": share,
+            "target": camera.intrinsics,
+            "target_size": (camera.width, camera.height),
+            "near": eye.near,
+        }
+
+
+class FrontImage(Images):
+    """The front surface of a cloud in a view: how far it is, and the sums of the discs on it."""
+
+    @cached_property
+    def depth(self) -> moderngl.Texture:
+        """1 - near/z of the nearest core of a disc."""
+        texture = self._allocate(self._context.depth_texture, self.size)
+        texture.compare_func = ""  # read as numbers
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
+    @cached_property
+    def sums(self) -> tuple[moderngl.Texture, moderngl.Texture]:
+        """RGBA32F: normal and 1/z times the weight; linear colour times the weight, and the weight."""
+        return self._texture(4, "f4"), self._texture(4, "f4")
+
+    @cached_property
+    def front(self) -> moderngl.Texture:
+        """R32F: z of the front surface, 0 where there is none."""
+        return self._texture(1, "f4")
+
+    @cached_property
+    def cores(self) -> moderngl.Framebuffer:
+        return self._framebuffer(depth=self.depth)
+
+    @cached_property
+    def front_target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(self.front)
+
+    @cached_property
+    def target(self) -> moderngl.Framebuffer:
+        return self._framebuffer(*self.sums)
+
+
+class CloudObjects(FullscreenPasses):
+    """Draws clouds into views and into shadow maps."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._adding = AdditiveBlend(context)
+        self._images = self._keep(Fitted(context, FrontImage))
+        with self._all_or_nothing():
+            self._discs = {name: self._program(name, BALLS=0) for name in ("depth", "blend")}
+            self._balls = {name: self._program(name, BALLS=1) for name in ("depth", "blend", "ball")}
+
+    def _program(self, name: str, **constants: int) -> moderngl.Program:
+        return self._keep(build_program(self._context, "clouds/splat.vert", f"clouds/{name}.frag", **constants))
+
+    def add_surface(self, surfaces: SurfaceImage, placed: PlacedCloud, eye: Eye, number: int) -> None:
+        """Draw the cloud among the surfaces of other objects. number: of its material, counted from 1."""
+        shown = {"near": eye.near, "is_lit": placed.shading == "phong", "material_number": float(number)}
+        if not placed.is_blended:
+            surfaces.shared_target.use()
+            with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
+                self._draw("ball", placed, placed.inputs(eye) | shown)
+            return
+        image = self._images.fit(surfaces.size)
+        self._find_front(image, placed, eye)
+        empty(image.target)
+        with self._adding.on(), enabled(self._context, PROGRAM_POINT_SIZE):
+            self._draw("blend", placed, placed.inputs(eye) | {"front": image.front, "band": BAND})
+        maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1]}
+        with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
+            resolve = self.fullscreen("clouds/resolve.frag")
+            resolve.draw(surfaces.shared_target, maps, target=eye.camera.intrinsics, **shown)
+
+    def add_shadow(self, tile: Tile, placed: PlacedCloud, eye: Eye) -> None:
+        """Draw the cloud's depth into a shadow map. eye: the light's camera."""
+        tile.target.use()
+        with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
+            inputs = placed.inputs(eye, SHADOW_SHARE) | {"push": SHADOW_PUSH, "first_pixel": tile.first}
+            self._draw("depth", placed, inputs)
+
+    def _find_front(self, image: FrontImage, placed: PlacedCloud, eye: Eye) -> None:
+        """Find the front surface: of the cores of discs, and closed between them."""
+        confine(image.cores, None)
+        image.cores.use()
+        image.cores.clear(depth=1.0)
+        with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
+            self._draw("depth", placed, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
+        radius, focal = placed.typical_radius(eye), 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
+        ring = RING * radius * focal, RING * radius * focal / placed.away(eye)
+        inputs = {"near": eye.near, "step_back": STEP_BACK * radius, "ring": ring}
+        self.fullscreen("clouds/front.frag").draw(image.front_target, {"cores": image.depth}, **inputs)
+
+    def _draw(self, name: str, placed: PlacedCloud, inputs: dict[str, Any]) -> None:
+        """Draw the discs of a cloud, and its balls."""
+        discs = placed.points.discs if placed.is_blended else 0
+        self._draw_some(placed, self._discs[name] if discs else None, 0, discs, inputs)
+        inputs |= {"push": 0.0} if "push" in inputs else {}
+        share = BALL_SHARE if placed.is_blended else 1.0
+        self._draw_some(placed, self._balls[name], discs, placed.points.count, inputs | {"share": share})
+
+    def _draw_some(
+        self, placed: PlacedCloud, program: moderngl.Program | None, first: int, end: int, inputs: dict[str, Any]
+    ) -> None:
+        if program is None or first == end:
+            return
+        set_inputs(program, dict(inputs))
+        array = placed.points.array(program)
+        for k in range(first, end, DRAWN_AT_ONCE):
+            array.render(moderngl.POINTS, first=k, vertices=min(DRAWN_AT_ONCE, end - k))

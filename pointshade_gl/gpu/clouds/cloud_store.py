@@ -1,0 +1,135 @@
+"""Keeps point clouds on the GPU: of each as many points as the last views needed, with their planes and colours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from ...scene.cloud_levels import points_at
+from ...scene.point_cloud import PointCloud
+from ..core.images import read_texture
+from ..core.memory import Owner
+from .cloud_planes import CloudPlanes
+
+LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
+VERTEX = np.dtype([
+    ("position", "f4", 3), ("spacing", "f4"), ("normal", "f4", 3), ("edge", "f2", 4), ("color", "u1", 4),
+])  # fmt: skip
+
+
+class CloudPoints(Owner):
+    """The points of one level of a cloud on the GPU: first those that lie on a surface, then the others.
+
+    cloud  that they were taken from, or one that looks otherwise
+    middle (3,) node axes, that positions count from
+    discs    how many lie on a surface
+    spacing  the median of their spacings, or of their sizes
+    """
+
+    def __init__(self, context: moderngl.Context, cloud: PointCloud, level: int):
+        super().__init__(context)
+        self.cloud = cloud
+        some = points_at(cloud, level)
+        at = cloud.positions if some is None else cloud.positions[some]
+        self.count = len(at)
+        self.middle: NDArray[np.float64] = cloud.origin + _middle(at)
+        vertices = _vertices(context, cloud, some, (at + (cloud.origin - self.middle)).astype(np.float32))
+        self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
+        self.discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        with self._all_or_nothing():
+            self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(VERTEX.itemsize))
+        self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
+
+    def array(self, program: moderngl.Program) -> moderngl.VertexArray:
+        """Return the points as what a program of shaders/clouds/splat.vert draws."""
+        if program not in self._arrays:
+            read = [name for name in LAYOUT if name in program]  # drivers leave out what a program does not use
+            form = " ".join(form if name in read else f"{size}x" for name, (form, size) in LAYOUT.items())
+            self._arrays[program] = self._allocate(self._context.vertex_array, program, [(self._vertices, form, *read)])
+        return self._arrays[program]
+
+
+class CloudStore(Owner):
+    """The clouds of the last picture. Those that only look otherwise share their points."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._kept: dict[tuple[int, ...], CloudPoints] = {}  # by the ids of arrays, which each keeps
+
+    def get(self, cloud: PointCloud, level: int) -> CloudPoints:
+        """Return the points of a level of a cloud."""
+        key = (*_identity(cloud), level)
+        if key not in self._kept:
+            self._kept[key] = CloudPoints(self._context, cloud, level)
+        return self._kept[key]
+
+    def keep_only(self, clouds: Iterable[PointCloud]) -> list[CloudPoints]:
+        """Free all levels of clouds that are not among these, and return them."""
+        wanted = {_identity(cloud) for cloud in clouds}
+        freed = [self._kept.pop(key) for key in [*self._kept] if key[:-1] not in wanted]
+        for one in freed:
+            one.release()
+        return freed
+
+    def release(self) -> None:
+        self.keep_only([])
+        super().release()
+
+
+def _identity(cloud: PointCloud) -> tuple[int, ...]:
+    """Return by what clouds are told apart whose points on the GPU differ."""
+    return (*map(id, cloud.arrays), _has_planes(cloud))
+
+
+def _has_planes(cloud: PointCloud) -> bool:
+    """Return whether the points need planes, or at least spacings: not balls of a given size."""
+    return cloud.splat == "disc" or (cloud.sizes is None and cloud.radius_rule[1] == "x")
+
+
+def _middle(at: NDArray[Any]) -> NDArray[np.float64]:
+    """Return a point amidst these, (3,)."""
+    return np.median(at[:: max(len(at) // 1024, 1)], axis=0).astype(np.float64) if len(at) else np.zeros(3)
+
+
+def _vertices(
+    context: moderngl.Context, cloud: PointCloud, some: NDArray[Any] | None, local: NDArray[np.float32]
+) -> NDArray[Any]:
+    """Return (n,) of VERTEX: points near each other follow each other, those without a plane come last."""
+    normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
+    if _has_planes(cloud):
+        order, planes, details = _planes(context, local, normals)
+    else:
+        order, planes, details = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None
+    last = np.argsort(~planes[:, :3].any(-1), kind="stable")
+    order, planes = order[last], planes[last]
+    vertices = np.zeros(len(local), VERTEX)
+    vertices["position"], vertices["normal"] = local[order], planes[:, :3]
+    vertices["spacing"] = planes[:, 3] if sizes is None else sizes[order]
+    if details is not None:
+        vertices["edge"][:, :3] = details[last, :3]
+    vertices["color"] = 255
+    if colors is not None:
+        vertices["color"][:, :3] = colors[order]
+    return vertices
+
+
+def _planes(
+    context: moderngl.Context, local: NDArray[np.float32], normals: NDArray[np.float32] | None
+) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.float32]]:
+    """Return (n,) an order in which points near each other follow each other, and (n, 4) planes and details so."""
+    found = CloudPlanes(context, local, normals)
+    try:
+        planes, details = (
+            read_texture(context, one).reshape(-1, 4)[: len(local)] for one in (found.planes, found.details)
+        )
+    finally:
+        found.release()
+    return found.order, planes, details
+
+
+def _part(values: NDArray[Any] | None, some: NDArray[Any] | None) -> Any:
+    return values if values is None or some is None else values[some]

@@ -1,0 +1,42 @@
+#version 330 core
+// The sums of blend.frag -> what the light pass reads, among the surfaces of other objects.
+#include "common/cloud_splat.glsl"
+
+uniform sampler2D geometry_map;
+uniform sampler2D albedo_map;
+uniform vec4 target;
+uniform float near;
+uniform bool is_lit;
+uniform float material_number;
+
+layout(location = 0) out vec4 surface;
+layout(location = 1) out vec4 albedo;
+
+// The mean normal at an outline: splats that lie behind it were turned to the viewer by mistake. What is nearer beside
+// the pixel belongs to the same surface.
+vec3 turned_as_beside(vec3 normal, float inverse_depth, ivec2 pixel) {
+    vec3 ray = normalize(pixel_ray(vec2(pixel), target));
+    int turns = abs(dot(normal, ray)) < OUTLINE ? 3 : 0;  // no constant: software drivers would always take them
+    vec3 beside = vec3(0.0);
+    for (int y = 0; y < turns; ++y) {
+        for (int x = 0; x < 3; ++x) {
+            ivec2 at = pixel + ivec2(x - 1, y - 1);
+            vec4 geometry = texelFetch(geometry_map, at, 0);
+            float own = inverse_depth * texelFetch(albedo_map, at, 0).w;
+            beside += geometry.w > own ? geometry.xyz : vec3(0.0);
+        }
+    }
+    return outline_normal(normal, beside, ray);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 colors = texelFetch(albedo_map, pixel, 0);
+    if (colors.w == 0.0) discard;
+    vec4 geometry = texelFetch(geometry_map, pixel, 0) / colors.w;
+    float certain = length(geometry.xyz);
+    vec3 normal = is_lit && certain > 0.0 ? turned_as_beside(geometry.xyz / certain, geometry.w, pixel) : vec3(0.0);
+    surface = vec4(normal, 1.0 / geometry.w);
+    albedo = vec4(colors.rgb / colors.w, material_number);
+    gl_FragDepth = 1.0 - near * geometry.w;
+}

@@ -462,9 +462,7 @@ class Renderer:
         found = self._of_cloud(check_type(cloud, PointCloud, "cloud"), "auto", {}, notes)
         return replace(cloud, normals=found.normals, confidence=found.confidence)
 
-    def _of_cloud(
-        self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None
-    ) -> CloudNormals:
+    def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
         noise = options.pop("noise", None)
         if method != "auto" or options:
             given = next(iter(options), "method")

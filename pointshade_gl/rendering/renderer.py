@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_of
-from ..gpu.context.context import Context
 from ..gpu.clouds.slabs import CloudNormals
+from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected

@@ -1,7 +1,7 @@
 """Measures large point clouds beside Open3D and PyVista: CPU seconds and memory, each step in a process of its own.
 
-Run by hand: python tests/benchmarks/clouds_beside_others.py [POINTS] [--peers PYTHON]. PYTHON is an interpreter that has
-open3d and pyvista. It is a torus with waves, coloured, written once as binary PLY.
+Run by hand: python tests/benchmarks/clouds_beside_others.py [POINTS] [--peers PYTHON]. PYTHON is an interpreter that
+has open3d and pyvista. The cloud is a torus with waves, coloured, written once as binary PLY.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ OPEN3D = {
 PYVISTA = {
     "load": "cloud = pv.read(path)",
     "load, picture of points without light": (
-        "p = pv.Plotter(off_screen=True, window_size=(640, 480)); p.add_points(pv.read(path), scalars='RGB', rgb=True); "
-        "p.screenshot(out)"
+        "p = pv.Plotter(off_screen=True, window_size=(640, 480))\n"
+        "p.add_points(pv.read(path), scalars='RGB', rgb=True); p.screenshot(out)"
     ),
 }
 TOOLS = {

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from ..files.clouds.examine import cloud_facts
-from ..messages.formatting import counted
+from ..files.clouds.fitting_options import check_cloud_options
+from ..messages.formatting import counted, option
 from .options import FrameOptions
 
 
@@ -16,6 +17,7 @@ def show_cloud(frame: FrameOptions, output: Path | None, as_json: bool) -> None:
     if output:
         raise ValueError(f"a contact sheet shows a frame, and {frame.input} is a point cloud: leave out -o {output}")
     assert frame.input is not None
+    check_cloud_options([name for name, value in frame.load_options.items() if value is not None], frame.input)
     found = cloud_facts(frame.input, max_pixels=frame.max_pixels, **frame.cloud_options)
     print(json.dumps(found, indent=1) if as_json else "\n".join(_lines(found)))
 
@@ -30,7 +32,7 @@ def _lines(found: dict[str, Any]) -> list[str]:
 def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
     """A subject, then one line for each thing to know about it."""
     share, places = found["normals"], found["seen_from"]
-    low, high = [", ".join(f"{one:.10g}" for one in corner) for corner in found["box"]]
+    low, high = (", ".join(f"{one:.10g}" for one in corner) for corner in found["box"])
     return [
         ("points", [f"{counted(found['points'], 'point')}, {found['format']}"]),
         (
@@ -44,10 +46,7 @@ def _sentences(found: dict[str, Any]) -> list[tuple[str, list[str]]]:
         ),
         ("origin", [", ".join(f"{one:.10g}" for one in found["origin"]) + f"; positions are {found['stored_as']}"]),
         ("up", [f"{found['up']['axis']} ({found['up']['why']})"]),
-        (
-            "color",
-            ["yes" if found["colors"] else "none", f"the file has {', '.join(found['has']) or 'nothing'} to color by"],
-        ),
+        ("color", [f"{'yes' if found['colors'] else 'none'}; {option('color_by')} {', '.join(found['color_by'])}"]),
         ("normals", ["none" if not share else "yes" if share == 1 else f"of {share:.0%} of the points"]),
         ("sizes", ["yes" if found["sizes"] else "none"]),
         ("seen from", [", ".join(f"{one:g}" for one in place) for place in places] or ["unknown"]),

@@ -24,8 +24,9 @@ PLAIN = Look()
 
 def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> Any:
     """The frame, the whole sequence or the scene that the options name; the built-in vase if they name nothing."""
+    from ..files.clouds.fitting_options import check_frame_options
     from ..files.frames.frame_files import load_frame
-    from ..files.sources import check_frame_options, is_cloud, is_scene, load_any, open_source
+    from ..files.sources import is_cloud, is_scene, load_any, open_source
 
     source, options = frame.input, frame.load_options
     if not scene:

@@ -19,11 +19,11 @@ from ..messages.validation import is_a
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.option_fields import takes
-from ..scene.point_cloud import PointCloud, Up
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import MOST_FRAMES
 from .access.builtin import SCENES, builtin_folder, builtin_name
 from .access.content import FilePath
-from .clouds.found_points import ColorBy
+from .clouds.fitting_options import LIMITS, AnyOptions, check_cloud_options, check_fitting, check_frame_options
 from .clouds.load import load_cloud
 from .clouds.recognise import is_cloud
 from .frames.frame_files import load_frame
@@ -36,16 +36,6 @@ if TYPE_CHECKING:
 
 SCENE_FILES = (".gltf", ".glb")
 _END = object()  # of an iterator, which may give anything else, None included
-_LIMITS = ("allow_outside", "max_pixels", "notes")  # options that frames, scenes and clouds share
-OF_CLOUDS = ("up", "most", "color_by")
-
-
-class AnyOptions(LoadOptions, total=False):
-    """The options of `load_frame` and of `load_cloud`; None counts as not given."""
-
-    up: Up | None
-    most: int | None
-    color_by: ColorBy | None
 
 
 @takes(LoadOptions, like=load_frame)
@@ -92,25 +82,14 @@ def load_any(source: FilePath | None, **load_options: Unpack[AnyOptions]) -> Fra
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
     if is_scene(source):
-        _check_fitting(options, _LIMITS, f"{source} is a scene, which names the files of its frames")
+        check_fitting(options, LIMITS, f"{source} is a scene, which names the files of its frames")
         return load_scene(source, **options)
     if is_cloud(source):
-        _check_fitting(options, (*_LIMITS, *OF_CLOUDS), f"{source} is a point cloud, and no frame")
+        check_cloud_options(options, source)
         options.pop("allow_outside", None)
         return load_cloud(source, **options)
     check_frame_options(options, source)
     return load_frame(source, **options)
-
-
-def check_frame_options(options: Iterable[str], source: FilePath | None) -> None:
-    """Raises ValueError for options of a point cloud, given with a frame."""
-    if given := [option(name) for name in options if name in OF_CLOUDS]:
-        raise ValueError(f"{source or 'this'} is no point cloud: leave out {', '.join(given)}")
-
-
-def _check_fitting(options: Iterable[str], fitting: tuple[str, ...], fact: str) -> None:
-    if given := [option(name) for name in options if name not in fitting]:
-        raise ValueError(f"{fact}: leave out {', '.join(given)}")
 
 
 def views_of(

@@ -23,7 +23,8 @@ def info(
 ) -> None:
     """Print what is in a file or folder, and how it would be read; without INPUT, what draws: GL vendor, limits."""
     if frame.input or frame.depth or frame.color:
-        from ...files.sources import check_frame_options, is_cloud
+        from ...files.clouds.fitting_options import check_frame_options
+        from ...files.sources import is_cloud
 
         if is_cloud(frame.input):
             from ..cloud_report import show_cloud

@@ -29,7 +29,7 @@ UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
 STRAY = 0.001  # share of the points on each side of an axis that bounds leave out
 ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
-SAMPLE = 1 << 20  # points that bounds are taken from
+SAMPLE = 1 << 16  # points that bounds are taken from
 
 
 class CloudLook(TypedDict, total=False):
@@ -177,7 +177,9 @@ class PointCloud(Value):
         """Return the (8, 3) corners of the box round all points, node axes; (0, 3) without any."""
         if not len(self):
             return frozen(np.zeros((0, 3)))
-        return frozen(box_corners(self.positions.min(0), self.positions.max(0)) + self.origin)
+        columns = self.positions.T  # one by one they take a tenth of the time
+        low, high = (np.array([end(column) for column in columns]) for end in (np.min, np.max))
+        return frozen(box_corners(low, high) + self.origin)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ void main() {
     if (texel.y * CLOUD_WIDTH + texel.x >= count) return;
     int cell = texelFetch(cell_map, texel, 0).r;
     vec3 here = texelFetch(query_map, texel, 0).xyz;
-    Moments m = gather_moments(point_map, range_map, cell, here, radius, vec4(0.0), 0.0, most);
+    Moments m = gather_moments(point_map, range_map, cell, here, radius, vec4(0.0), most);
     plane = fit_plane(m);
     lean = lean_of(m, plane);
 }

@@ -27,10 +27,10 @@ Moments add_neighbour(Moments m, vec3 d, float count) {
     return m;
 }
 
-// The neighbours within the radius, of all whose distance from a plane is at most `off` radii. The plane: normal, and
-// how far it lies from the point along it. Of a range of cells with more than `most` points only every k-th is seen.
-Moments gather_moments(sampler2D point_map, isampler2D range_map, int cell, vec3 here, float radius, vec4 plane,
-        float off, int most) {
+// The neighbours within the radius that lie in a slab: all whose offset along slab.xyz differs from slab.w by at most 1
+// radius; a slab is thinner if slab.xyz is longer. Of a range of cells with more than `most` points each k-th is seen.
+Moments gather_moments(sampler2D point_map, isampler2D range_map, int cell, vec3 here, float radius, vec4 slab,
+        int most) {
     Moments m = Moments(0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec4(0.0));
     float scale = 1.0 / radius;
     for (int k = 0; k < 9; ++k) {
@@ -38,7 +38,7 @@ Moments gather_moments(sampler2D point_map, isampler2D range_map, int cell, vec3
         int stride = 1 + (range.y - range.x - 1) / most;
         for (int i = range.x; i < range.y; i += stride) {
             vec3 d = (texelFetch(point_map, cloud_texel(i), 0).xyz - here) * scale;
-            if (abs(dot(plane.xyz, d) - plane.w) <= off) m = add_neighbour(m, d, float(stride));
+            if (abs(dot(slab.xyz, d) - slab.w) <= 1.0) m = add_neighbour(m, d, float(stride));
         }
     }
     return m;

@@ -3,10 +3,13 @@
 // The plane through the neighbours of a point of a cloud: principal axes of their offsets. All lengths are in radii.
 
 const float LEAST_NEIGHBOURS = 6.0;
-const float THICKEST = 0.3;   // thicker is no surface
-const float NARROWEST = 0.03; // of the variance along a surface: a line has less across
+const float THICKEST = 0.3;    // thicker is no surface
+const float FARTHEST = 0.35;   // from a point to its plane: farther, and the point lies beside a surface
+const float NARROWEST = 0.03;  // of the variance along a surface: a line has less across
 
-// A plane is kept as its normal, 1 + thickness long, and how far along it the plane lies from the point; 0: no plane.
+// A plane is kept as its normal, 1 + thickness long, and how far along it the plane lies from the point. Without a plane
+// it is 0 0 0 and one of these:
+const float FEW = 0.0, LINE = 1.0, THICK = 2.0;
 
 // Variances along the principal axes, ascending, by the trigonometric solution (Smith 1961).
 vec3 principal_variances(vec3 squares, vec3 products) {
@@ -42,8 +45,11 @@ vec4 fit_plane(Moments m) {
     vec3 variances = principal_variances(squares, products);
     vec3 n = principal_axis(squares, products, variances.x);
     float thickness = sqrt(max(dot(n * n, squares) + 2.0 * dot(n.yzx * n.zxy, products), 0.0));
-    bool is_surface = m.plain.w >= LEAST_NEIGHBOURS && variances.y >= NARROWEST * variances.z && thickness <= THICKEST;
-    return is_surface ? vec4(n * (1.0 + thickness), dot(n, mean)) : vec4(0.0);
+    float offset = dot(n, mean);
+    if (m.plain.w < LEAST_NEIGHBOURS) return vec4(0.0, 0.0, 0.0, FEW);
+    if (variances.y < NARROWEST * variances.z) return vec4(0.0, 0.0, 0.0, LINE);
+    if (thickness > THICKEST || abs(offset) > FARTHEST) return vec4(0.0, 0.0, 0.0, THICK);
+    return vec4(n * (1.0 + thickness), offset);
 }
 
 // How far aside the neighbours lie: their mean without its part along the normal; and how many there are.

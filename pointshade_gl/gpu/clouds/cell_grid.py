@@ -21,7 +21,7 @@ class CellGrid:
     """
 
     def __init__(self, positions: NDArray[np.float32], side: float):
-        self._side = side
+        self.side = side
         self._low = np.median(positions[:: len(positions) // SAMPLE + 1], axis=0) if len(positions) else np.zeros(3)
         index = self._index_of(positions)
         self._first = index.min(1, initial=MOST) - MARGIN
@@ -48,19 +48,23 @@ class CellGrid:
 
         reach  how many cells away: 9 rows are those for 1
         """
+        return self.starts.astype(np.int32)[self.spans(keys, reach)]
+
+    def spans(self, keys: NDArray[np.int64], reach: int = 1) -> NDArray[np.int32]:
+        """Return the same as places in `cells`."""
         _, y, z = self._strides
         steps = range(-reach, reach + 1)
         offsets = [b * y + c * z for c in steps for b in steps]
         found = np.empty((len(keys), len(offsets), 2), np.int32)
         for k, offset in enumerate(offsets):
-            found[:, k, 0] = self.starts[np.searchsorted(self.cells, keys + (offset - reach))]
-            found[:, k, 1] = self.starts[np.searchsorted(self.cells, keys + (offset + reach), "right")]
+            found[:, k, 0] = np.searchsorted(self.cells, keys + (offset - reach))
+            found[:, k, 1] = np.searchsorted(self.cells, keys + (offset + reach), "right")
         return found
 
     def _index_of(self, positions: NDArray[np.float32]) -> NDArray[np.int64]:
         index = np.empty((3, len(positions)), np.int64)
         for k in range(3):
-            steps = (positions[:, k] - np.float32(self._low[k])) * np.float32(1 / self._side)
+            steps = (positions[:, k] - np.float32(self._low[k])) * np.float32(1 / self.side)
             np.clip(np.floor(steps, out=steps), -MOST // 2, MOST // 2 - 1, out=steps)
             index[k] = steps
         return index

@@ -2,21 +2,37 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ...estimation.cloud_spacing import estimate_spacing
 from ..core.memory import Owner
-from ..core.passes import FullscreenPass
+from ..core.passes import FullscreenPasses
 from .cell_grid import CellGrid
-from .neighbourhood import Neighbourhood
+from .cloud_fit import CloudFit
+from .fit_radius import LEAST, fit_radius
+from .neighbourhood import read_values, value_texture
 
-RADIUS = 2.7  # spacings: about 20 neighbours
-MOST = 64  # points of three cells in a row that are looked at
 LARGEST = 2.5  # median spacings: those of stray points are no plates
 BORDER = 0.35  # radii by which the neighbours lie aside where a surface ends
+LEANING = 1.2  # of a disc within the surface: .42 radii aside is one half, .6 a quarter
 DOUBTFUL = 0.1  # radians: the expected error of a normal whose confidence is one half
+
+
+class PlaneArrays(NamedTuple):
+    """What the textures of CloudPlanes hold.
+
+    order    (n,) which point of the input each one is
+    points   (n, 4), planes (n, 4), details (n, 4)
+    """
+
+    order: NDArray[np.integer]
+    points: NDArray[np.float32]
+    planes: NDArray[np.float32]
+    details: NDArray[np.float32]
 
 
 class CloudPlanes(Owner):
@@ -27,6 +43,8 @@ class CloudPlanes(Owner):
     planes   RGBA32F: unit normal, or 0 0 0 without a plane; spacing of the surface here
     details  RGBA32F: unit direction in which the surface goes on at its border, or 0 0 0; confidence of the normal,
              0 to 1
+
+    Normals that are given are kept, those of length 0 are estimated; `noise` is measured unless it is given.
     """
 
     def __init__(
@@ -37,35 +55,88 @@ class CloudPlanes(Owner):
         noise: float | None = None,
     ):
         super().__init__(context)
-        self.count = len(positions)
-        spacing = estimate_spacing(positions) or 1.0
-        radius = RADIUS * spacing
-        grid = CellGrid(positions, radius)
-        self.order = grid.order
-        points = np.zeros((self.count, 4), np.float32)
-        points[:, :3] = np.take(positions, grid.order, 0)
+        found = find_planes(context, positions, normals, noise)
+        self.count, self.order = len(positions), found.order
         with self._all_or_nothing():
-            work = self._keep(FullscreenPass(context, "clouds/planes.frag"))
-            near = self._keep(Neighbourhood(context, grid, points))
-            plane, lean = near.run(work, radius, MOST)
-            planes, details = finished(plane, lean, np.float32(radius))
-            self.points = near.points
-            self.planes, self.details = near.texture(planes), near.texture(details)
+            self.points = value_texture(self, found.points)
+            self.planes = value_texture(self, found.planes)
+            self.details = value_texture(self, found.details)
+
+    def read_normals(self) -> NDArray[np.float32]:
+        """Return (n, 3) in the order of the input: unit normals, 0 without a plane."""
+        return self._unsorted(self.planes)[:, :3]
+
+    def read_spacing(self) -> NDArray[np.float32]:
+        """Return (n,) in the order of the input."""
+        return self._unsorted(self.planes)[:, 3]
+
+    def read_confidence(self) -> NDArray[np.float32]:
+        """Return (n,) in the order of the input."""
+        return self._unsorted(self.details)[:, 3]
+
+    def _unsorted(self, texture: moderngl.Texture) -> NDArray[np.float32]:
+        values = np.empty((self.count, 4), np.float32)
+        values[self.order] = read_values(texture, self.count)
+        return values
+
+
+def find_planes(
+    context: moderngl.Context,
+    positions: NDArray[np.float32],
+    normals: NDArray[np.float32] | None = None,
+    noise: float | None = None,
+) -> PlaneArrays:
+    """Return what the textures of CloudPlanes hold, with nothing left on the GPU."""
+    spacing = estimate_spacing(positions) or 1.0
+    grid = CellGrid(positions, LEAST * spacing)
+    points = _sorted(positions, grid)
+    radius = fit_radius(grid, points, spacing, noise)
+    if radius.length > grid.side:
+        grid = CellGrid(positions, radius.length)
+        points = _sorted(positions, grid)
+    passes = FullscreenPasses(context)
+    try:
+        fit = CloudFit(context, passes, grid, points, radius)
+    finally:
+        passes.release()
+    planes, details = finished(fit.planes, fit.leans, fit.radii)
+    if normals is not None:
+        keep_given(np.take(normals, grid.order, 0), planes, details)
+    return PlaneArrays(grid.order, points, planes, details)
+
+
+def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:
+    points = np.zeros((len(positions), 4), np.float32)
+    points[:, :3] = np.take(positions, grid.order, 0)
+    return points
 
 
 def finished(
-    plane: NDArray[np.float32], lean: NDArray[np.float32], radius: NDArray[np.float32] | np.float32
+    plane: NDArray[np.float32], lean: NDArray[np.float32], radii: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return what the textures hold, from planes, leans (see common/cloud_planes.glsl) and the radius of each."""
+    """Return what the textures `planes` and `details` hold.
+
+    plane, lean  as the passes of CloudFit write them, radii: (n,) within which they fitted
+    """
     count = np.maximum(lean[:, 3], 1)
-    length = np.sqrt(np.einsum("nk,nk->n", plane[:, :3], plane[:, :3]))
-    known = length > 0
+    size = np.sqrt(np.einsum("nk,nk->n", plane[:, :3], plane[:, :3]))
+    known = size > 0.5
     planes, details = np.zeros_like(plane), np.zeros_like(plane)
-    np.divide(plane[:, :3], length[:, None], out=planes[:, :3], where=known[:, None])
-    spacing = radius * np.sqrt(np.pi / count)
-    planes[:, 3] = np.minimum(spacing, LARGEST * np.median(spacing)) if len(plane) else spacing
+    np.divide(plane[:, :3], size[:, None], out=planes[:, :3], where=known[:, None])
     aside = np.sqrt(np.einsum("nk,nk->n", lean[:, :3], lean[:, :3]))
-    np.divide(lean[:, :3], aside[:, None], out=details[:, :3], where=(known & (aside > BORDER))[:, None])
-    error = 2 * np.maximum(length - 1, 0) / np.sqrt(count)
+    border = known & (aside > BORDER)
+    np.divide(lean[:, :3], aside[:, None], out=details[:, :3], where=border[:, None])
+    share = np.where(border, 1 - LEANING * aside, 1)
+    spacing = radii * np.sqrt(np.pi * share / count)
+    planes[:, 3] = np.minimum(spacing, LARGEST * np.median(spacing)) if len(spacing) else spacing
+    error = 2 * np.maximum(size - 1, 0) / np.sqrt(count)  # of the slope of a plane through a disc
     details[:, 3] = np.where(known, 1 / (1 + (error / DOUBTFUL) ** 2), 0)
     return planes, details
+
+
+def keep_given(normals: NDArray[np.float32], planes: NDArray[np.float32], details: NDArray[np.float32]) -> None:
+    """Put the normals that are given, (n, 3), in the place of those that were found, and trust them."""
+    size = np.sqrt(np.einsum("nk,nk->n", normals, normals))
+    given = size > 0
+    np.divide(normals, size[:, None], out=planes[:, :3], where=given[:, None])
+    details[given, 3] = 1

@@ -42,17 +42,7 @@ class Neighbourhood(Owner):
             self._ranges = self.texture(grid.ranges(keys).reshape(-1, 2))
 
     def texture(self, values: NDArray[Any]) -> moderngl.Texture:
-        """Return a texture of float32 or int32 values (n, 1 to 4)."""
-        count, components = values.shape
-        rows, kind = max(-(-count // WIDTH), 1), "i4" if values.dtype == np.int32 else "f4"
-        texture = self._allocate(self._context.texture, (WIDTH, rows), components, dtype=kind)
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        full = count // WIDTH
-        if full:
-            texture.write(np.ascontiguousarray(values[: full * WIDTH]), (0, 0, WIDTH, full))
-        if count % WIDTH:
-            texture.write(np.ascontiguousarray(values[full * WIDTH :]), (0, full, count % WIDTH, 1))
-        return texture
+        return value_texture(self, values)
 
     def run(self, work: FullscreenPass, radius: float, most: int, **inputs: Any) -> list[NDArray[np.float32]]:
         """Return what a pass writes for each point that is asked for: two (n, 4)."""
@@ -77,3 +67,17 @@ def read_values(texture: moderngl.Texture, count: int) -> NDArray[np.float32]:
     """Return the first values (n, components) of a float32 texture."""
     values = np.frombuffer(texture.read(alignment=1), np.float32)
     return values.reshape(-1, texture.components)[:count].copy()
+
+
+def value_texture(owner: Owner, values: NDArray[Any]) -> moderngl.Texture:
+    """Return a texture of float32 or int32 values (n, 1 to 4), WIDTH in a row, that belongs to the owner."""
+    count, components = values.shape
+    rows, kind = max(-(-count // WIDTH), 1), "i4" if values.dtype == np.int32 else "f4"
+    texture = owner._allocate(owner._context.texture, (WIDTH, rows), components, dtype=kind)
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    full = count // WIDTH
+    if full:
+        texture.write(np.ascontiguousarray(values[: full * WIDTH]), (0, 0, WIDTH, full))
+    if count % WIDTH:
+        texture.write(np.ascontiguousarray(values[full * WIDTH :]), (0, full, count % WIDTH, 1))
+    return texture

@@ -123,11 +123,9 @@ class CloudFit:
     def _best_near(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return for each point the least value in the cells around its own."""
         grid = self._grid
-        if not len(values):
-            return values
         least = np.append(np.minimum.reduceat(values, grid.starts[:-1]), np.float32(np.inf))
         best = least[:-1].copy()
-        for first, end in np.moveaxis(grid.spans(grid.cells), 1, 0).transpose(0, 2, 1):
+        for first, end in grid.spans.transpose(1, 2, 0):
             for step in range(3):
                 at = np.where(first + step < end, first + step, len(best))
                 np.minimum(best, least[at], out=best)

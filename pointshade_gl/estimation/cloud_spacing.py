@@ -15,14 +15,14 @@ SMALLEST = 1e-30  # what is less float32 cannot square
 
 
 class Spacing(NamedTuple):
-    """The spacing, 1 where there is none, and in what share of the points lies no other point, or the first of several."""
+    """The spacing, 1 where there is none, and how many places there are, as a share of the points."""
 
     length: float
     distinct: float
 
 
 def estimate_spacing(positions: NDArray[np.float32]) -> Spacing:
-    """Estimate sqrt(area / n) of the surface that points sample, from a part of them. Points in one place count once."""
+    """Estimate sqrt(area / n) of the surface that points sample, from a part of them; those in one place count once."""
     rng = np.random.default_rng(0)
     count = len(positions)
     part = positions if count <= SAMPLE else positions[np.unique(rng.integers(0, count, SAMPLE))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -138,7 +138,7 @@ class CloudFit:
         radius = self._radius.of_level(level)
         grid, order = (self._grid, slice(None)) if level == 0 else self._around(queries, radius)
         near = Neighbourhood(self._context, grid, self.points[order], queries)
-        inputs = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
+        inputs: dict[str, Any] = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
         try:
             if own_map is not None:
                 inputs["own_map"] = near.texture(own_map)

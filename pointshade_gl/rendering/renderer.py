@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_of
-from ..gpu.context.context import Context
 from ..gpu.clouds.slabs import CloudNormals
+from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected
@@ -460,9 +460,7 @@ class Renderer:
         found = self._of_cloud(check_type(cloud, PointCloud, "cloud"), "auto", {}, notes)
         return replace(cloud, normals=found.normals, confidence=found.confidence)
 
-    def _of_cloud(
-        self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None
-    ) -> CloudNormals:
+    def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
         noise = options.pop("noise", None)
         if method != "auto" or options:
             given = next(iter(options), "method")

@@ -39,6 +39,8 @@ def write_cloud(cloud: PointCloud, look: Look, output: Path, device: int) -> Non
     look  its noise is what the normals are estimated with. Raises ValueError for other options of normals.
     """
     noise = look.noise
+    if not isinstance(noise, float | None):
+        raise ValueError(f"{option('noise')} of a point cloud is one number of world units, got {noise}")
     if others := [name for name in given_by(look, NormalOptions().look()) if name != "noise"]:
         raise ValueError(f"{', '.join(map(option, others))} is for frames: of a point cloud leave it out")
     with open_renderer(device) as renderer:

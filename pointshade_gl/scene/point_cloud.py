@@ -167,7 +167,13 @@ class PointCloud(Value):
         return made
 
     def is_like(self, other: PointCloud) -> bool:
-        """Return whether another cloud has the same arrays and is drawn the same."""
+        """Return whether another cloud has the same arrays and is drawn the same.
+
+        Parameters
+        ----------
+        other : PointCloud
+            The other cloud.
+        """
         named = ("up", *CloudLook.__annotations__)
         alike = all(getattr(self, name) == getattr(other, name) for name in named)
         return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))

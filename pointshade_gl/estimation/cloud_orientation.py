@@ -69,7 +69,7 @@ def fibonacci_sphere(count: int) -> NDArray[np.float64]:
 def _votes(
     points: NDArray[np.float32], normals: NDArray[np.float32], spacing: float, up: NDArray[np.float64]
 ) -> tuple[NDArray[np.float32], bool]:
-    """Return for each point whether its normal points to where it is seen from: > 0 if so; and whether it is a sheet."""
+    """Return for each point > 0 if its normal points to where it is seen from; and whether the cloud is a sheet."""
     all_votes, above, weights = (np.zeros(len(points), np.float32) for _ in range(3))
     for direction in fibonacci_sphere(DIRECTIONS):
         seen = _seen(points, direction, spacing)

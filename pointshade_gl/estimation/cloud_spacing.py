@@ -41,13 +41,13 @@ def estimate_spacing(positions: NDArray[np.float32]) -> Spacing:
 def _all_places(seen: int, part: int, count: int) -> float:
     """Return in how many places all points lie, if a part of them, at random, lies in so many.
 
-    Of as many places as there are, each taken at random, part / places of a place's points are seen.
+    With m points in each place, one is seen with probability 1 - (1 - part / count)^m: the m that fits.
     """
     if seen == part or part == count:
         return float(count if seen == part else seen)
-    low, high = float(seen), float(count)
+    low, high = 1.0, float(count)
     for _ in range(60):
         middle = math.sqrt(low * high)
-        many = middle * -math.expm1(-part / middle) > seen
-        low, high = (low, middle) if many else (middle, high)
-    return high
+        expected = count / middle * -math.expm1(middle * math.log1p(-part / count))
+        low, high = (middle, high) if expected > seen else (low, middle)
+    return count / high

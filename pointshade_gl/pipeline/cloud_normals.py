@@ -18,7 +18,9 @@ def read_cloud_normals(context: moderngl.Context, cloud: PointCloud, noise: floa
     Others point to `seen_from`; without one to where the surface is seen from outside, and those of a sheet up.
     """
     found = planes_of_slabs(context, cloud.positions, cloud.normals, noise)
-    given = np.zeros(len(cloud), bool) if cloud.normals is None else cloud.normals.any(1)
+    given = np.zeros(len(cloud), np.bool_)
+    if cloud.normals is not None:
+        given = np.any(cloud.normals, axis=1)
     if cloud.confidence is not None:
         found = found._replace(confidence=np.where(given, cloud.confidence, found.confidence))
     if given.all():

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_of
-from ..gpu.context.context import Context
 from ..gpu.clouds.slabs import CloudNormals
+from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected
@@ -444,13 +444,17 @@ class Renderer:
         normals[~normals.any(-1)] = np.nan
         return normals
 
-    def with_normals(self, cloud: PointCloud, *, notes: Note | None = None) -> PointCloud:
+    def with_normals(
+        self, cloud: PointCloud, *, noise: float | None = None, notes: Note | None = None
+    ) -> PointCloud:
         """Return a point cloud with normals and their confidence, see `estimate_normals`.
 
         Parameters
         ----------
         cloud : PointCloud
             Any; normals that it has are kept.
+        noise : float, optional
+            Standard deviation of the positions, world units; None measures it.
         notes : callable, optional
             As for `render`.
 
@@ -459,18 +463,16 @@ class Renderer:
         PointCloud
             The same otherwise; its normals are 0 where points lie on no surface.
         """
-        found = self._of_cloud(check_type(cloud, PointCloud, "cloud"), "auto", {}, notes)
+        found = self._of_cloud(check_type(cloud, PointCloud, "cloud"), "auto", {"noise": noise}, notes)
         return replace(cloud, normals=found.normals, confidence=found.confidence)
 
-    def _of_cloud(
-        self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None
-    ) -> CloudNormals:
+    def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
         noise = options.pop("noise", None)
         if method != "auto" or options:
             given = next(iter(options), "method")
             raise ValueError(f"{option(given)} is for frames: of a point cloud leave it out")
         if noise is not None:
-            noise = check_number(noise, "noise", 0)
+            noise = check_number(noise, option("noise"), 0)
         with taken_by(notes), self._in_use():
             return read_cloud_normals(self.context.gl, cloud, noise)
 

@@ -12,7 +12,7 @@ from .placed import Placed
 from .point_cloud import PointCloud
 from .rotation import moved
 
-PER_PIXEL = 1.5  # points for each pixel that the cloud covers, those behind included
+PER_PIXEL = 2.0  # points for each pixel that the cloud covers, those behind included
 MOST_DRAWN = 1 << 24  # points, whatever the view
 SAMPLE = 4096  # points that tell what a cloud covers
 CELL = 16  # pixels along a side of the cells in which they are counted

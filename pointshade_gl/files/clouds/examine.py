@@ -11,11 +11,7 @@ from ...scene.point_cloud import PointCloud
 from ..access.content import FilePath
 from .cloud_colors import choices
 from .load import CloudOptions, read_cloud
-
-_SAMPLE = 4000  # points whose neighbours are looked for among each other
-_BLOCK = 500
-_NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
-_RANDOM = 3  # seed
+from .placing import spacing_of
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
@@ -34,7 +30,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "points": len(cloud),
         "extent": [_rounded(b - a) for a, b in zip(low, high, strict=True)],
         "box": [low, high],
-        "spacing": _rounded(spacing(cloud)),
+        "spacing": _rounded(spacing_of(cloud.positions)),
         "stored_as": str(cloud.positions.dtype),
         "origin": _plain(cloud.origin),
         "up": {"axis": cloud.up, "why": found.up_from},
@@ -45,21 +41,6 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
         "color_by": choices(found),
         "assumed": notes,
     }
-
-
-def spacing(cloud: PointCloud) -> float:
-    """About sqrt(area / n): how far a point of the surface is from the next; 0 for fewer than two points."""
-    count = min(_SAMPLE, len(cloud))
-    if count < 2:
-        return 0.0
-    chosen = np.random.default_rng(_RANDOM).choice(len(cloud), count, replace=False, shuffle=False)
-    some = cloud.positions[chosen].astype(np.float64)
-    nearest = np.empty(count)
-    for at in range(0, count, _BLOCK):
-        squared = np.square(some[at : at + _BLOCK, None] - some).sum(-1)
-        squared[np.arange(len(squared)), np.arange(at, at + len(squared))] = np.inf
-        nearest[at : at + _BLOCK] = np.sqrt(squared.min(1))
-    return float(np.median(nearest) / _NEAREST * np.sqrt(count / len(cloud)))
 
 
 def _share(cloud: PointCloud) -> float:

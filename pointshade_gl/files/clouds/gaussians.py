@@ -18,7 +18,7 @@ _TURN = ("rot_0", "rot_1", "rot_2", "rot_3")  # w first
 _FAINT = 0.4  # opacity below which one is left out
 _HARMONIC = 0.28209479177387814  # of degree 0
 _FLAT = 0.4  # of the middle axis is the shortest one of a disc
-_GIANT = 0.999, 3.0  # quantile of the radii, and how many times that is too large
+_GIANT = 0.99, 4.0  # quantile of the radii, and how many times that is too large
 _STEEPEST = 40.0  # exponents beyond overflow float32
 _AT_A_TIME = 1 << 18
 

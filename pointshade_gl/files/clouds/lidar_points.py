@@ -56,7 +56,10 @@ def _table(numbers: NDArray[np.float32], columns: int) -> NDArray[np.float32]:
 
 def _apart(numbers: NDArray[np.float32], columns: int) -> float:
     """How much the columns differ from each other, which they do most if there are so many."""
-    return float(_table(numbers, columns).mean(0, np.float64).var()) if len(numbers) >= columns else 0.0
+    if len(numbers) < columns:
+        return 0.0
+    table = _table(numbers, columns).astype(np.float64)
+    return float(table.mean(0).var() + np.abs(table).mean(0).var())
 
 
 def _is_scan(table: NDArray[np.float32]) -> bool:

@@ -16,6 +16,8 @@ _COARSE = 5e-4  # units that float32 may be off in any case: half a millimetre
 _FAR = 2.0  # sizes of a cloud from zero: nearer, another origin gains nothing
 _HALF_STEP = 2.0**-24  # of a number: what float32 rounds it by at most
 _SAMPLE = 1 << 16  # points that the box is taken from
+_NEIGHBOURS = 1500  # points that are compared with each other
+_NEAREST = 0.47  # of sqrt(area / n) is the median way to the nearest of points that lie at random
 _SEED = 31
 
 
@@ -69,8 +71,8 @@ def _origin(found: FoundPoints) -> NDArray[np.float64]:
 def _is_lost(positions: NDArray[np.floating]) -> bool:
     """Whether float32 moves points by more than a small share of their spacing."""
     low, high = main_box(positions)
-    farthest, size = max(np.abs(low).max(), np.abs(high).max()), (high - low).max() or 1.0
-    return bool(farthest * _HALF_STEP > _LOSS * spacing_of(size, len(positions)))
+    farthest = max(np.abs(low).max(), np.abs(high).max())
+    return bool(farthest * _HALF_STEP > _LOSS * (spacing_of(positions) or 1.0))
 
 
 def main_box(positions: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -80,6 +82,14 @@ def main_box(positions: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDAr
     return low, high
 
 
-def spacing_of(size: float, count: int) -> float:
-    """About how far a point is from the next, on a surface as wide as the cloud."""
-    return size / np.sqrt(max(count, 1))
+def spacing_of(positions: NDArray[np.floating]) -> float:
+    """About sqrt(area / n): how far a point of the surface is from the next; 0 for less than two different points."""
+    if len(positions) < 2:
+        return 0.0
+    count = min(_NEIGHBOURS, len(positions))
+    chosen = np.random.default_rng(_SEED).choice(len(positions), count, replace=False, shuffle=False)
+    some = positions[chosen].astype(np.float64)
+    squared = sum(np.square(one[:, None] - one) for one in some.T)
+    nearest = np.sqrt(np.where(squared > 0, squared, np.inf).min(1))
+    middle = float(np.median(nearest))
+    return middle / _NEAREST * float(np.sqrt(count / len(positions))) if np.isfinite(middle) else 0.0

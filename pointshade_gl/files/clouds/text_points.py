@@ -6,6 +6,7 @@ Before the points there may be a count (PTS), comments, and names of the columns
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from .numbered_columns import found_by_number
 
 _COMMENT = re.compile(rb"\s*(#|//|%|!)")
 _HEAD = 1 << 16  # bytes in which the first point lies
+_AT_A_TIME = 1 << 22  # bytes
 _BOM = b"\xef\xbb\xbf"
 
 
@@ -100,15 +102,45 @@ def _plain(body: bytes, head: Head) -> bytes:
 
 
 def _table(body: bytes, head: Head) -> NDArray[np.float64]:
+    first = 0
+    for part in _parts(body):
+        words = _words_a_line(part)
+        words = words[words > 0]
+        if (words != head.columns).any():
+            raise _misfit(part, first, head.columns)
+        first += len(words)
     values = parse_numbers(body.decode("ascii", "replace"))
-    lines = [line for line in body.split(b"\n") if line.strip()] if values.size != head.columns * _lines(body) else []
-    for k, line in enumerate(lines):
-        if len(_numbers(line) or ()) != head.columns:
-            text = shown(line.decode("utf-8", "replace").strip())
-            raise ValueError(f"point {k} is {text}, expected {head.columns} numbers as in the lines before it")
+    if values.size != first * head.columns:
+        first = 0
+        for part in _parts(body):
+            if not parse_numbers(part.decode("ascii", "replace")).size:
+                raise _misfit(part, first, head.columns)
+            first += int(np.count_nonzero(_words_a_line(part)))
     return values.reshape(-1, head.columns)
 
 
-def _lines(body: bytes) -> int:
-    """How many lines are not blank; classic Mac's lines end with a carriage return alone."""
-    return len(re.findall(rb"[^\r\n]*\S[^\r\n]*", body))
+def _parts(body: bytes) -> Iterator[bytes]:
+    """Whole lines together, some megabytes at a time."""
+    at = 0
+    while at < len(body):
+        end = body.find(b"\n", at + _AT_A_TIME) + 1 or len(body)
+        yield body[at:end]
+        at = end
+
+
+def _words_a_line(part: bytes) -> NDArray[np.int64]:
+    """How many words each line has; classic Mac's lines end with a carriage return alone."""
+    letters = np.frombuffer(part, np.uint8)
+    is_blank = letters <= ord(" ")
+    begins = ~is_blank
+    begins[1:] &= is_blank[:-1]
+    ends = np.append(np.flatnonzero((letters == ord("\n")) | (letters == ord("\r"))), len(letters) - 1)
+    return np.diff(np.cumsum(begins)[ends], prepend=0)
+
+
+def _misfit(part: bytes, first: int, columns: int) -> ValueError:
+    """The error that names the first line that is none of so many numbers. first: of the part's points."""
+    lines = [line for line in re.split(rb"[\r\n]+", part) if line.strip()]
+    wrong = next((k for k, line in enumerate(lines) if len(_numbers(line) or ()) != columns), 0)
+    text = shown(lines[wrong].decode("utf-8", "replace").strip())
+    return ValueError(f"point {first + wrong} is {text}, expected {columns} numbers as in the lines before it")

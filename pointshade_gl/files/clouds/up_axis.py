@@ -12,6 +12,7 @@ _FLAT = 0.4  # of both other sides is the height of a terrain or a street, at mo
 _SAMPLE = 60_000  # points whose planes are looked at
 _CELLS = 24  # of the longest side
 _FEWEST = 6  # points of a cell that show its plane
+_PLANES = 30  # that must be there to decide
 _THIN = 0.15  # of its width is the thickness of such a plane
 _UPRIGHT = np.cos(np.radians(10))
 _CLEAR = 0.3  # of the planes face along one axis
@@ -31,7 +32,7 @@ def guess_up(positions: NDArray[np.floating], is_far: bool) -> tuple[Up, str]:
     if least != 0 and sides[least] < _FLAT * sides[middle]:
         return _directed("xyz"[least], positions, least), "it is least high there"
     normals = _planes(positions, low, sides.max())
-    votes = (np.abs(normals) > _UPRIGHT).mean(0) if len(normals) else np.zeros(3)
+    votes = (np.abs(normals) > _UPRIGHT).mean(0) if len(normals) >= _PLANES else np.zeros(3)
     first = int(np.argmax(votes[1:])) + 1
     if votes[first] > _CLEAR and votes[first] > _AHEAD * np.delete(votes, first).max():
         return _directed("xyz"[first], positions, first), "most of its planes lie level so"

@@ -26,7 +26,7 @@ BAND = 0.6  # radii before and behind the front surface that belong to it
 STEP_BACK = 1.0  # radii by which a hole in it shows what lies behind
 RING = 0.45  # radii from a hole to what lies around it
 SHADOW_SHARE, SHADOW_PUSH = 0.7, 1.5  # a disc rises over its neighbours by less than so many of these smaller radii
-BALL_SHARE = 0.3  # of the radius of discs, for a point without a plane among them
+BALL_SHARE = 0.55  # of the radius of discs, for a point without a plane among them
 
 
 class PlacedCloud(NamedTuple):
@@ -155,7 +155,7 @@ class CloudObjects(FullscreenPasses):
         empty(image.target)
         with self._adding.on(), enabled(self._context, PROGRAM_POINT_SIZE):
             self._draw("blend", placed, eye, placed.inputs(eye) | {"front": image.front, "band": BAND})
-        maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1]}
+        maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1], "front": image.front}
         with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
             resolve = self.fullscreen("clouds/resolve.frag")
             resolve.draw(surfaces.shared_target, maps, target=eye.camera.intrinsics, **shown)

@@ -13,7 +13,7 @@ from ..core.memory import Owner
 from ..core.passes import FullscreenPasses
 from .cell_grid import CellGrid
 from .cloud_fit import CloudFit
-from .fit_radius import LEAST, fit_radius
+from .fit_radius import LEAST, FitRadius, fit_radius
 from .neighbourhood import read_values, value_texture
 
 LARGEST = 2.5  # median spacings: those of stray points are no plates
@@ -29,12 +29,14 @@ class PlaneArrays(NamedTuple):
 
     order    (n,) which point of the input each one is
     points   (n, 4), planes (n, 4), details (n, 4)
+    fit      within which radius the planes were fitted; None without points
     """
 
     order: NDArray[np.integer]
     points: NDArray[np.float32]
     planes: NDArray[np.float32]
     details: NDArray[np.float32]
+    fit: FitRadius | None = None
 
 
 class CloudPlanes(Owner):
@@ -106,7 +108,7 @@ def find_planes(
     planes, details = finished(fit.planes, fit.leans, fit.radii, spacing)
     if normals is not None:
         keep_given(np.take(normals, grid.order, 0), planes, details)
-    return PlaneArrays(grid.order, points, planes, details)
+    return PlaneArrays(grid.order, points, planes, details, radius)
 
 
 def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ...scene.cloud_levels import points_at
 from ...scene.point_cloud import PointCloud
-from ..core.images import read_texture
 from ..core.memory import Owner
-from .cloud_planes import CloudPlanes
+from .cloud_planes import find_planes
+from .fit_radius import FitRadius
 
 DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 VERTEX = np.dtype([
@@ -32,6 +32,7 @@ class CloudPoints(Owner):
     spacing  the median of their spacings, or of their sizes
     largest  of these
     corners  (8, 3) of the box round them, from the middle
+    fit      how their planes were found; None if they need none
     """
 
     def __init__(self, context: moderngl.Context, cloud: PointCloud, level: int):
@@ -41,7 +42,8 @@ class CloudPoints(Owner):
         at = cloud.positions if some is None else cloud.positions[some]
         self.count = len(at)
         self.middle: NDArray[np.float64] = cloud.origin + _middle(at)
-        vertices = _vertices(context, cloud, some, (at + (cloud.origin - self.middle)).astype(np.float32))
+        local = (at + (cloud.origin - self.middle)).astype(np.float32)
+        vertices, self.fit = _vertices(context, cloud, some, local)
         self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
         self.largest = float(vertices["spacing"].max()) if self.count else 0.0
         self.corners = cloud.corners - self.middle
@@ -118,13 +120,13 @@ def _middle(at: NDArray[Any]) -> NDArray[np.float64]:
 
 def _vertices(
     context: moderngl.Context, cloud: PointCloud, some: NDArray[Any] | None, local: NDArray[np.float32]
-) -> NDArray[Any]:
-    """Return (n,) of VERTEX: points near each other follow each other, those without a plane come last."""
+) -> tuple[NDArray[Any], FitRadius | None]:
+    """Return (n,) of VERTEX: points near each other follow each other, those without a plane come last. And the fit."""
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
-        order, planes, details = _planes(context, local, normals)
+        order, _, planes, details, fit = find_planes(context, local, normals)
     else:
-        order, planes, details = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None
+        order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")
     order, planes = order[last], planes[last]
     vertices = np.zeros(len(local), VERTEX)
@@ -135,21 +137,7 @@ def _vertices(
     vertices["color"] = 255
     if colors is not None:
         vertices["color"][:, :3] = colors[order]
-    return vertices
-
-
-def _planes(
-    context: moderngl.Context, local: NDArray[np.float32], normals: NDArray[np.float32] | None
-) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.float32]]:
-    """Return (n,) an order in which points near each other follow each other, and (n, 4) planes and details so."""
-    found = CloudPlanes(context, local, normals)
-    try:
-        planes, details = (
-            read_texture(context, one).reshape(-1, 4)[: len(local)] for one in (found.planes, found.details)
-        )
-    finally:
-        found.release()
-    return found.order, planes, details
+    return vertices, fit
 
 
 def _part(values: NDArray[Any] | None, some: NDArray[Any] | None) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import moderngl
@@ -72,6 +73,6 @@ def _slabs(positions: NDArray[np.floating[Any]], most: int) -> Iterator[tuple[ND
     edges[0], edges[-1] = -np.inf, np.inf
     along = positions[:, axis]
     border = WIDEST * estimate_spacing((positions - some.mean(0)).astype(np.float32)).length
-    for low, high in zip(edges, edges[1:], strict=False):
+    for low, high in pairwise(edges):
         inside = (along >= low) & (along < high)
         yield inside, np.flatnonzero((along >= low - border) & (along < high + border))

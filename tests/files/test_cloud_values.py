@@ -1,0 +1,230 @@
+"""What all formats of point clouds share: where positions count from, what is up, colours, samples, writing."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.files.clouds.placing import spacing_of
+from pointshade_gl.scene.point_cloud import UPS
+
+from ..support import cloud_files as made
+
+SOME = {"notes": lambda _: None}
+POINTS, NORMALS, COLORS = made.bumpy()
+
+
+def saved(folder, positions, **options):
+    """A cloud of an .npy file with these rows."""
+    np.save(folder / "a.npy", positions)
+    return ps.load_cloud(folder / "a.npy", **({} if "notes" in options else SOME), **options)
+
+
+def world(cloud):
+    return cloud.positions.astype(np.float64) + cloud.origin
+
+
+class TestOrigin:
+    def test_on_a_map_points_keep_their_millimetres(self, tmp_path):
+        points = made.on_map()
+        cloud = saved(tmp_path, points)
+        assert cloud.positions.dtype == np.float32 and (cloud.origin % 1 == 0).all() and cloud.origin.any()
+        np.testing.assert_allclose(world(cloud), points, rtol=0, atol=1e-5)
+        assert np.abs(points.astype(np.float32) - points).max() > 0.1  # what casting first would do
+
+    @pytest.mark.parametrize("middle", [0, 0.3, 1, 1000])
+    def test_near_zero_there_is_none(self, tmp_path, middle):
+        points = POINTS.astype(np.float64) + middle
+        cloud = saved(tmp_path, points)
+        assert not cloud.origin.any() and cloud.positions.dtype == np.float32
+        np.testing.assert_allclose(cloud.positions, points, rtol=1e-7)
+
+    def test_float32_that_is_there_already_loses_nothing(self, tmp_path):
+        points = (POINTS + 100_000).astype(np.float32)
+        cloud = saved(tmp_path, points)
+        assert cloud.origin.any() and (world(cloud) == points).all()
+
+    def test_a_far_outlier_decides_nothing(self, tmp_path):
+        points = made.on_map(4000)
+        points[17] = 1e9
+        cloud = saved(tmp_path, points)
+        rest = np.delete(np.arange(4000), 17)
+        np.testing.assert_allclose(world(cloud)[rest], points[rest], rtol=0, atol=1e-5)
+        np.testing.assert_allclose(world(cloud)[17], 1e9, rtol=1e-6)
+
+    def test_coordinates_of_a_thousand_million(self, tmp_path):
+        points = np.round(1e9 + np.random.default_rng(0).random((500, 3)), 4)
+        np.testing.assert_allclose(world(saved(tmp_path, points)), points, rtol=0, atol=2e-7)
+
+    def test_what_no_float32_tells_apart_stays_float64(self, tmp_path):
+        """Two dense halves, far from each other: no origin is near to both."""
+        points = np.concatenate([POINTS, POINTS + np.array([1e6, 0, 0])]).astype(np.float64)
+        cloud = saved(tmp_path, points)
+        assert cloud.positions.dtype == np.float64 and not cloud.origin.any() and (cloud.positions == points).all()
+
+    @pytest.mark.parametrize("points", [np.zeros((0, 3)), np.zeros((1, 3)), [[4.8e6, 1, 2]], [[1, 2, 3], [1, 2, 3.0]]])
+    def test_hardly_any_points(self, tmp_path, points):
+        cloud = saved(tmp_path, np.array(points, float))
+        assert len(cloud) == len(points) and (world(cloud) == points).all()
+
+
+class TestUp:
+    @pytest.mark.parametrize("given", UPS)
+    def test_what_is_given_wins(self, tmp_path, given):
+        told = []
+        assert saved(tmp_path, made.on_map(), up=given, notes=told.append).up == given and not told
+
+    def test_a_terrain_is_least_high_upwards(self, tmp_path):
+        told = []
+        flat = np.random.default_rng(3).random((4000, 3)) * (40, 30, 2)
+        assert saved(tmp_path, flat, notes=told.append).up == "z"
+        assert told == [f"{tmp_path / 'a.npy'}: up is taken as z (it is least high there); pass up='y' if it is not"]
+        assert saved(tmp_path, flat[:, [0, 2, 1]]).up in ("y", "-y")
+
+    def test_a_room_stands_on_its_floor(self, tmp_path):
+        """Floor and ceiling are wider than the walls; boxes on the floor make most of its points low."""
+        rng = np.random.default_rng(4)
+        floor, ceiling = (np.append(rng.random((9000, 2)) * (6, 5), np.full((9000, 1), at), 1) for at in (0, 2.6))
+        walls = [np.insert(rng.random((2500, 2)) * (5, 2.6), 0, at, 1) for at in (0, 6)]
+        box = rng.random((4000, 3)) * (1, 1, 0.8) + (2, 2, 0)
+        room = np.concatenate([floor, ceiling[:4000], *walls, box])
+        assert saved(tmp_path, room).up == "z"
+        assert saved(tmp_path, room[:, [0, 2, 1]] * (1, 1, -1)).up == "y"
+        assert saved(tmp_path, room[:, [0, 2, 1]] * (1, -1, 1)).up == "-y"
+
+    def test_else_it_is_y_with_a_note(self, tmp_path):
+        told = []
+        assert saved(tmp_path, POINTS, notes=told.append).up == "y"
+        assert told == [f"{tmp_path / 'a.npy'}: up is taken as y (nothing shows it); pass up='z' if it is not"]
+
+    def test_maps_have_their_height_in_z(self, tmp_path):
+        steep = np.random.default_rng(3).random((4000, 3)) * (40, 30, 90) + made.MAP
+        assert saved(tmp_path, steep).up == "z"
+
+
+class TestColors:
+    def table(self, *columns):
+        return np.concatenate([POINTS, *columns], 1).astype(np.float64)
+
+    @pytest.mark.parametrize("scale", [1 / 255, 1, 257])
+    def test_scales(self, tmp_path, scale):
+        assert (saved(tmp_path, self.table(COLORS.astype(int) * scale)).colors == COLORS).all()
+
+    def test_grey_by_intensity_spans_what_most_points_have(self, tmp_path):
+        light = np.linspace(10, 20, len(POINTS))[:, None]
+        light[-1] = 9000  # a mirror
+        grey = saved(tmp_path, self.table(light)).colors[:, 0]
+        assert grey[0] == 0 and grey[-9] == 255 and 120 < grey[200] < 135
+
+    def test_intensity_that_says_nothing_gives_no_colours(self, tmp_path):
+        assert saved(tmp_path, self.table(np.full((len(POINTS), 1), 0.5))).colors is None
+
+    def test_by_height(self, tmp_path):
+        cloud = saved(tmp_path, POINTS, color_by="height", up="z")
+        low, high = cloud.colors[POINTS[:, 2].argmin()], cloud.colors[POINTS[:, 2].argmax()]
+        assert low[2] > low[0] and high[0] > 200 > 100 > high[2]  # dark blue to yellow
+        down = saved(tmp_path, POINTS, color_by="height", up="-z")
+        assert (down.colors[POINTS[:, 2].argmin()] == high).all()
+
+    def test_a_choice_that_the_file_does_not_have(self, tmp_path):
+        with pytest.raises(ValueError, match=r"a\.npy has no class for color_by, only rgb, height"):
+            saved(tmp_path, self.table(COLORS), color_by="class")
+        with pytest.raises(ValueError, match="unknown color_by 'hight'"):
+            saved(tmp_path, POINTS, color_by="hight")
+
+
+class TestMost:
+    def test_an_even_sample_that_is_told(self, tmp_path):
+        told = []
+        rows = np.stack([np.arange(1000.0), np.zeros(1000), np.zeros(1000)], -1)
+        cloud = saved(tmp_path, rows, most=300, up="z", notes=told.append)
+        x = cloud.positions[:, 0]
+        assert len(cloud) == 300 and (np.diff(x) > 0).all() and np.diff(x).max() <= 8
+        assert told == [f"{tmp_path / 'a.npy'}: 300 of its 1 000 points are read, an even sample"]
+        assert (saved(tmp_path, rows, most=300, up="z").positions == cloud.positions).all()  # the same each time
+
+    def test_all_columns_keep_together(self, tmp_path):
+        cloud = saved(tmp_path, np.concatenate([POINTS, COLORS], 1), most=77)
+        place = [int(np.flatnonzero((one == POINTS).all(1))[0]) for one in cloud.positions]
+        assert (cloud.colors == COLORS[place]).all()
+
+    @pytest.mark.parametrize("most", [400, 10**6])
+    def test_enough_for_all(self, tmp_path, most):
+        assert len(saved(tmp_path, POINTS, most=most)) == 400
+
+    @pytest.mark.parametrize(("most", "error"), [(0, ValueError), (1.5, ValueError), ("many", TypeError)])
+    def test_numbers_that_are_none(self, tmp_path, most, error):
+        with pytest.raises(error, match="most must be a whole number from 1"):
+            saved(tmp_path, POINTS, most=most)
+
+
+class TestLimits:
+    def test_more_points_than_allowed(self, tmp_path, monkeypatch):
+        np.save(tmp_path / "a.npy", POINTS)
+        with pytest.raises(
+            ValueError, match=r"a\.npy has 400 points, the limit is 399: pass max_pixels=400 to allow it"
+        ):
+            monkeypatch.setattr("pointshade_gl.files.access.limits.MAX_PIXELS", 1)
+            ps.load_cloud(tmp_path / "a.npy", max_pixels=399, **SOME)
+
+    def test_what_is_no_number(self, tmp_path):
+        table = POINTS.astype(np.float64)
+        table[[1, 5, 9]] = np.nan, np.inf, 1e19
+        told = []
+        cloud = saved(tmp_path, table, notes=told.append)
+        assert (cloud.positions == np.delete(POINTS, [1, 5, 9], 0)).all() and "3 points of 400" in told[0]
+        assert len(saved(tmp_path, np.full((5, 3), np.nan))) == 0
+
+    def test_normals_that_are_unknown_or_of_any_length(self, tmp_path):
+        normals = NORMALS * np.linspace(0.99, 1.01, 400)[:, None]
+        normals[3], normals[4] = 0, np.nan
+        cloud = saved(tmp_path, np.concatenate([POINTS, normals], 1))
+        assert not cloud.normals[3:5].any()
+        np.testing.assert_allclose(np.delete(cloud.normals, [3, 4], 0), np.delete(NORMALS, [3, 4], 0), atol=1e-6)
+
+
+CLOUDS = {
+    "points alone": ps.PointCloud(POINTS),
+    "all": ps.PointCloud(
+        POINTS, NORMALS, COLORS, np.linspace(0, 1, 400), np.linspace(1, 0, 400), made.MAP, "z", (1.5, 2, -0.25)
+    ),
+    "several scanners": ps.PointCloud(POINTS, seen_from=NORMALS.astype(np.float64) * 3, up="y"),
+    "no points": ps.PointCloud(np.zeros((0, 3), np.float32), up="x"),
+}
+
+
+class TestWriting:
+    @pytest.mark.parametrize("name", CLOUDS)
+    def test_what_is_written_is_the_same_when_it_is_opened(self, tmp_path, name):
+        told = []
+        ps.save_points(tmp_path / "a.ply", CLOUDS[name])
+        again = ps.load_cloud(tmp_path / "a.ply", notes=told.append)
+        assert not told
+        for key in ("positions", "normals", "colors", "sizes", "confidence", "origin", "up", "seen_from"):
+            found, expected = getattr(again, key), getattr(CLOUDS[name], key)
+            assert (found is None) == (expected is None), key
+            if expected is not None and not isinstance(expected, str):
+                np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 if key == "positions" else 3e-7)
+            else:
+                assert found == expected, key
+
+    def test_a_second_time_it_is_byte_for_byte_the_same(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", CLOUDS["all"])
+        ps.save_points(tmp_path / "b.ply", ps.load_cloud(tmp_path / "a.ply"))
+        ps.save_points(tmp_path / "c.ply", ps.load_cloud(tmp_path / "b.ply"))
+        assert (tmp_path / "b.ply").read_bytes() == (tmp_path / "c.ply").read_bytes()
+
+    def test_other_programs_find_the_world_s_coordinates(self, tmp_path):
+        ps.save_points(tmp_path / "a.ply", CLOUDS["all"])
+        data = (tmp_path / "a.ply").read_bytes()
+        head, _, body = data.partition(b"end_header\n")
+        assert b"property double x" in head and b"comment origin 4800000.0 500000.0 300.0" in head
+        x = np.frombuffer(body, "<f8", 1)[0]
+        assert x == 4_800_000 + float(POINTS[0, 0])
+
+
+def test_the_spacing_of_a_random_surface():
+    rng = np.random.default_rng(8)
+    for count in (900, 50_000):
+        sheet = np.append(rng.random((count, 2)) * (3, 2), np.zeros((count, 1)), 1)
+        assert spacing_of(sheet) == pytest.approx(np.sqrt(6 / count), rel=0.08)
+    assert spacing_of(np.zeros((1, 3))) == spacing_of(np.ones((5, 3))) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from .node import Node
 from .point_cloud import SAMPLE, STRAY, CloudLook, PointCloud
 
 AHEAD = {"-y": (0, 0, 1), "y": (0, 0, -1), "z": (0, 1, 0), "-z": (0, 1, 0), "x": (0, 1, 0), "-x": (0, 1, 0)}
+ALONE = 5.0  # from which points in one place are seen, whose spacing counts as 1
 MARGIN = 1.08  # share of the distance from which the cloud fills the picture
 ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
 
@@ -55,17 +57,17 @@ def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.fl
     corners = np.concatenate([cloud.main_corners for cloud in clouds])
     middle = (corners.min(0) + corners.max(0)) / 2
     away = max(_away(cloud, camera, turn, middle) for cloud in clouds)
-    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
+    return middle - turn[:, 2] * (MARGIN * away or ALONE)
 
 
 def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
     """Return how far before the middle one sees all of a cloud but stray points."""
     some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     x, y, z = ((some + (cloud.origin - middle)) @ turn).T
-    across = np.maximum(
-        np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy
-    )
-    return float(np.quantile(across - z, 1 - STRAY))
+    reach = cloud.reach(1 - STRAY)
+    half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
+    across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]
+    return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
 
 
 def _facing(cloud: PointCloud) -> NDArray[np.float64]:

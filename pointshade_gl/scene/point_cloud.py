@@ -188,7 +188,7 @@ class PointCloud(Value):
             return self.corners
         some = self.positions[:: -(-len(self) // SAMPLE)]
         low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
-        margin = STRAY * (high - low)
+        margin = STRAY * (high - low) + self.reach(1 - STRAY)
         return frozen(box_corners(low - margin, high + margin) + self.origin)
 
     @property
@@ -215,10 +215,17 @@ class PointCloud(Value):
 
     @property
     def radius_rule(self) -> tuple[float, str]:
-        """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
-        if self.point_size is None:
-            return (2.0, "x") if self.splat == "disc" else (0.5, "x")
-        return parse_cloud_size(self.point_size)
+        """Return the radius of points, a number and its unit: "" world units, "px" pixels, "x" spacings or `sizes`."""
+        if self.point_size is not None:
+            return parse_cloud_size(self.point_size)
+        return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
+
+    def reach(self, share: float) -> float:
+        """Return a radius that a share of the points do not exceed, node units; 0 where their spacing decides."""
+        number, unit = self.radius_rule
+        if unit == "x" and self.sizes is not None and len(self):
+            return number * float(np.quantile(self.sizes, share))
+        return number if unit == "" else 0.0
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:

@@ -17,7 +17,6 @@ from .node import Node
 from .point_cloud import SAMPLE, STRAY, CloudLook, PointCloud
 
 AHEAD = {"-y": (0, 0, 1), "y": (0, 0, -1), "z": (0, 1, 0), "-z": (0, 1, 0), "x": (0, 1, 0), "-x": (0, 1, 0)}
-ALONE = 5.0  # from which points in one place are seen, whose spacing counts as 1
 MARGIN = 1.08  # share of the distance from which the cloud fills the picture
 ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
 
@@ -57,7 +56,7 @@ def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.fl
     corners = np.concatenate([cloud.main_corners for cloud in clouds])
     middle = (corners.min(0) + corners.max(0)) / 2
     away = max(_away(cloud, camera, turn, middle) for cloud in clouds)
-    return middle - turn[:, 2] * (MARGIN * away or ALONE)
+    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
 
 
 def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:

@@ -2,6 +2,7 @@
 
 const float FARTHEST_RING = 60.0;  // pixels
 const int PAIRS = 3;               // of four: so many pairs of opposite places around a hole show its surface
+const float WIDER = 1.7;           // of the ring around holes that it does not span
 const float SAME = 0.5;            // of `step_back`: the middles between such places differ by less
 
 // z at a pixel of a depth picture, 1 - near/z; 0 where there is nothing, and beside the picture.
@@ -39,6 +40,11 @@ vec3 around_hole(sampler2D cores, ivec2 pixel, float near, float z, float step_b
     return vec3(count, sum / max(count, 1.0), high - low);
 }
 
+// Is there one surface on all sides of a hole?
+bool shows_surface(vec3 around, float step_back) {
+    return around.x >= float(PAIRS) && around.z <= SAME * step_back;
+}
+
 // The depth at a pixel; in a hole that of the surface around it. ring: how far apart splats are, in pixels at depth 1, and
 // in most of the picture.
 float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, vec2 ring) {
@@ -47,6 +53,8 @@ float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, ve
     int pairs = beside.x > 0.0 ? 4 : 0;  // no constant: software drivers would always look
     float distance = clamp(ring.x / max(beside.y, near), 1.0, FARTHEST_RING);
     vec3 around = around_hole(cores, pixel, near, z, step_back, distance, pairs);
-    bool is_hole = around.x >= float(PAIRS) && around.z <= SAME * step_back;
-    return is_hole ? around.y : z;
+    if (!shows_surface(around, step_back)) {
+        around = around_hole(cores, pixel, near, z, step_back, WIDER * distance, pairs);
+    }
+    return shows_surface(around, step_back) ? around.y : z;
 }

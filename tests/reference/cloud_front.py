@@ -9,7 +9,7 @@ from .vectors import texel
 F = np.float32
 FARTHEST_RING = F(60)
 PAIRS = 3
-WIDER = F(1.7)
+RINGS = 3
 SAME = F(0.5)
 
 
@@ -60,7 +60,7 @@ def closed_depth(cores: np.ndarray, pixel: np.ndarray, near: float, step_back: f
     beside = around_hole(cores, pixel, near, z, step_back, usual, 4)
     distance = np.clip(F(ring[0]) / np.maximum(beside[..., 1], F(near)), F(1), FARTHEST_RING)
     result = z
-    for wider in (WIDER, F(1)):
-        around = around_hole(cores, pixel, near, z, step_back, wider * distance, 4)
+    for k in range(RINGS, 0, -1):
+        around = around_hole(cores, pixel, near, z, step_back, distance * F(k), 4)
         result = np.where((beside[..., 0] > 0) & shows_surface(around, step_back), around[..., 1], result)
     return result

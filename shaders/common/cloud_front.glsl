@@ -49,7 +49,7 @@ bool shows_surface(vec3 around, float step_back) {
 // in most of the picture.
 float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, vec2 ring) {
     float z = front_depth(cores, pixel, near);
-    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(ring.y, 1.0, FARTHEST_RING), 4);
+    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(2.0 * ring.y, 2.0, FARTHEST_RING), 4);
     int rings = beside.x > 0.0 ? RINGS : 0;  // no constant: software drivers would always look
     float distance = clamp(ring.x / max(beside.y, near), 1.0, FARTHEST_RING);
     for (int k = 1; k <= rings; ++k) {

@@ -56,7 +56,7 @@ def shows_surface(around: np.ndarray, step_back: float) -> np.ndarray:
 def closed_depth(cores: np.ndarray, pixel: np.ndarray, near: float, step_back: float, ring: np.ndarray) -> np.ndarray:
     """(...)"""
     z = front_depth(cores, pixel, near)
-    usual = np.full(z.shape, np.clip(F(ring[1]), F(1), FARTHEST_RING), F)
+    usual = np.full(z.shape, np.clip(F(2) * F(ring[1]), F(2), FARTHEST_RING), F)
     beside = around_hole(cores, pixel, near, z, step_back, usual, 4)
     distance = np.clip(F(ring[0]) / np.maximum(beside[..., 1], F(near)), F(1), FARTHEST_RING)
     result = z

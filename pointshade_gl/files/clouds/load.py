@@ -26,7 +26,7 @@ from .lidar_points import read_lidar_points
 from .pcd_points import read_pcd_points
 from .placing import drop_invalid, keep_most, placed
 from .ply_points import read_ply_points
-from .text_points import read_text_points
+from .text_points import TEXTS, read_text_points
 from .up_axis import guess_up
 
 _OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
@@ -110,7 +110,8 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
 def _reader_for(path: Path) -> _Reader:
     head = read_head(path, 1024)
     known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    return known or (read_lidar_points if path.suffix.lower() == ".bin" or b"\0" in head else read_text_points)
+    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    return known or (read_lidar_points if is_bare else read_text_points)
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..rendering.renderer import Renderer
-from ..scene.appearance import SPLATS, Material, Shading
+from ..scene.appearance import FRAME_SPLATS, Material, Shading
 from ..scene.camera import Camera, orbit_pose
 from ..scene.frame import Frame
 from ..scene.light import Light
@@ -48,7 +48,7 @@ class View(NamedTuple):
 
 def jobs() -> Iterator[Job]:
     """In this order no picture is the last one with more samples, which would cost less."""
-    return (Job(*values) for values in product(SAMPLES, SCALES, SPLATS))
+    return (Job(*values) for values in product(SAMPLES, SCALES, FRAME_SPLATS))
 
 
 def count_forms(rounds: int) -> int:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ..files.access.builtin import FRAMES
 from ..messages.formatting import option
 from ..scene.appearance import Look
+from ..scene.cloud_scene import given_by, scene_of, styled
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.node import Node
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
+from ..scene.shading_override import shaded
 from .options import FrameOptions
 from .parse import frames_from, views_from
 
@@ -40,6 +44,28 @@ def load(frame: FrameOptions, sequence: bool = False, scene: bool = False) -> An
     if frame.frame is not None:
         return _numbered(open_source(source, **options), frames_from(frame.frame, 1)[0])
     return (open_source if sequence else load_frame)(source, **options)
+
+
+def load_clouds(frame: FrameOptions, look: Look, plain: Look, inputs: Sequence[str]) -> Scene:
+    """Several point clouds as one scene, in which each is called as its file. plain: the look without options."""
+    paths = [path for path in (frame.input, *inputs) if path is not None]
+    clouds = [load(replace(frame, input=path), scene=True) for path in paths]
+    return scene_of(*(styled(cloud, given_by(look, plain)) for cloud in clouds), names=[Path(path).stem for path in paths])
+
+
+def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:
+    """Whether the INPUTs are point clouds. Raises ValueError where only some are."""
+    from ..files.sources import is_cloud
+
+    paths = [frame.input, *inputs]
+    clouds = [path for path in paths if is_cloud(path)]
+    if clouds and len(clouds) < len(paths):
+        other = next(path for path in paths if path not in clouds)
+        raise ValueError(
+            f"{clouds[0]} is a point cloud and {other or 'the other INPUT'} is none: pass INPUTs of one kind, or put "
+            "them into one Scene in Python"
+        )
+    return bool(clouds)
 
 
 def load_together(frame: FrameOptions, look: Look, inputs: Sequence[str]) -> tuple[Scene, list[str]]:
@@ -94,6 +120,18 @@ def check_frame(frame: FrameOptions) -> None:
     for is_kind, kind in ((is_scene, "a scene"), (is_cloud, "a point cloud")):
         if is_kind(frame.input):
             raise ValueError(f"{frame.input} is {kind}, expected a frame: pass it to `pointshade render` or `view`")
+
+
+def as_scene(source: Any, look: Look, plain: Look) -> Any:
+    """A scene or a point cloud as a scene, with the options of a look that were given; a frame as it is.
+
+    plain  the look without options. Raises ValueError for options that the objects have not.
+    """
+    if isinstance(source, Scene):
+        return shaded(source, check_look(look, plain))
+    if isinstance(source, PointCloud):
+        return scene_of(styled(source, given_by(look, plain)))
+    return source
 
 
 def check_stream(look: Look, is_stream: bool) -> None:

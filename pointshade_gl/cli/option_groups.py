@@ -57,6 +57,12 @@ def typed(
 class FieldOptions:
     """The options that were typed, and the values that they stand for."""
 
+    @property
+    def changed(self) -> list[str]:
+        """Return the names of those that differ from their defaults."""
+        own: Any = self
+        return [one.name for one in fields(own) if getattr(self, one.name) != one.default]
+
     def values_of(self, group: type) -> dict[str, Any]:
         """Return what was typed for a dataclass, by the names of its fields. Raises ValueError."""
         return {

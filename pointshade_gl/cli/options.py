@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ..files.access.limits import MAX_PIXELS
-from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, RENDERED
+from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
 from ..messages.notes import note_new_name, silence
@@ -36,7 +36,7 @@ def _output(suffixes: tuple[str, ...], help: str = "The file to write, such as o
 
 
 RenderOutput = Annotated[Path, _output(RENDERED)]
-NormalsOutput = Annotated[Path, _output(NORMALS)]
+NormalsOutput = Annotated[Path, _output((*NORMALS, *POINTS))]
 DepthOutput = Annotated[Path, _output(DEPTH)]
 AlbedoOutput = Annotated[Path, _output(IMAGES)]
 SheetOutput = Annotated[Path | None, _output(IMAGES, "Also write a contact sheet (colour, depth, normals, lit)")]
@@ -63,7 +63,8 @@ MoreInputs = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="MORE",
-        help="More folders with frames of the same thing, with poses: all play at once, merged into one object.",
+        help="More folders with frames of the same thing, with poses: all play at once, merged into one object. Or "
+        "more point clouds, which lie in one world.",
         autocompletion=complete_input,
     ),
 ]
@@ -97,7 +98,7 @@ class InputOptions:
             metavar="INPUT",
             help="A folder with a depth and a colour picture and their camera, or with a sequence of them; a depth "
             "file; or 'vase', which is built in. For render, depth and view also a scene: .gltf, .glb or 'demo'. For "
-            "render, view and info also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
+            "all but albedo also a point cloud: .ply, .pcd, .xyz, .las, .laz, .e57, .npy...",
             autocompletion=complete_input,
             callback=check_input,
         ),

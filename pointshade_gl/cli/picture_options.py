@@ -23,16 +23,13 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 class PictureOptions(group_of(typed(Finish, (PICTURE,), None))):
     """How a picture is finished."""
 
-    def finish(self, output: Path, is_photograph: bool, is_film: bool) -> Finish:
-        """The Finish of pictures. Raises ValueError for values that do not fit the output.
-
-        is_photograph  whether they show a photograph as it was taken
-        """
+    def finish(self, output: Path, samples: int) -> Finish:
+        """The Finish of pictures. Raises ValueError for values that do not fit the output. samples: unless typed."""
         suffix, chosen = output.suffix.lower(), self.values_of(Finish)
         if self.background == "transparent" and suffix in _OPAQUE:
             raise ValueError(f"{output} cannot be transparent: write a .png, or leave out {option('background')}")
         if "samples" not in chosen:
-            chosen["samples"] = 1 if is_photograph and not self.ground else FILM if is_film else STILL
+            chosen["samples"] = samples
         if "background" not in chosen and (chosen["samples"] > 1 or self.ground):
             chosen["background"] = _OPAQUE.get(suffix)
         return Finish(**{"exposure": "sensor", **chosen})
@@ -53,12 +50,16 @@ def view_of(
     is_scene: bool,
     is_film: bool,
     is_changed: bool,
+    is_cloud: bool = False,
 ) -> View:
     """The View of what is drawn. Raises ValueError or OSError.
 
+    is_scene    whether it is a scene, as of point clouds
     is_changed  whether something else than a single frame is seen by its own camera
     """
     chosen = look.look()
     is_photograph = chosen.is_plain and place == ViewOptions() and not (is_scene or is_changed)
-    finish = picture.finish(output, is_photograph, is_film)
-    return place.view(chosen, look.lights(shadow=picture.ground or is_scene), finish)
+    lights = look.lights(shadow=picture.ground or is_scene)
+    is_hard = not picture.ground and not any(light.is_soft for light in lights)
+    samples = 1 if is_photograph and not picture.ground else FILM if is_film or (is_cloud and is_hard) else STILL
+    return place.view(chosen, lights, picture.finish(output, samples))

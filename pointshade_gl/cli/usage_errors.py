@@ -65,10 +65,12 @@ def check_exist(folder: str | None = None, **given: str | Path | None) -> None:
 
 
 def check_folders(inputs: Sequence[str]) -> None:
-    """Raises ValueError for an INPUT after the first that is no folder: it was meant for an option."""
+    """Raises ValueError for an INPUT after the first that is no folder and no cloud: it was meant for an option."""
+    from ..files.sources import is_cloud
+
     for path in inputs:
-        if not Path(path).is_dir():
-            raise ValueError(f"more INPUTs must be folders of frames, got {path}: {_way_out(path)}")
+        if not (Path(path).is_dir() or is_cloud(path)):
+            raise ValueError(f"more INPUTs must be folders of frames, or point clouds, got {path}: {_way_out(path)}")
 
 
 def sentence_of(error: Any) -> str:
@@ -110,6 +112,8 @@ def _options(command: Any) -> list[str]:
 def _way_out(extra: str) -> str:
     if _LIGHT_WORD.search(extra):
         return _QUOTES
+    if (near := near_path(Path(extra))) and not Path(extra).exists():
+        return f"it does not exist{near}"
     if split_numbers(extra) is not None:
         return "write numbers with commas and no spaces, as in --light 1,2,3"
     return "pass files as --depth FILE, --color FILE and -o FILE"

@@ -49,8 +49,8 @@ def ground_under(scene: Scene, up: tuple[float, float, float], height: float | N
 
 
 def _under(placed: Placed, up: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-    """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground plane
-    under it, (4,)."""
+    """Return the lowest position of a frame, a mesh or a cloud along up, world units (0 without points), and the ground
+    plane under it, (4,)."""
     along, shift = placed.axes[:3, :3].T @ up, up @ placed.axes[:3, 3]
     if isinstance(placed.content, PointCloud):
         lowest = lowest_main_point(placed.content, along) + float(shift)

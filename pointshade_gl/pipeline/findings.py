@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ..estimation.light_fit import FoundLight
 from ..estimation.multi_view import SetReport
 from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.clouds.fit_radius import FitRadius
 from ..gpu.core.frame_textures import FrameTextures
 from ..gpu.drawables import Drawables
 from ..gpu.meshes.grid_objects import ShownGrid
@@ -15,13 +18,31 @@ from ..scene.frame import Frame
 from ..scene.noise import Choice
 
 
-def findings(drawn: Drawables) -> list[tuple[str, Choice | SetReport]]:
-    """Return, by point object, which method estimated its normals, or what its several frames agree on."""
-    found: list[tuple[str, Choice | SetReport]] = []
+class CloudFinding(NamedTuple):
+    """What was drawn of a cloud: how many of its points, how far they lie apart, and how their planes were found.
+
+    fit  None where they have none, as balls of a given size
+    """
+
+    points: int
+    drawn: int
+    spacing: float
+    fit: FitRadius | None
+
+
+Finding = Choice | SetReport | CloudFinding
+
+
+def findings(drawn: Drawables) -> list[tuple[str, Finding]]:
+    """Return, by object, which method estimated its normals, or what its several frames agree on."""
+    found: list[tuple[str, Finding]] = []
     for p, thing in drawn.items():
         if isinstance(thing, ShownSet):
             found.append((p.node.name, thing.report()))
-        elif not isinstance(thing, PlacedMesh | PlacedCloud):
+        elif isinstance(thing, PlacedCloud):
+            points = thing.points
+            found.append((p.node.name, CloudFinding(len(thing.cloud), points.count, points.spacing, points.fit)))
+        elif not isinstance(thing, PlacedMesh):
             found.append((p.node.name, (thing if isinstance(thing, TiledPoints) else thing.textures).choice))
     return found
 

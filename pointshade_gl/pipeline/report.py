@@ -11,6 +11,7 @@ from ..estimation.light_fit import FoundLight, describe_light
 from ..estimation.multi_view import SetReport, is_primary
 from ..messages.formatting import counted
 from ..scene.noise import Choice, describe
+from .findings import CloudFinding, Finding
 
 TOLD = 0.02  # a frame's exposure differs by so much from the mean before it is worth telling
 TINTED = 0.03  # and its channels by so much from each other
@@ -18,7 +19,7 @@ LEAST = 5e-4  # share of the points that is worth a number
 MOST = 5  # frames that a line names
 
 
-def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[str] = ()) -> list[str]:
+def explain(findings: Sequence[tuple[str, Finding]], names: Sequence[str] = ()) -> list[str]:
     """Describe, in lines, what was found about the objects of a picture; each by its name where there are several.
 
     names  of the frames of objects that have several; by default their numbers
@@ -26,8 +27,23 @@ def explain(findings: Sequence[tuple[str, Choice | SetReport]], names: Sequence[
     lines = []
     for name, found in findings:
         prefix = f"{name or 'object'}: " if len(findings) > 1 else ""
-        told = explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
-        lines += [prefix + line for line in told]
+        lines += [prefix + line for line in _explain_one(found, names)]
+    return lines
+
+
+def _explain_one(found: Finding, names: Sequence[str]) -> list[str]:
+    if isinstance(found, CloudFinding):
+        return _explain_cloud(found)
+    return explain_set(found, names) if isinstance(found, SetReport) else [describe(found)]
+
+
+def _explain_cloud(found: CloudFinding) -> list[str]:
+    """Describe a cloud. Its lengths are world units, of which nobody says that they are metres."""
+    share = "all" if found.drawn == found.points else f"an even sample, {counted(found.drawn, 'point')}"
+    lines = [f"cloud: {counted(found.points, 'point')}, drawn: {share}, about {found.spacing:.3g} apart"]
+    if found.fit is not None:
+        noise = f"noise of {found.fit.noise:.2g}" if found.fit.noise else "no noise that could be told from the surface"
+        lines.append(f"planes: fitted within {found.fit.length:.3g} of each point; {noise} was measured")
     return lines
 
 

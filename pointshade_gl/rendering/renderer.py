@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimation.ground_plane import up_of
+from ..gpu.clouds.slabs import CloudNormals
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
 from ..gpu.drawables import Drawable
 from ..messages.bugs import is_expected
 from ..messages.errors import Cancelled, ContextError
-from ..messages.formatting import shown
+from ..messages.formatting import option, shown
 from ..messages.notes import Note, taken_by
 from ..messages.progress import Progress
-from ..messages.validation import Numbers, check_choice, check_count, check_type, is_a
+from ..messages.validation import Numbers, check_choice, check_count, check_number, check_type, is_a
+from ..pipeline.cloud_normals import read_cloud_normals
 from ..pipeline.findings import findings, lights, weights
 from ..pipeline.pipeline import Pipeline
 from ..pipeline.report import explain, explain_lights
@@ -165,7 +167,7 @@ class Renderer:
         pose: Numbers | None = None,
         normals: Method | Numbers = "auto",
         shading: Shading = "phong",
-        point_size: float | Numbers | Literal["fill"] | None = None,
+        point_size: float | Numbers | str | None = None,
         *,
         notes: Note | None = None,
         progress: Progress | None = None,
@@ -233,7 +235,7 @@ class Renderer:
         pose: Numbers | None = None,
         normals: Method | Numbers = "auto",
         shading: Shading = "phong",
-        point_size: float | Numbers | Literal["fill"] | None = None,
+        point_size: float | Numbers | str | None = None,
         *,
         notes: Note | None = None,
         progress: Progress | None = None,
@@ -269,7 +271,7 @@ class Renderer:
         camera: Camera | None = None,
         pose: Numbers | None = None,
         normals: Method | Numbers = "auto",
-        point_size: float | Numbers | Literal["fill"] | None = None,
+        point_size: float | Numbers | str | None = None,
         *,
         notes: Note | None = None,
         progress: Progress | None = None,
@@ -391,16 +393,22 @@ class Renderer:
     @takes(SurfaceOptions, Look, like=render)
     def estimate_normals(
         self,
-        frame: Frame | FilePath | RenderRequest,
+        frame: Frame | PointCloud | FilePath | RenderRequest,
         method: Method = "auto",
         *,
         notes: Note | None = None,
         **options: Unpack[SurfaceOptions],
     ) -> NDArray[np.float32]:
-        """Estimate the normals of a frame, or of its folder.
+        """Estimate the normals of a frame, or of its folder, or of a point cloud.
+
+        Of a cloud the normals that it has are kept. The others point to its `seen_from`, or else outwards; those of an
+        open sheet, which has no outside, point up. Its only option is `noise`, in world units; without it the noise is
+        measured. See `with_normals` for a cloud that has them.
 
         Parameters
         ----------
+        frame : Frame, PointCloud, path or RenderRequest
+            Whose normals.
         method : Method, default 'auto'
             "auto" measures the noise of the depth and chooses "star" (sharp at edges, for clean depth) or "adaptive"
             (planes as wide as the noise requires); where most depths are missing, as of LiDAR in a picture, "sparse"
@@ -412,13 +420,17 @@ class Renderer:
         -------
         (h, w, 3) float32
             Unit normals, camera axes, towards the camera; NaN without depth, and where depths are so far apart that
-            float32 has no normal for them.
+            float32 has no normal for them. Of a cloud (n, 3), its own axes; NaN where its points lie on no surface.
 
         Raises
         ------
         ValueError
             For an unknown method and for invalid noise or step. `choice` says what ran, and why.
         """
+        if isinstance(frame, PointCloud):
+            normals = self._of_cloud(frame, method, dict(options), notes).normals
+            normals[~normals.any(1)] = np.nan
+            return normals
         if isinstance(frame, str | PathLike):
             from ..files.frames.frame_files import load_frame
 
@@ -431,6 +443,38 @@ class Renderer:
             normals = self._pipeline.gpu_scene.read_normals(frame, look)[..., :3].copy()
         normals[~normals.any(-1)] = np.nan
         return normals
+
+    def with_normals(
+        self, cloud: PointCloud, *, noise: float | None = None, notes: Note | None = None
+    ) -> PointCloud:
+        """Return a point cloud with normals and their confidence, see `estimate_normals`.
+
+        Parameters
+        ----------
+        cloud : PointCloud
+            Any; normals that it has are kept.
+        noise : float, optional
+            Standard deviation of the positions, world units; None measures it.
+        notes : callable, optional
+            As for `render`.
+
+        Returns
+        -------
+        PointCloud
+            The same otherwise; its normals are 0 where points lie on no surface.
+        """
+        found = self._of_cloud(check_type(cloud, PointCloud, "cloud"), "auto", {"noise": noise}, notes)
+        return replace(cloud, normals=found.normals, confidence=found.confidence)
+
+    def _of_cloud(self, cloud: PointCloud, method: Method, options: dict[str, Any], notes: Note | None) -> CloudNormals:
+        noise = options.pop("noise", None)
+        if method != "auto" or options:
+            given = next(iter(options), "method")
+            raise ValueError(f"{option(given)} is for frames: of a point cloud leave it out")
+        if noise is not None:
+            noise = check_number(noise, option("noise"), 0)
+        with taken_by(notes), self._in_use():
+            return read_cloud_normals(self.context.gl, cloud, noise)
 
     def estimate_albedo(self, frames: Sequence[Frame]) -> NDArray[np.uint8]:
         """Estimate the albedo that several photographs of one view share, each under its own light.

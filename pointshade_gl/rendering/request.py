@@ -15,7 +15,7 @@ from ..messages.formatting import shown
 from ..messages.validation import Numbers, check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
-from ..scene.cloud_scene import scene_of, styled
+from ..scene.cloud_scene import given_by, scene_of, styled
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
@@ -104,8 +104,12 @@ class RenderRequest:
         return cls(source, lights, look, camera, view.pose, (view.yaw, view.pitch, view.dolly), finish)
 
     @classmethod
-    def seen(cls, source: Frame | Sequence[Frame] | Scene, view: View, pivot: Numbers | None = None) -> RenderRequest:
+    def seen(
+        cls, source: Frame | Sequence[Frame] | Scene | PointCloud, view: View, pivot: Numbers | None = None
+    ) -> RenderRequest:
         """Return the request for a source that a view shows. The camera turns around pivot, (3,) world."""
+        if isinstance(source, PointCloud):
+            source = scene_of(styled(source, given_by(view.look)))
         first = source if isinstance(source, Frame | Scene) else source[0]
         camera, pose = view.seen(first, pivot)
         look = Look() if isinstance(source, Scene) else view.look

@@ -10,28 +10,28 @@ from numpy.typing import NDArray
 
 from ..messages.formatting import option, shown
 from ..messages.validation import (
-    LARGEST,
     Numbers,
     as_array,
     check_choice,
     check_flag,
-    check_float,
     check_number,
     check_type,
 )
 from .noise import SENSORS, check_noise, check_noise_text, parse_noise
 from .normal_methods import METHODS, Method, check_method, check_normals, parse_max_depth_step
 from .option_fields import FRAME, LIGHT, VIEW, keys_of, number_or_text, opt, option_class
+from .point_sizes import check_look_size, check_sizes, is_single
 from .values import Options, frozen
 
 Shading = Literal["none", "flat", "gouraud", "phong", "edl"]
-Splat = Literal["footprint", "round", "mesh"]
+Splat = Literal["footprint", "round", "mesh", "disc", "ball"]
 Upsampling = Literal["vote", "none"]
 NormalsAt = Literal["source", "target"]
 Flying = Literal["keep", "snap"]
 Missing = Literal["keep", "complete", "photo"]
 SHADINGS: tuple[Shading, ...] = get_args(Shading)
 SPLATS: tuple[Splat, ...] = get_args(Splat)
+FRAME_SPLATS, CLOUD_SPLATS = SPLATS[:3], SPLATS[3:]
 UPSAMPLINGS: tuple[Upsampling, ...] = get_args(Upsampling)
 NORMALS_AT: tuple[NormalsAt, ...] = get_args(NormalsAt)
 FLYING: tuple[Flying, ...] = get_args(Flying)
@@ -100,11 +100,12 @@ class Look(Options):
         known=SHADINGS,
         panel=LIGHT,
     )
-    point_size: float | Numbers | Literal["fill"] | None = opt(
+    point_size: float | Numbers | str | None = opt(
         None,
         "splat size in source pixels: a number, or (h, w); 1 = the point's own pixel, 0 hides it; None is 1. "
-        '"fill" is 1, with missing="complete".',
-        "Size of the points in pixels of the frame, or fill: 1, with --missing complete. Default: 1.",
+        '"fill" is 1, with missing="complete". Of a point cloud the radius, see `PointCloud`.',
+        "Size of the points in pixels of the frame, or fill: 1, with --missing complete. Default: 1. Of a point cloud "
+        "their radius: metres, '3px', or '2x' times the spacing.",
         metavar="N|fill",
         was="size",
         known=("fill",),
@@ -117,8 +118,9 @@ class Look(Options):
         'with it and end at its outline. "round" carries the circle round the square. "mesh" draws the triangles '
         "between neighbouring pixels instead, which have no size. The mesh reaches to the outer edge of the last "
         "pixels of a surface. A surface ends where max_depth_step says, or without it where neither of two "
-        "neighbours lies on the other's tangent plane, to 2 % of 1/z.",
-        f"What is drawn of each point: {', '.join(SPLATS)} (triangles between pixels).",
+        'neighbours lies on the other\'s tangent plane, to 2 % of 1/z. "disc" and "ball" are of point clouds.',
+        f"What is drawn of each point: {', '.join(FRAME_SPLATS)} (triangles between pixels); of a point cloud "
+        f"{', '.join(CLOUD_SPLATS)}.",
         metavar="SHAPE",
         known=SPLATS,
         panel=VIEW,
@@ -225,12 +227,18 @@ class Look(Options):
             object.__setattr__(self, name, check_flag(getattr(self, name), option(name)))
         if isinstance(self.normals, str):
             check_method(self.normals)
-        elif _is_single(self.normals):
+        elif is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
-        object.__setattr__(self, "point_size", _checked_size(self.point_size, self.splat))
+        object.__setattr__(self, "point_size", check_look_size(self.point_size))
+        is_plain_size = self.point_size is None or (np.ndim(self.point_size) == 0 and self.point_size in (1, "fill"))
+        if self.splat == "mesh" and not is_plain_size:
+            others = option("splat", *FRAME_SPLATS[:-1])
+            raise ValueError(
+                f"{option('point_size')} is that of splats, and a mesh has none: leave it out, or use {others}"
+            )
         if isinstance(self.noise, str):
             check_noise_text(self.noise)
-        elif self.noise is not None and _is_single(self.noise):
+        elif self.noise is not None and is_single(self.noise):
             object.__setattr__(self, "noise", check_noise(self.noise))
         metres, _ = parse_max_depth_step(self.max_depth_step)
         if not isinstance(self.max_depth_step, str | None):
@@ -254,6 +262,14 @@ class Look(Options):
             For arrays of another shape, and for sizes or noise that make no sense.
         """
         changes: dict[str, Any] = {}
+        if self.splat in CLOUD_SPLATS:
+            raise ValueError(
+                f"{option('splat', self.splat)} is of point clouds: a frame takes {', '.join(FRAME_SPLATS)}"
+            )
+        if isinstance(self.point_size, str) and not self.fills:
+            raise ValueError(
+                f"{option('point_size', self.point_size)} is of point clouds: a frame takes a number of source pixels"
+            )
         if not isinstance(self.normals, str):
             changes["normals"] = check_normals(self.normals, depth.shape)
         sizes = self.sizes_for(depth)
@@ -288,7 +304,7 @@ class Look(Options):
     @property
     def fills(self) -> bool:
         """The points have size 1, and no gaps between them."""
-        return isinstance(self.point_size, str)
+        return isinstance(self.point_size, str) and self.point_size == "fill"
 
     @property
     def completes(self) -> bool:
@@ -298,7 +314,11 @@ class Look(Options):
     @property
     def farthest_reach(self) -> float:
         """Source pixels that the largest splat reaches from its middle."""
-        size = 1.0 if self.point_size is None or self.fills else float(np.max(np.asarray(self.point_size)))
+        size = (
+            1.0
+            if self.point_size is None or isinstance(self.point_size, str)
+            else float(np.max(np.asarray(self.point_size)))
+        )
         return size * (0.5**0.5 if self.splat == "round" else 0.5)
 
     @property
@@ -365,7 +385,7 @@ class LookOptions(NamedOptions, total=False):
 
     normals: Method | Numbers
     shading: Shading
-    point_size: float | Numbers | Literal["fill"] | None
+    point_size: float | Numbers | str | None
 
 
 VOCABULARIES: dict[str, tuple[str, ...]] = {
@@ -383,37 +403,3 @@ UNLIT = Material(ambient=1, diffuse=0, specular=0)  # shows a point's own colour
 def shader_model(shading: str) -> int:
     """Return the number of a shading model in shaders; eye-dome lighting begins with an object's own colours."""
     return SHADINGS.index("none" if shading == "edl" else shading)  # pyright: ignore
-
-
-def check_sizes(size: float | Numbers | str | None, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Splat sizes in source pixels as (1,) or (h*w,) float32; None and "fill" are 1.
-
-    Raises ValueError for an impossible size.
-    """
-    name = option("point_size")
-    complaint = f"{name} is the splats' size in source pixels, one number or an array of {shape}"
-    sizes = np.atleast_1d(as_array(1.0 if size is None or isinstance(size, str) else size, complaint, np.float32))
-    if sizes.shape not in ((1,), shape):
-        raise ValueError(f"{complaint}, got {sizes.shape}")
-    if not ((sizes >= 0) & (sizes <= LARGEST)).all():
-        raise ValueError(f"{name} must be finite and not negative everywhere")
-    return sizes.ravel()
-
-
-def _checked_size(size: Any, splat: str) -> Any:
-    """The size, a single number as a float. Raises ValueError for one that cannot be drawn."""
-    name = option("point_size")
-    if isinstance(size, str):
-        if size != "fill":
-            raise ValueError(f"{name} must be a number of source pixels, or 'fill', got {shown(size)}")
-    elif size is not None and _is_single(size):
-        size = check_float(size, f"{name} must be a number of source pixels, 0 or above", 0)
-    if splat == "mesh" and not (size is None or (np.ndim(size) == 0 and size in (1, "fill"))):
-        others = option("splat", *SPLATS[:-1])
-        raise ValueError(f"{name} is that of splats, and a mesh has none: leave it out, or use {others}")
-    return size
-
-
-def _is_single(value: Any) -> bool:
-    """Whether a value is no array."""
-    return type(value) in (int, float) or not (isinstance(value, list | tuple) or np.ndim(value))

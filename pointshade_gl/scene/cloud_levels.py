@@ -7,13 +7,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .bounds import sphere_round
 from .camera import Eye
 from .placed import Placed
 from .point_cloud import PointCloud
+from .rotation import moved
 
-PER_PIXEL = 2.0  # points for each pixel that the cloud's sphere covers
+PER_PIXEL = 2.0  # points for each pixel that the cloud covers, those behind included
 MOST_DRAWN = 1 << 24  # points, whatever the view
+SAMPLE = 4096  # points that tell what a cloud covers
+CELL = 16  # pixels along a side of the cells in which they are counted
 SEED = 20010  # of the samples
 CHUNK = 1 << 24
 
@@ -26,20 +28,30 @@ def level_of(placed: Placed, eye: Eye) -> int:
     least = max(math.ceil(math.log2(len(cloud) / MOST_DRAWN)), 0)
     if not cloud.thins:
         return least
-    centre, radius = sphere_round(placed.main_corners)
-    away = float(np.linalg.norm(centre - eye.pose[:3, 3]))
-    if away <= radius:
-        return least
-    camera = eye.camera
-    covered = math.pi * abs(camera.fx * camera.fy) * radius**2 / (away**2 - radius**2)
-    return max(math.floor(math.log2(max(len(cloud) / (PER_PIXEL * covered), 1)) + 0.5), least)
+    covered, share = _seen(placed, eye)
+    wanted = PER_PIXEL * covered / share if share else 1.0
+    return max(math.floor(math.log2(max(len(cloud) / wanted, 1)) + 0.5), least)
+
+
+def _seen(placed: Placed, eye: Eye) -> tuple[float, float]:
+    """Return how many pixels the cloud covers, roughly, and the share of its points that are in view."""
+    cloud, camera = placed.content, eye.camera
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE)] + cloud.origin
+    x, y, z = moved(some, np.linalg.inv(eye.pose) @ placed.world).T
+    ahead = z > eye.near
+    u, v = (camera.fx * x[ahead] / z[ahead] + camera.cx + 0.5, camera.fy * y[ahead] / z[ahead] + camera.cy + 0.5)
+    inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height)
+    columns = -(-camera.width // CELL)
+    cells = (v[inside] // CELL).astype(int) * columns + (u[inside] // CELL).astype(int)
+    return float(len(np.unique(cells)) * CELL**2), float(np.count_nonzero(inside) / len(some))
 
 
 def points_at(cloud: PointCloud, level: int) -> NDArray[np.int64] | None:
-    """Return which points of a cloud a level has, in their order; None for all. Each level is a part of the one before."""
+    """Return which points of a cloud a level has, in order; None for all. Each level is part of the one before."""
     if level == 0:
         return None
-    random, found = np.random.default_rng(SEED), []
+    random = np.random.default_rng(SEED)
+    found: list[NDArray[np.int64]] = []
     for first in range(0, len(cloud), CHUNK):
         drawn = random.random(min(CHUNK, len(cloud) - first), np.float32) < 0.5**level
         found.append(np.flatnonzero(drawn) + first)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import option
+from .appearance import Look
 from .camera import Camera, orbit_pose
 from .graph import FOV, Scene
 from .node import Node
@@ -18,31 +20,52 @@ MARGIN = 1.08  # share of the distance from which the cloud fills the picture
 ASIDE, ABOVE = 30.0, 25.0  # degrees from which a cloud is seen that no camera took
 
 
-def scene_of(cloud: PointCloud) -> Scene:
-    """Return the scene of a cloud alone. Its y down (as a camera's), it is seen from its own axes, else from above."""
-    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(cloud)
-    if len(cloud):
-        pose[:3, 3] += _stand_off(cloud, camera, pose[:3, :3])
-    return Scene((Node(cloud),), camera, pose)
+def scene_of(*clouds: PointCloud, names: Sequence[str] = ()) -> Scene:
+    """Return the scene of clouds that lie in one world, upright as the first of them says.
+
+    With y down (as a camera's) they are seen from their own axes, else from above. names: of their nodes, if any.
+    """
+    camera, pose = Camera.from_fov(FOV, 640, 480), _facing(clouds[0])
+    if some := [cloud for cloud in clouds if len(cloud)]:
+        pose[:3, 3] += _stand_off(some, camera, pose[:3, :3])
+    names = names or [""] * len(clouds)
+    return Scene(tuple(Node(cloud, name=name) for cloud, name in zip(clouds, names, strict=True)), camera, pose)
 
 
 def styled(cloud: PointCloud, given: dict[str, Any]) -> PointCloud:
     """Return a cloud with options of `render`, those that were given. Raises ValueError for those that it has not."""
-    if others := [option(name) for name in given if name not in CloudLook.__annotations__]:
-        raise ValueError(f"{', '.join(others)} is for frames, and this is a point cloud: leave it out")
+    check_of_clouds(given)
     return cloud.styled(**given) if given else cloud
 
 
-def _stand_off(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where, (3,), a camera turned so stands to see all of a cloud but stray points."""
-    middle = cloud.main_corners.mean(0)
+def given_by(look: Look, plain: Look | None = None) -> dict[str, Any]:
+    """Return the options of a look that are others than those of a plain one, by name."""
+    plain = plain or Look()
+    return {name: one for name, one in look.options.items() if np.ndim(one) or one != getattr(plain, name)}
+
+
+def check_of_clouds(given: Iterable[str]) -> None:
+    """Raises ValueError for options of a look that clouds have not."""
+    if others := [option(name) for name in given if name not in CloudLook.__annotations__]:
+        raise ValueError(f"{', '.join(others)} is for frames, and this is a point cloud: leave it out")
+
+
+def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where, (3,), a camera turned so stands to see all of some clouds but stray points."""
+    corners = np.concatenate([cloud.main_corners for cloud in clouds])
+    middle = (corners.min(0) + corners.max(0)) / 2
+    away = max(_away(cloud, camera, turn, middle) for cloud in clouds)
+    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
+
+
+def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: NDArray[np.float64]) -> float:
+    """Return how far before the middle one sees all of a cloud but stray points."""
     some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     x, y, z = ((some + (cloud.origin - middle)) @ turn).T
     across = np.maximum(
         np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy
     )
-    away = float(np.quantile(across - z, 1 - STRAY))
-    return middle - turn[:, 2] * max(MARGIN * away, 1e-6)
+    return float(np.quantile(across - z, 1 - STRAY))
 
 
 def _facing(cloud: PointCloud) -> NDArray[np.float64]:

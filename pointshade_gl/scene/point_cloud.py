@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..messages.formatting import counted, option, shown
-from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_number, check_type
-from .appearance import Material
+from ..messages.formatting import counted, option
+from ..messages.validation import LARGEST, Numbers, as_array, as_given, check_choice, check_type
+from .appearance import CLOUD_SPLATS, Material
 from .bounds import box_corners
 from .frame import Frame
+from .point_sizes import check_cloud_size, parse_cloud_size
 from .rotation import moved
 from .srgb import linear_to_bytes
 from .values import Value, frozen
@@ -26,10 +27,9 @@ CloudShading = Literal["none", "phong", "edl"]
 CloudSplat = Literal["disc", "ball"]
 UPS: tuple[Up, ...] = get_args(Up)
 CLOUD_SHADINGS: tuple[CloudShading, ...] = get_args(CloudShading)
-CLOUD_SPLATS: tuple[CloudSplat, ...] = get_args(CloudSplat)
 STRAY = 0.001  # share of the points on each side of an axis that bounds leave out
 ARRAYS = "positions", "normals", "colors", "sizes", "confidence", "seen_from"
-SAMPLE = 1 << 20  # points that bounds are taken from
+SAMPLE = 1 << 16  # points that bounds are taken from
 
 
 class CloudLook(TypedDict, total=False):
@@ -141,7 +141,7 @@ class PointCloud(Value):
         check_type(self.material, Material, "cloud material")
         for name, known in (("up", UPS), ("shading", CLOUD_SHADINGS), ("splat", CLOUD_SPLATS)):
             check_choice(option(name), getattr(self, name), known)
-        object.__setattr__(self, "point_size", _checked_size(self.point_size))
+        object.__setattr__(self, "point_size", check_cloud_size(self.point_size))
 
     def _set(self, name: str, array: NDArray[Any]) -> None:
         object.__setattr__(self, name, frozen(array))
@@ -177,7 +177,9 @@ class PointCloud(Value):
         """Return the (8, 3) corners of the box round all points, node axes; (0, 3) without any."""
         if not len(self):
             return frozen(np.zeros((0, 3)))
-        return frozen(box_corners(self.positions.min(0), self.positions.max(0)) + self.origin)
+        columns = self.positions.T  # one by one they take a tenth of the time
+        low, high = (np.array([end(column) for column in columns]) for end in (np.min, np.max))
+        return frozen(box_corners(low, high) + self.origin)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
@@ -216,29 +218,7 @@ class PointCloud(Value):
         """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
         if self.point_size is None:
             return (2.0, "x") if self.splat == "disc" else (0.5, "x")
-        return _parsed(self.point_size)
-
-
-def _parsed(size: float | str) -> tuple[float, str]:
-    if not isinstance(size, str):
-        return size, ""
-    text = size.strip().lower()
-    unit = next((one for one in ("px", "x", "m") if text.endswith(one)), "")
-    return float(text.removesuffix(unit)), "" if unit == "m" else unit
-
-
-def _checked_size(size: Any) -> Any:
-    """Return the size. Raises ValueError or TypeError for one that is none."""
-    if size is None:
-        return None
-    name = option("point_size")
-    try:
-        number, _ = _parsed(size) if isinstance(size, str) else (size, "")
-    except ValueError:
-        known = "world units, pixels ('3px') or spacings ('2x')"
-        raise ValueError(f"{name} of a point cloud is its radius in {known}, got {shown(size)}") from None
-    number = check_number(number, name, 0)
-    return size if isinstance(size, str) else number
+        return parse_cloud_size(self.point_size)
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..messages.formatting import counted, option, shown
 from ..messages.validation import check_type, is_a, items_of
-from .appearance import SPLATS, Look, LookOptions, Material
+from .appearance import FRAME_SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame
 from .values import Value
@@ -73,7 +73,7 @@ class PointObject(Value):
         if rest and not look.is_uniform:
             raise ValueError("options of several frames hold for all of them: arrays belong to one frame")
         if rest and look.splat == "mesh":
-            forms = option("splat", *SPLATS[:-1])
+            forms = option("splat", *FRAME_SPLATS[:-1])
             raise ValueError(f"a mesh is that of one frame, got {1 + len(rest)}: merge them with {forms}")
         object.__setattr__(self, "frame", frame)
         object.__setattr__(self, "look", look.for_frame(frame.depth))

@@ -11,7 +11,7 @@ from .css_colors import linear_color
 from .option_fields import PICTURE, number_or_text, opt, option_class
 from .sample_pattern import check_samples
 
-STILL, FILM = 16, 4  # samples of a picture of the command line, and of each picture of a film, unless given
+STILL, FILM = 16, 4  # samples of a picture of the command line; of each picture of a film, and of a point cloud
 STOPS = 32.0  # of exposure, at most
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
@@ -47,8 +47,8 @@ class Finish:
         "how many pictures are averaged, each seen from another place within the pixels (and from other places of"
         " lights with a radius or an angle): smooth outlines, textures and shadows. 1 is a single picture, seen "
         "from the middle of each pixel: unlit and from the frame's own camera it is the photograph.",
-        f"Average N pictures, for smooth outlines and soft shadows. Default: {STILL}, in a film {FILM}, and 1 for a "
-        "photograph seen as it was taken.",
+        f"Average N pictures, for smooth outlines and soft shadows. Default: {STILL}, in a film and of a "
+        f"point cloud without soft shadows {FILM}, and 1 for a photograph seen as it was taken.",
         metavar="N",
         panel=PICTURE,
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from ..estimation.multi_view import is_primary
 from ..rendering.renderer import Renderer
-from ..scene.appearance import FLYING, NOT_LIT, SHADINGS, SPLATS, Look, Material
+from ..scene.appearance import FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -203,8 +203,8 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
                          "tells. Or as a sensor's data sheet says it."),
         "flying": ui.choose("flying", look.flying, FLYING, "Pixels that hang between two surfaces, because the sensor "
                             "mixed them. snap puts them onto the nearer one; clean depth does not change."),
-        "splat": ui.choose("splat", look.splat, SPLATS, "What is drawn of a point: footprint, its pixel's square on "
-                           "the surface; round, a disc; mesh, triangles between neighbours."),
+        "splat": ui.choose("splat", look.splat, FRAME_SPLATS, "What is drawn of a point: footprint, its pixel's square "
+                           "on the surface; round, a disc; mesh, triangles between neighbours."),
         "unlight": ui.tick("no own light (U)", look.unlight, "Estimates the light in the photograph, and divides "
                            "it out of the colours."),
         "remove_highlights": ui.tick("no highlights (X)", look.remove_highlights,

@@ -4,6 +4,7 @@
 
 uniform sampler2D geometry_map;
 uniform sampler2D albedo_map;
+uniform sampler2D front;  // depth of the front surface; 0: nothing
 uniform vec4 target;
 uniform float near;
 uniform bool is_lit;
@@ -31,9 +32,18 @@ vec3 turned_as_beside(vec3 normal, float inverse_depth, ivec2 pixel) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec4 colors = texelFetch(albedo_map, pixel, 0);
+    if (texelFetch(front, pixel, 0).r == 0.0) discard;
+    vec4 colors = texelFetch(albedo_map, pixel, 0), geometry = texelFetch(geometry_map, pixel, 0);
+    int rows = colors.w == 0.0 ? 3 : 0;  // a hole that no splat reaches has what is beside it
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < 3; ++x) {
+            ivec2 at = clamp(pixel + ivec2(x - 1, y - 1), ivec2(0), textureSize(albedo_map, 0) - 1);
+            colors += texelFetch(albedo_map, at, 0);
+            geometry += texelFetch(geometry_map, at, 0);
+        }
+    }
     if (colors.w == 0.0) discard;
-    vec4 geometry = texelFetch(geometry_map, pixel, 0) / colors.w;
+    geometry /= colors.w;
     float certain = length(geometry.xyz);
     vec3 normal = is_lit && certain > 0.0 ? turned_as_beside(geometry.xyz / certain, geometry.w, pixel) : vec3(0.0);
     surface = vec4(normal, 1.0 / geometry.w);

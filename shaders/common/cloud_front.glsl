@@ -1,7 +1,8 @@
 // The front surface of a cloud: what the cores of its splats cover, and the holes between them.
 
-const int MOST_AROUND = 6;     // of eight directions in which a hole has its surface around it
 const float FARTHEST_RING = 60.0;  // pixels
+const int PAIRS = 3;               // of four: so many pairs of opposite places around a hole show its surface
+const float SAME = 0.5;            // of `step_back`: the middles between such places differ by less
 
 // z at a pixel of a depth picture, 1 - near/z; 0 where there is nothing, and beside the picture.
 float front_depth(sampler2D cores, ivec2 pixel, float near) {
@@ -10,33 +11,42 @@ float front_depth(sampler2D cores, ivec2 pixel, float near) {
     return depth < 1.0 ? near / (1.0 - depth) : 0.0;
 }
 
-// The pixel step in one of eight directions.
+// The step in one of eight directions, pixels; four on is the opposite one.
 ivec2 ring_step(int direction, float distance) {
     float angle = 0.785398163 * float(direction);
     return ivec2(floor(distance * vec2(cos(angle), sin(angle)) + 0.5));
 }
 
-// Of eight pixels around: how many show what is nearer than z (0: than nothing) by more than `step_back`; the nearest
-// and the farthest of these.
-vec3 nearer_around(
-    sampler2D cores, ivec2 pixel, float near, float z, float step_back, float distance, int directions
-) {
-    vec3 found = vec3(0.0);
-    for (int k = 0; k < directions; ++k) {
-        float other = front_depth(cores, pixel + ring_step(k, distance), near);
-        if (other == 0.0 || (z > 0.0 && z - other < step_back)) continue;
-        found = vec3(found.x + 1.0, found.x == 0.0 ? other : min(found.y, other), max(found.z, other));
-    }
-    return found;
+// Is this nearer than z (0: than nothing) by more than `step_back`?
+bool is_before(float other, float z, float step_back) {
+    return other > 0.0 && (z == 0.0 || z - other > step_back);
 }
 
-// The depth at a pixel; in a hole that of the farthest splat around it. ring: how far apart splats are, in pixels at
-// depth 1, and in most of the picture.
+// Of the pairs of opposite places around a pixel: how many are both nearer than z, the mean of their middles' depths, and
+// by how much these differ.
+vec3 around_hole(sampler2D cores, ivec2 pixel, float near, float z, float step_back, float distance, int pairs) {
+    float count = 0.0, sum = 0.0, low = 0.0, high = 0.0;
+    for (int k = 0; k < pairs; ++k) {
+        ivec2 aside = ring_step(k, distance);
+        float one = front_depth(cores, pixel + aside, near), other = front_depth(cores, pixel - aside, near);
+        if (!is_before(one, z, step_back) || !is_before(other, z, step_back)) continue;
+        float middle = 0.5 * (one + other);
+        low = count == 0.0 ? middle : min(low, middle);
+        high = max(high, middle);
+        sum += middle;
+        count += 1.0;
+    }
+    return vec3(count, sum / max(count, 1.0), high - low);
+}
+
+// The depth at a pixel; in a hole that of the surface around it. ring: how far apart splats are, in pixels at depth 1, and
+// in most of the picture.
 float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, vec2 ring) {
     float z = front_depth(cores, pixel, near);
-    vec3 beside = nearer_around(cores, pixel, near, z, step_back, clamp(ring.y, 1.0, FARTHEST_RING), 8);
-    int directions = beside.x > 3.0 ? 8 : 0;  // no constant: software drivers would always look
+    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(ring.y, 1.0, FARTHEST_RING), 4);
+    int pairs = beside.x > 0.0 ? 4 : 0;  // no constant: software drivers would always look
     float distance = clamp(ring.x / max(beside.y, near), 1.0, FARTHEST_RING);
-    vec3 around = nearer_around(cores, pixel, near, z, step_back, distance, directions);
-    return around.x >= float(MOST_AROUND) ? around.z : z;
+    vec3 around = around_hole(cores, pixel, near, z, step_back, distance, pairs);
+    bool is_hole = around.x >= float(PAIRS) && around.z <= SAME * step_back;
+    return is_hole ? around.y : z;
 }

@@ -5,6 +5,7 @@
 const float LEAST_NEIGHBOURS = 6.0;
 const float THICKEST = 0.3;    // thicker is no surface
 const float FARTHEST = 0.35;   // from a point to its plane: farther, and the point lies beside a surface
+const float ROUNDEST = 0.4;    // of the lesser variance along a surface: foliage has more across
 const float NARROWEST = 0.03;  // of the variance along a surface: a line has less across
 
 // A plane is kept as its normal, 1 + thickness long, and how far along it the plane lies from the point. Without a plane
@@ -48,7 +49,8 @@ vec4 fit_plane(Moments m) {
     float offset = dot(n, mean);
     if (m.plain.w < LEAST_NEIGHBOURS) return vec4(0.0, 0.0, 0.0, FEW);
     if (variances.y < NARROWEST * variances.z) return vec4(0.0, 0.0, 0.0, LINE);
-    if (thickness > THICKEST || abs(offset) > FARTHEST) return vec4(0.0, 0.0, 0.0, THICK);
+    bool is_blob = thickness > THICKEST || variances.x > ROUNDEST * variances.y;
+    if (is_blob || abs(offset) > FARTHEST) return vec4(0.0, 0.0, 0.0, THICK);
     return vec4(n * (1.0 + thickness), offset);
 }
 

@@ -31,16 +31,17 @@ def evaluate(
 ) -> np.ndarray:
     """`expression`, a vec4, for each row of the inputs: float arrays (n, 1..4), available by their names.
 
-    A name that ends in `_map` is a texture (h, w) or (h, w, 4), the same for all rows; an int is a constant of the
-    shader. before: GLSL statements
+    A name that ends in `_map` is a texture (h, w) or (h, w, 2 or 4), float32 or int32, the same for all rows; an int is
+    a constant of the shader. before: GLSL statements
     """
     constants = {name: value for name, value in inputs.items() if isinstance(value, int)}
     inputs = {name: value for name, value in inputs.items() if name not in constants}
     count = max(len(x) for name, x in inputs.items() if not name.endswith("_map"))
     declarations, body, textures = [], [], {}
     for name, values in inputs.items():
-        array = np.asarray(values, np.float32)
-        declarations.append(f"uniform sampler2D {name if name.endswith('_map') else name + '_rows'};")
+        is_int = getattr(values, "dtype", None) == np.int32
+        array = np.asarray(values, np.int32 if is_int else np.float32)
+        declarations.append(f"uniform {'i' * is_int}sampler2D {name if name.endswith('_map') else name + '_rows'};")
         if not name.endswith("_map"):
             array = np.broadcast_to(array, (count, array.shape[-1]))[None]
             kind = ("float", "vec2", "vec3", "vec4")[array.shape[-1] - 1]
@@ -48,7 +49,8 @@ def evaluate(
             body.append(f"    {kind} {name} = texelFetch({name}_rows, ivec2(gl_FragCoord.xy), 0).{swizzle};")
         if array.ndim == 2:
             array = array[..., None]
-        texture = context.texture(array.shape[1::-1], array.shape[2], np.ascontiguousarray(array).tobytes(), dtype="f4")
+        kind, data = "i4" if is_int else "f4", np.ascontiguousarray(array).tobytes()
+        texture = context.texture(array.shape[1::-1], array.shape[2], data, dtype=kind)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         textures[name if name.endswith("_map") else f"{name}_rows"] = texture
     lines = ["#version 330 core", f'#include "common/{include}"', *declarations, "out vec4 result;", "void main() {"]

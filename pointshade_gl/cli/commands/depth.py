@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...files.access.numbered_names import first_of, is_numbered
 from ...scene.graph import Scene
-from ..inputs import check_look, load
+from ..inputs import as_scene, check_look, load
 from ..look_options import NormalOptions
 from ..options import DepthOutput, Device, FrameOptions, Quiet, ViewOptions, spread
 
@@ -27,7 +27,7 @@ def depth(
 
     check_depth_path(first_of(output))
     view = place.view(options.look())
-    source = load(frame, sequence=is_numbered(output), scene=True)
+    source = as_scene(load(frame, sequence=is_numbered(output), scene=True), view.look, NormalOptions().look())
     if isinstance(source, Scene):
         check_look(view.look)
     write_depth(source, view, output, device)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...files.access.numbered_names import first_of, is_numbered
+from ...messages.formatting import option
 from ...scene.view import View
 from ..inputs import load
 from ..look_options import NormalOptions
@@ -22,11 +23,21 @@ def normals(
 ) -> None:
     """Estimate normals: .npy and .exr get floats, a picture shows them in the usual colours.
 
+    Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
     from ...files.writing.depth_and_normal_maps import check_normals_path
+    from ...files.sources import is_cloud
+    from ..written_clouds import check_cloud_output, write_cloud
     from ..written_maps import write_normals
 
+    if is_cloud(frame.input):
+        check_cloud_output(output)
+        if axes is not None or bits != 8:
+            name = option("axes" if axes is not None else "bits")
+            raise ValueError(f"{name} is of pictures, and {frame.input} is a point cloud: leave it out")
+        write_cloud(load(frame, scene=True), options.look(), output, device)
+        return
     check_normals_path(first_of(output), axes, bits)
     view = View(look=options.look())
     write_normals(load(frame, sequence=is_numbered(output)), view, output, axes, bits, explain, device)

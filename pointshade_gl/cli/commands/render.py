@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,9 @@ from ...messages.notes import print_note
 from ...rendering.renderer import Renderer
 from ...rendering.request import RenderRequest
 from ...scene.graph import Scene
-from ...scene.shading_override import shaded
 from ...scene.view import View
-from ..inputs import check_look, check_stream, load, load_together, load_views
-from ..look_options import LookOptions
+from ..inputs import are_clouds, as_scene, check_stream, load, load_clouds, load_together, load_views
+from ..look_options import LookOptions, NormalOptions
 from ..options import (
     Device,
     Explain,
@@ -61,6 +61,11 @@ class Asked:
     device: Device = 0
     quiet: Quiet = False
 
+    @cached_property
+    def are_clouds(self) -> bool:
+        """Whether the INPUTs are point clouds. Raises ValueError where only some are."""
+        return are_clouds(self.frame, self.more or [])
+
     def check_inputs(self) -> None:
         """Raises ValueError for several INPUTs where there can be one."""
         check_folders(self.more or [])
@@ -70,6 +75,9 @@ class Asked:
             raise ValueError(
                 f"several INPUTs are drawn as one object, in a picture or a turntable: pass one INPUT to {self.output}"
             )
+        if self.are_clouds and (self.views is not None or self.unlight_all):
+            name = "unlight_all" if self.unlight_all else "views"
+            raise ValueError(f"{option(name)} is about frames, and {self.frame.input} is a point cloud: leave it out")
         if self.unlight_all and (self.more or self.views is not None or is_sequence):
             raise ValueError(f"{option('unlight_all', True)} makes one frame of a folder: write one picture of it")
 
@@ -80,7 +88,7 @@ class Asked:
         is_set, turns = bool(self.more) or self.views is not None, self.film.turntable is not None
         return view_of(
             self.look, self.place, self.picture, self.output,
-            is_scene=not is_set and is_scene(self.frame.input),
+            is_scene=self.are_clouds or (not is_set and is_scene(self.frame.input)), is_cloud=self.are_clouds,
             is_film=not is_page(self.output) and (turns or is_series(self.output)),
             is_changed=is_set or self.film.turntable == "camera",
         )  # fmt: skip
@@ -88,12 +96,14 @@ class Asked:
     def read(self, view: View, is_many: bool = False) -> tuple[Any, Callable[[Renderer], None]]:
         """What is drawn, and what --explain calls after each picture."""
         source, names = self._load(view, sequence=is_many and self.film.turntable is None)
-        if isinstance(source, Scene) and not names:
-            source = shaded(source, check_look(view.look, LookOptions().look()))
+        if not names:
+            source = source if self.more else as_scene(source, view.look, LookOptions().look())
         return source, explainer(self.explain, names)
 
     def _load(self, view: View, sequence: bool) -> tuple[Any, list[str]]:
         """What INPUT names; and the names of the frames that are one object."""
+        if self.more and self.are_clouds:
+            return load_clouds(self.frame, view.look, LookOptions().look(), self.more), []
         if self.unlight_all:
             with open_renderer(self.device) as renderer:
                 return as_one_frame(renderer, load_photographs(self.frame), self.explain), []
@@ -106,11 +116,12 @@ class Asked:
 
 @spread
 def render(asked: Asked) -> None:
-    """Light a frame or a scene (.gltf, .glb, 'demo') and write the picture. Without INPUT: the built-in vase.
+    """Light a frame, point clouds or a scene (.gltf, .glb, 'demo'): a picture. Without INPUT: the built-in vase.
 
     Write an .html to look at in a browser: there the light and the object can be moved.
     Write all frames of a sequence, or a turntable, to an .mp4, a .gif or numbered files such as %04d.png.
-    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply.
+    Write the points of a frame, lit (or not: --shading none), in world coordinates to a .ply; or those of a point
+    cloud, in their own colours, with normals.
     """
     asked.check_inputs()
     view = asked.view()
@@ -195,8 +206,21 @@ def _write_points(asked: Asked, view: View) -> None:
     check_points_path(first_of(output))
     if view.picture_size is not None:
         raise ValueError(f"{output} holds points, {option('picture_size')} is of a picture: leave it out")
+    if asked.are_clouds:
+        _write_cloud(asked, view)
+        return
     source, _ = asked._load(view, sequence=is_numbered(output) and film.turntable is None)
     if isinstance(source, Scene):
         raise ValueError(f"{output} holds the points of frames, {asked.frame.input} is a scene: write a picture of it")
     tell = explainer(asked.explain)
     write_points(source, view, output, film, asked.device, tell)
+
+
+def _write_cloud(asked: Asked, view: View) -> None:
+    """The points of a cloud, with normals."""
+    from ..written_clouds import check_unlit, write_cloud
+
+    if is_numbered(asked.output) or asked.film.turntable is not None or asked.film.frames is not None:
+        raise ValueError(f"a point cloud is one file of points: write it to one, such as out{asked.output.suffix}")
+    check_unlit(asked.output, asked.look, asked.place)
+    write_cloud(load(asked.frame, scene=True), NormalOptions(noise=asked.look.noise).look(), asked.output, asked.device)

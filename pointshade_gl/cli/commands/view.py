@@ -14,7 +14,7 @@ from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ..command_words import words_of
-from ..inputs import check_look, check_stream, load, load_others
+from ..inputs import as_scene, check_stream, load, load_others
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
 from ..output import announce
@@ -77,8 +77,7 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
     source = load(frame, sequence=True, scene=not (views or inputs))
     others = load_others(frame, source, inputs)
-    if isinstance(source, Scene):
-        check_look(look, LookOptions().look())
+    source = as_scene(source, look, LookOptions().look())
     check_stream(look, bool(others) or not isinstance(source, Frame))
     return source, others
 

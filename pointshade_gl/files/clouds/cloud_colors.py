@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import option
 from ...scene.point_cloud import Up
+from ...scene.srgb import linear_to_bytes
 from ..depth.colormaps import ramp
 from .found_points import COLOR_BY, ColorBy, FoundPoints
 from .placing import main_box
 
-_ENDS = 0.02, 0.98  # quantiles of the intensity that become black and white
+_ENDS = 0.02, 0.98  # quantiles of the intensity that become the darkest grey and white
+DARKEST = 0.05  # linear: what is black answers no light
 _SAMPLE = 1 << 16
 _OTHER = (150, 150, 150)
 _CLASSES = {  # of ASPRS, LAS 1.4
@@ -71,8 +73,9 @@ def _grey(intensity: NDArray[Any]) -> NDArray[np.uint8]:
     if not values.size:
         return np.empty((0, 3), np.uint8)
     low, high = np.quantile(_some(values), _ENDS)
-    grey = ((values - np.float32(low)) * np.float32(255 / (high - low if high > low else 1.0))).clip(0, 255)
-    return np.repeat(np.rint(grey).astype(np.uint8)[:, None], 3, 1)
+    share = ((values - np.float32(low)) / np.float32(high - low if high > low else 1.0)).clip(0, 1)
+    table = linear_to_bytes(DARKEST + (1 - DARKEST) * np.arange(256) / 255)  # reflected light is linear
+    return np.repeat(table[np.rint(255 * share).astype(np.uint8)][:, None], 3, 1)
 
 
 def _by_height(positions: NDArray[Any], up: Up) -> NDArray[np.uint8]:

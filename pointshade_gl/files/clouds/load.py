@@ -93,6 +93,7 @@ def load_cloud(
     return read_cloud(check_path(path), options, notes or print_note)[0]
 
 
+@np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
     """As `load_cloud`, with what the file says."""
     name = str(path)
@@ -141,14 +142,13 @@ def _units(found: FoundPoints) -> np.ndarray | None:
     """Normals of length 1, or 0 where they are unknown; None if all are."""
     if found.normals is None:
         return None
-    with np.errstate(all="ignore"):
-        normals = found.normals.astype(np.float32)
-        lengths = np.linalg.norm(normals, axis=1)
-        is_known = np.isfinite(lengths) & (lengths > 0)
-        if not is_known.any():
-            return None
-        if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
-            normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
+    normals = found.normals.astype(np.float32)
+    lengths = np.linalg.norm(normals, axis=1)
+    is_known = np.isfinite(lengths) & (lengths > 0)
+    if not is_known.any():
+        return None
+    if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
+        normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
     return normals
 
 

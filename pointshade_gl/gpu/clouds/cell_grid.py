@@ -39,19 +39,24 @@ class CellGrid:
         """Return the place in `cells` of each point, in the order of the grid."""
         return np.repeat(np.arange(len(self.cells), dtype=np.int32), np.diff(self.starts))
 
+    @cached_property
+    def spans(self) -> NDArray[np.int32]:
+        """Return (m, 9, 2): from where to where in `cells` the cells round each one lie, in its nine rows."""
+        return self._spans(self.cells, 1)
+
     def keys_of(self, positions: NDArray[np.float32]) -> NDArray[np.int64]:
         """Return the cells that other points lie in."""
         return self._keys(self._index_of(positions))
 
-    def ranges(self, keys: NDArray[np.int64], reach: int = 1) -> NDArray[np.int32]:
-        """Return (m, 9, 2): from where to where the points round each cell lie, for each of its nine rows of cells.
+    def ranges(self, keys: NDArray[np.int64] | None = None, reach: int = 1) -> NDArray[np.int32]:
+        """Return (m, rows, 2): from where to where the points round cells lie, for each row of cells.
 
-        reach  how many cells away: 9 rows are those for 1
+        keys   of the cells; None: those of the grid
+        reach  how many cells away; 1: nine rows
         """
-        return self.starts.astype(np.int32)[self.spans(keys, reach)]
+        return self.starts.astype(np.int32)[self.spans if keys is None else self._spans(keys, reach)]
 
-    def spans(self, keys: NDArray[np.int64], reach: int = 1) -> NDArray[np.int32]:
-        """Return the same as places in `cells`."""
+    def _spans(self, keys: NDArray[np.int64], reach: int) -> NDArray[np.int32]:
         _, y, z = self._strides
         steps = range(-reach, reach + 1)
         offsets = [b * y + c * z for c in steps for b in steps]

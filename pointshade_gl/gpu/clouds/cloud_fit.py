@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
@@ -123,11 +123,9 @@ class CloudFit:
     def _best_near(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return for each point the least value in the cells around its own."""
         grid = self._grid
-        if not len(values):
-            return values
         least = np.append(np.minimum.reduceat(values, grid.starts[:-1]), np.float32(np.inf))
         best = least[:-1].copy()
-        for first, end in np.moveaxis(grid.spans(grid.cells), 1, 0).transpose(0, 2, 1):
+        for first, end in grid.spans.transpose(1, 2, 0):
             for step in range(3):
                 at = np.where(first + step < end, first + step, len(best))
                 np.minimum(best, least[at], out=best)
@@ -140,7 +138,7 @@ class CloudFit:
         radius = self._radius.of_level(level)
         grid, order = (self._grid, slice(None)) if level == 0 else self._around(queries, radius)
         near = Neighbourhood(self._context, grid, self.points[order], queries)
-        inputs = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
+        inputs: dict[str, Any] = {} if shader == PLANES else {"noise": self._radius.noise_share(level) ** 2}
         try:
             if own_map is not None:
                 inputs["own_map"] = near.texture(own_map)

@@ -8,17 +8,19 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_spacing import estimate_spacing
+from ...estimation.cloud_spacing import Spacing, estimate_spacing
 from ..core.memory import Owner
 from ..core.passes import FullscreenPasses
 from .cell_grid import CellGrid
 from .cloud_fit import CloudFit
-from .fit_radius import LEAST, fit_radius
+from .fit_radius import LEAST, FitRadius, fit_radius
 from .neighbourhood import read_values, value_texture
 
 LARGEST = 2.5  # median spacings: those of stray points are no plates
 BORDER = 0.35  # radii by which the neighbours lie aside where a surface ends
 LEANING = 1.2  # of a disc within the surface: .42 radii aside is one half, .6 a quarter
+CORNER = 0.25  # and not less
+ALONE = 3.0  # spacings: more where all points are stray ones
 DOUBTFUL = 0.1  # radians: the expected error of a normal whose confidence is one half
 
 
@@ -27,12 +29,14 @@ class PlaneArrays(NamedTuple):
 
     order    (n,) which point of the input each one is
     points   (n, 4), planes (n, 4), details (n, 4)
+    fit      within which radius the planes were fitted; None without points
     """
 
     order: NDArray[np.integer]
     points: NDArray[np.float32]
     planes: NDArray[np.float32]
     details: NDArray[np.float32]
+    fit: FitRadius | None = None
 
 
 class CloudPlanes(Owner):
@@ -87,10 +91,12 @@ def find_planes(
     noise: float | None = None,
 ) -> PlaneArrays:
     """Return what the textures of CloudPlanes hold, with nothing left on the GPU."""
-    spacing = estimate_spacing(positions) or 1.0
-    grid = CellGrid(positions, LEAST * spacing)
+    if not len(positions):
+        return PlaneArrays(np.zeros(0, np.int64), *np.zeros((3, 0, 4), np.float32))
+    spacing = estimate_spacing(positions)
+    grid = CellGrid(positions, LEAST * spacing.length)
     points = _sorted(positions, grid)
-    radius = fit_radius(grid, points, spacing, noise)
+    radius = fit_radius(grid, points, spacing.length, noise)
     if radius.length > grid.side:
         grid = CellGrid(positions, radius.length)
         points = _sorted(positions, grid)
@@ -99,10 +105,10 @@ def find_planes(
         fit = CloudFit(context, passes, grid, points, radius)
     finally:
         passes.release()
-    planes, details = finished(fit.planes, fit.leans, fit.radii)
+    planes, details = finished(fit.planes, fit.leans, fit.radii, spacing)
     if normals is not None:
         keep_given(np.take(normals, grid.order, 0), planes, details)
-    return PlaneArrays(grid.order, points, planes, details)
+    return PlaneArrays(grid.order, points, planes, details, radius)
 
 
 def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float32]:
@@ -112,7 +118,7 @@ def _sorted(positions: NDArray[np.float32], grid: CellGrid) -> NDArray[np.float3
 
 
 def finished(
-    plane: NDArray[np.float32], lean: NDArray[np.float32], radii: NDArray[np.float32]
+    plane: NDArray[np.float32], lean: NDArray[np.float32], radii: NDArray[np.float32], spacing: Spacing
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return what the textures `planes` and `details` hold.
 
@@ -126,9 +132,9 @@ def finished(
     aside = np.sqrt(np.einsum("nk,nk->n", lean[:, :3], lean[:, :3]))
     border = known & (aside > BORDER)
     np.divide(lean[:, :3], aside[:, None], out=details[:, :3], where=border[:, None])
-    share = np.where(border, 1 - LEANING * aside, 1)
-    spacing = radii * np.sqrt(np.pi * share / count)
-    planes[:, 3] = np.minimum(spacing, LARGEST * np.median(spacing)) if len(spacing) else spacing
+    share = np.where(border, np.maximum(1 - LEANING * aside, CORNER), 1)
+    here = radii * np.sqrt(np.pi * share / np.maximum(spacing.distinct * count, 1))
+    planes[:, 3] = np.minimum(here, LARGEST * min(float(np.median(here)), ALONE * spacing.length))
     error = 2 * np.maximum(size - 1, 0) / np.sqrt(count)  # of the slope of a plane through a disc
     details[:, 3] = np.where(known, 1 / (1 + (error / DOUBTFUL) ** 2), 0)
     return planes, details

@@ -11,23 +11,28 @@ from numpy.typing import NDArray
 
 from ...scene.cloud_levels import points_at
 from ...scene.point_cloud import PointCloud
-from ..core.images import read_texture
 from ..core.memory import Owner
-from .cloud_planes import CloudPlanes
+from .cloud_planes import find_planes
+from .fit_radius import FitRadius
 
-LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
+DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 VERTEX = np.dtype([
     ("position", "f4", 3), ("spacing", "f4"), ("normal", "f4", 3), ("edge", "f2", 4), ("color", "u1", 4),
 ])  # fmt: skip
+LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
 
 
 class CloudPoints(Owner):
     """The points of one level of a cloud on the GPU: first those that lie on a surface, then the others.
 
-    cloud  that they were taken from, or one that looks otherwise
-    middle (3,) node axes, that positions count from
-    discs    how many lie on a surface
+    cloud    that they were taken from, or one that looks otherwise
+    middle   (3,) node axes, that positions count from
+    discs    buffers of those that lie on a surface
+    others   buffers of those that do not
     spacing  the median of their spacings, or of their sizes
+    fit      how their planes were found; None if they need none
+    largest  of these
+    corners  (8, 3) of the box round them, from the middle
     """
 
     def __init__(self, context: moderngl.Context, cloud: PointCloud, level: int):
@@ -37,20 +42,38 @@ class CloudPoints(Owner):
         at = cloud.positions if some is None else cloud.positions[some]
         self.count = len(at)
         self.middle: NDArray[np.float64] = cloud.origin + _middle(at)
-        vertices = _vertices(context, cloud, some, (at + (cloud.origin - self.middle)).astype(np.float32))
+        local = (at + (cloud.origin - self.middle)).astype(np.float32)
+        vertices, self.fit = _vertices(context, cloud, some, local)
         self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
-        self.discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        self.largest = float(vertices["spacing"].max()) if self.count else 0.0
+        self.corners = cloud.corners - self.middle
+        discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        self._arrays: dict[tuple[moderngl.Program, int], moderngl.VertexArray] = {}
         with self._all_or_nothing():
-            self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(VERTEX.itemsize))
-        self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
+            self.discs = self._buffers(vertices[:discs])
+            self.others = self._buffers(vertices[discs:])
 
-    def array(self, program: moderngl.Program) -> moderngl.VertexArray:
-        """Return the points as what a program of shaders/clouds/splat.vert draws."""
-        if program not in self._arrays:
+    def draw(self, buffers: list[moderngl.Buffer], program: moderngl.Program, as_quads: bool) -> None:
+        """Draw some of the points by a program of shaders/clouds/splat.vert. as_quads: by one with QUADS."""
+        for buffer in buffers:
+            array, count = self._array(program, buffer, as_quads), buffer.size // VERTEX.itemsize
+            if as_quads:
+                array.render(moderngl.TRIANGLE_STRIP, 4, instances=count)
+            else:
+                array.render(moderngl.POINTS, count)
+
+    def _buffers(self, vertices: NDArray[Any]) -> list[moderngl.Buffer]:
+        parts = (vertices[k : k + DRAWN_AT_ONCE] for k in range(0, len(vertices), DRAWN_AT_ONCE))
+        return [self._allocate(self._context.buffer, part.tobytes()) for part in parts]
+
+    def _array(self, program: moderngl.Program, buffer: moderngl.Buffer, as_quads: bool) -> moderngl.VertexArray:
+        key = program, buffer.glo
+        if key not in self._arrays:
             read = [name for name in LAYOUT if name in program]  # drivers leave out what a program does not use
             form = " ".join(form if name in read else f"{size}x" for name, (form, size) in LAYOUT.items())
-            self._arrays[program] = self._allocate(self._context.vertex_array, program, [(self._vertices, form, *read)])
-        return self._arrays[program]
+            content = [(buffer, form + "/i" * as_quads, *read)]
+            self._arrays[key] = self._allocate(self._context.vertex_array, program, content)
+        return self._arrays[key]
 
 
 class CloudStore(Owner):
@@ -97,13 +120,13 @@ def _middle(at: NDArray[Any]) -> NDArray[np.float64]:
 
 def _vertices(
     context: moderngl.Context, cloud: PointCloud, some: NDArray[Any] | None, local: NDArray[np.float32]
-) -> NDArray[Any]:
-    """Return (n,) of VERTEX: points near each other follow each other, those without a plane come last."""
+) -> tuple[NDArray[Any], FitRadius | None]:
+    """Return (n,) of VERTEX: points near each other follow each other, those without a plane come last. And the fit."""
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
-        order, planes, details = _planes(context, local, normals)
+        order, _, planes, details, fit = find_planes(context, local, normals)
     else:
-        order, planes, details = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None
+        order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")
     order, planes = order[last], planes[last]
     vertices = np.zeros(len(local), VERTEX)
@@ -114,21 +137,7 @@ def _vertices(
     vertices["color"] = 255
     if colors is not None:
         vertices["color"][:, :3] = colors[order]
-    return vertices
-
-
-def _planes(
-    context: moderngl.Context, local: NDArray[np.float32], normals: NDArray[np.float32] | None
-) -> tuple[NDArray[Any], NDArray[np.float32], NDArray[np.float32]]:
-    """Return (n,) an order in which points near each other follow each other, and (n, 4) planes and details so."""
-    found = CloudPlanes(context, local, normals)
-    try:
-        planes, details = (
-            read_texture(context, one).reshape(-1, 4)[: len(local)] for one in (found.planes, found.details)
-        )
-    finally:
-        found.release()
-    return found.order, planes, details
+    return vertices, fit
 
 
 def _part(values: NDArray[Any] | None, some: NDArray[Any] | None) -> Any:

@@ -32,7 +32,7 @@ class Neighbourhood(Owner):
     ):
         super().__init__(context)
         with self._all_or_nothing():
-            keys, cell_of = grid.cells, grid.cell_of
+            keys, cell_of = None, grid.cell_of
             if queries is not None:
                 keys, cell_of = np.unique(grid.keys_of(queries), return_inverse=True)
             self.count = len(points if queries is None else queries)

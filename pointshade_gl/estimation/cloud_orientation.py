@@ -1,0 +1,157 @@
+"""Which side of a point cloud's surface is outside: the one that is seen from outside."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cloud_spacing import estimate_spacing
+
+DIRECTIONS = 42
+SAMPLE = 200_000  # points that are looked at; the others get their sides from these
+CELL, NEAR = 3.0, 2.0  # spacings: width of a cell of the pictures, and how far behind the nearest a point is seen
+WIDEST = 2048  # cells along a side of a picture
+STRAY = 0.001  # share of the points on each side of an axis that may lie outside of all pictures
+SHEET = 0.5  # of what is seen of a point: a sheet shows both sides
+HANDED = 8.0  # how much more a distance counts across the surface than along it
+STEPS = 6  # from cells of 2 spacings to those of 64
+COMPARED = 3  # known points of a cell
+
+
+def outward(
+    positions: NDArray[np.floating[Any]], normals: NDArray[np.float32], up: NDArray[np.float64]
+) -> tuple[NDArray[np.float32], bool]:
+    """Return normals that point to where their points are seen from, and whether the surface is a sheet.
+
+    A sheet has no outside: it is looked at from above.
+
+    positions  (n, 3); normals (n, 3), 0 where unknown; up (3,) unit
+    """
+    known = np.flatnonzero(normals.any(1))
+    rng = np.random.default_rng(0)
+    sample = known if len(known) <= SAMPLE else np.sort(rng.choice(known, SAMPLE, replace=False))
+    if not len(sample):
+        return normals, False
+    middle = np.median(positions[sample], axis=0)
+    points = (positions[sample] - middle).astype(np.float32)
+    spacing = estimate_spacing(points).length
+    votes, is_sheet = _votes(points, normals[sample], spacing, up)
+    oriented = normals.copy()
+    oriented[sample[votes < 0]] *= -1
+    decided = sample[votes != 0]
+    rest = np.ones(len(positions), bool)
+    rest[decided] = False
+    rest = np.flatnonzero(rest & normals.any(1))
+    _hand_on(positions, oriented, decided, rest, middle, spacing)
+    return oriented, is_sheet
+
+
+def facing(
+    positions: NDArray[np.floating[Any]], normals: NDArray[np.float32], seen_from: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Return normals that point to where a scanner stood: (3,), or (n, 3) for each point."""
+    away = np.einsum("nk,nk->n", normals, seen_from - positions) < 0
+    return np.where(away[:, None], -normals, normals)
+
+
+def fibonacci_sphere(count: int) -> NDArray[np.float64]:
+    """Return (count, 3) directions, evenly spread (Gonzalez 2010)."""
+    k = np.arange(count)
+    z = 1 - (2 * k + 1) / count
+    angle = k * math.pi * (3 - math.sqrt(5))
+    radius = np.sqrt(1 - z * z)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], -1)
+
+
+def _votes(
+    points: NDArray[np.float32], normals: NDArray[np.float32], spacing: float, up: NDArray[np.float64]
+) -> tuple[NDArray[np.float32], bool]:
+    """Return for each point > 0 if its normal points to where it is seen from; and whether the cloud is a sheet."""
+    all_votes, above, weights = (np.zeros(len(points), np.float32) for _ in range(3))
+    for direction in fibonacci_sphere(DIRECTIONS):
+        seen = _seen(points, direction, spacing)
+        cosine = normals[seen] @ direction.astype(np.float32)
+        vote = cosine * np.abs(cosine)
+        all_votes[seen] += vote
+        weights[seen] += np.abs(vote)
+        if direction @ up > 0:
+            above[seen] += vote
+    some = weights > 0
+    is_sheet = bool(some.any() and np.median(np.abs(all_votes[some]) / weights[some]) < SHEET)
+    return (above if is_sheet else all_votes), is_sheet
+
+
+def _seen(points: NDArray[np.float32], direction: NDArray[np.float64], spacing: float) -> NDArray[np.integer]:
+    """Return which points are seen from far away in a direction."""
+    helper = np.eye(3)[np.argmin(np.abs(direction))]
+    u = np.cross(direction, helper)
+    axes = np.stack([u / np.linalg.norm(u), np.cross(direction, u / np.linalg.norm(u)), direction], -1)
+    seen = points @ axes.astype(np.float32)
+    low, high = np.quantile(seen[:: 1 + len(seen) // 20000, :2], (STRAY, 1 - STRAY), axis=0)
+    cell = max(CELL * spacing, float((high - low).max()) / WIDEST)
+    width = int((high[0] - low[0]) / cell) + 3
+    height = int((high[1] - low[1]) / cell) + 3
+    x = np.clip((seen[:, 0] - low[0]) / cell + 1, 0, width - 1).astype(np.int32)
+    y = np.clip((seen[:, 1] - low[1]) / cell + 1, 0, height - 1).astype(np.int32)
+    at = y * width + x
+    nearest = np.full(width * height, -np.inf, np.float32)
+    np.maximum.at(nearest, at, seen[:, 2])
+    return np.flatnonzero(seen[:, 2] >= nearest[at] - np.float32(NEAR * spacing))
+
+
+def _hand_on(
+    positions: NDArray[np.floating[Any]],
+    normals: NDArray[np.float32],
+    known: NDArray[np.integer],
+    rest: NDArray[np.integer],
+    middle: NDArray[Any],
+    spacing: float,
+) -> None:
+    """Turn the normals of the rest as those of known points near them, in cells that grow until they hold some."""
+    side = 2 * spacing
+    for _ in range(STEPS):
+        if not len(rest) or not len(known):
+            return
+        keys, asked = (_cells(positions[some] - middle, side) for some in (known, rest))
+        order = np.argsort(keys, kind="stable")
+        known, keys = known[order], keys[order]
+        first, end = np.searchsorted(keys, asked), np.searchsorted(keys, asked, "right")
+        cosine = _nearest_cosine(positions, normals, known, rest, first, end)
+        normals[rest[cosine < 0]] *= -1
+        rest, side = rest[cosine == 0], 2 * side
+
+
+def _nearest_cosine(
+    positions: NDArray[np.floating[Any]],
+    normals: NDArray[np.float32],
+    known: NDArray[np.integer],
+    rest: NDArray[np.integer],
+    first: NDArray[np.integer],
+    end: NDArray[np.integer],
+) -> NDArray[np.float32]:
+    """Return the cosine between each normal and that of the nearest of a few known points; 0 if there are none.
+
+    first, end  which of `known` are compared with each of `rest`
+    """
+    there, their_normals = positions[known], normals[known]
+    best, cosines = np.full(len(rest), np.inf, np.float32), np.zeros(len(rest), np.float32)
+    for step in range(COMPARED):
+        has = np.flatnonzero(first + step < end)
+        near = first[has] + step
+        n = np.take(their_normals, near, 0)
+        offset = (np.take(positions, rest[has], 0) - np.take(there, near, 0)).astype(np.float32)
+        across = np.einsum("nk,nk->n", offset, n)
+        distance = np.einsum("nk,nk->n", offset, offset) + HANDED * across**2
+        closer = distance < best[has]
+        cosine = np.einsum("nk,nk->n", np.take(normals, rest[has], 0), n)
+        best[has[closer]], cosines[has[closer]] = distance[closer], cosine[closer]
+    return cosines
+
+
+def _cells(offsets: NDArray[np.floating[Any]], side: float) -> NDArray[np.int64]:
+    """Return a number for the cell of each point; far cells may share one."""
+    index = np.clip(np.floor(offsets / side), -(1 << 20), (1 << 20) - 1).astype(np.int64) + (1 << 20)
+    return (index[:, 0] << 42) | (index[:, 1] << 21) | index[:, 2]

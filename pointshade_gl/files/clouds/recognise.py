@@ -18,9 +18,9 @@ from typing import TypeGuard
 import numpy as np
 
 from ..access.builtin import builtin_name
-from ..access.content import FilePath
+from ..access.content import FilePath, naming
 from ..access.file_name_patterns import NOT_PICTURES
-from ..arrays.array_files import NUMPY, read_header
+from ..arrays.array_files import BROKEN, NUMPY, read_header
 from ..arrays.array_roles import SURFACES, find_roles, is_named
 from ..arrays.pcd import is_pcd
 from ..arrays.stored_arrays import npz_arrays
@@ -76,7 +76,7 @@ def _is_cloud(path: Path, head: bytes) -> bool:
 
 
 def _is_table(path: Path) -> bool:
-    with path.open("rb") as file:
+    with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, _, dtype = read_header(file, "biufV")
     if dtype.names:
         return has_positions(dtype.names)

@@ -103,6 +103,12 @@ class TestPcd:
         check(cloud, np.delete(POINTS, [3, 9], 0))
         assert any("2 points of 400 lie nowhere (NaN or infinite): left out" in one for one in told)
 
+    def test_what_a_depth_camera_saw_has_its_axes(self, tmp_path):
+        """No PCD file says which axes it has: all points in front of the origin are a camera's, y down."""
+        ahead = XYZ | {"z": XYZ["z"] + 3}
+        cloud = load(tmp_path, "a.pcd", made.pcd(ahead))
+        assert cloud.up == "-y" and cloud.seen_from.tolist() == [0, 0, 0]
+
     def test_the_viewpoint_is_where_the_scanner_stood(self, tmp_path):
         cloud = load(tmp_path, "a.pcd", made.pcd(XYZ, viewpoint="1 2.5 -3 1 0 0 0"))
         assert cloud.seen_from.tolist() == [1, 2.5, -3]

@@ -59,7 +59,6 @@ def _colors(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[
     return np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
 
 
-@np.errstate(all="ignore")
 def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
     """(n, 3) the shortest axes of those that are flat, 0 of all others."""
     scales = np.stack([columns[one][rows] for one in _SCALE], -1).astype(np.float64)

@@ -50,7 +50,9 @@ def load_clouds(frame: FrameOptions, look: Look, plain: Look, inputs: Sequence[s
     """Several point clouds as one scene, in which each is called as its file. plain: the look without options."""
     paths = [path for path in (frame.input, *inputs) if path is not None]
     clouds = [load(replace(frame, input=path), scene=True) for path in paths]
-    return scene_of(*(styled(cloud, given_by(look, plain)) for cloud in clouds), names=[Path(path).stem for path in paths])
+    return scene_of(
+        *(styled(cloud, given_by(look, plain)) for cloud in clouds), names=[Path(path).stem for path in paths]
+    )
 
 
 def are_clouds(frame: FrameOptions, inputs: Sequence[str]) -> bool:

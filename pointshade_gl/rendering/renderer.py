@@ -444,9 +444,7 @@ class Renderer:
         normals[~normals.any(-1)] = np.nan
         return normals
 
-    def with_normals(
-        self, cloud: PointCloud, *, noise: float | None = None, notes: Note | None = None
-    ) -> PointCloud:
+    def with_normals(self, cloud: PointCloud, *, noise: float | None = None, notes: Note | None = None) -> PointCloud:
         """Return a point cloud with normals and their confidence, see `estimate_normals`.
 
         Parameters

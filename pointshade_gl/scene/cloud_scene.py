@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -44,9 +45,14 @@ def given_by(look: Look, plain: Look | None = None) -> dict[str, Any]:
     return {name: one for name, one in look.options.items() if np.ndim(one) or one != getattr(plain, name)}
 
 
+def is_of_clouds(name: str) -> bool:
+    """Return whether clouds have this option of a look."""
+    return name in CloudLook.__annotations__
+
+
 def check_of_clouds(given: Iterable[str]) -> None:
     """Raises ValueError for options of a look that clouds have not."""
-    if others := [option(name) for name in given if name not in CloudLook.__annotations__]:
+    if others := [option(name) for name in given if not is_of_clouds(name)]:
         raise ValueError(f"{', '.join(others)} is for frames, and this is a point cloud: leave it out")
 
 
@@ -62,10 +68,10 @@ def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: 
     """Return how far before the middle one sees all of a cloud but stray points."""
     some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     x, y, z = ((some + (cloud.origin - middle)) @ turn).T
-    across = np.maximum(
-        np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy
-    )
-    return float(np.quantile(across - z, 1 - STRAY))
+    reach = cloud.reach(1 - STRAY)
+    half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
+    across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]
+    return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
 
 
 def _facing(cloud: PointCloud) -> NDArray[np.float64]:

@@ -26,8 +26,8 @@ def normals(
     Of a point cloud, write a .ply of its points with normals, turned outwards, or the normals alone to an .npy.
     Write all frames of a sequence to numbered files such as %04d.png.
     """
-    from ...files.writing.depth_and_normal_maps import check_normals_path
     from ...files.sources import is_cloud
+    from ...files.writing.depth_and_normal_maps import check_normals_path
     from ..written_clouds import check_cloud_output, write_cloud
     from ..written_maps import write_normals
 

@@ -36,7 +36,7 @@ from .text_points import TEXTS, read_text_head
 
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide
-_CLOUDS = (".ply", ".las", ".laz", ".e57", *TEXTS)
+CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
 _MAYBE_TEXTS = (".txt", ".csv")
 
 
@@ -48,7 +48,7 @@ def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
     try:
         if not path.is_file():
             return False
-        if path.suffix.lower() in _CLOUDS:
+        if path.suffix.lower() in CLOUD_SUFFIXES:
             return True
         with path.open("rb") as file:
             head = file.read(_HEAD)

@@ -74,9 +74,8 @@ class PlacedCloud(NamedTuple):
     def radius(self) -> tuple[float, float, float]:
         """Return what adds up to the radius: world units, spacings or sizes of the points, pixels."""
         number, unit = self.cloud.radius_rule
-        if self.cloud.sizes is not None and self.cloud.point_size is None:
-            return 0.0, self.grown, 0.0
-        return number * (unit == ""), number * (unit == "x"), number * (unit == "px")
+        grown = 1.0 if self.cloud.sizes is None else self.grown  # spacings are those of this level
+        return number * (unit == ""), number * grown * (unit == "x"), number * (unit == "px")
 
     def inputs(self, eye: Eye, share: float = 1.0) -> dict[str, Any]:
         """Return the uniforms of shaders/clouds/splat.vert. share: of the radius that is drawn."""

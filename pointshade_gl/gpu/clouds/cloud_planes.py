@@ -92,7 +92,8 @@ def find_planes(
 ) -> PlaneArrays:
     """Return what the textures of CloudPlanes hold, with nothing left on the GPU."""
     if not len(positions):
-        return PlaneArrays(np.zeros(0, np.int64), *np.zeros((3, 0, 4), np.float32))
+        none = np.zeros((0, 4), np.float32)
+        return PlaneArrays(np.zeros(0, np.int64), none, none, none)
     spacing = estimate_spacing(positions)
     grid = CellGrid(positions, LEAST * spacing.length)
     points = _sorted(positions, grid)

@@ -9,6 +9,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...estimation.cloud_spacing import estimate_spacing
 from ...scene.cloud_levels import points_at
 from ...scene.point_cloud import PointCloud
 from ..core.memory import Owner
@@ -19,6 +20,7 @@ DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's 
 VERTEX = np.dtype([
     ("position", "f4", 3), ("spacing", "f4"), ("normal", "f4", 3), ("edge", "f2", 4), ("color", "u1", 4),
 ])  # fmt: skip
+FEW = 64  # points
 LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
 
 
@@ -30,9 +32,9 @@ class CloudPoints(Owner):
     discs    buffers of those that lie on a surface
     others   buffers of those that do not
     spacing  the median of their spacings, or of their sizes
-    fit      how their planes were found; None if they need none
     largest  of these
     corners  (8, 3) of the box round them, from the middle
+    fit      how their planes were found; None if they need none
     """
 
     def __init__(self, context: moderngl.Context, cloud: PointCloud, level: int):
@@ -125,6 +127,8 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
+        alone = ~planes[:, :3].any(-1) | (len(local) < FEW)  # no neighbours tell how far apart such points are
+        planes[alone, 3] = np.minimum(planes[alone, 3], estimate_spacing(local).length)
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")

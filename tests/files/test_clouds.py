@@ -58,7 +58,7 @@ class TestPly:
         cloud = load(tmp_path, "a.ply", made.ply_text(columns, form="binary_little_endian"))
         check(cloud, np.stack([columns[name] for name in "xyz"], -1), cloud.colors, cloud.normals)
         assert np.abs((cloud.normals * normals).sum(-1)).min() > 0.999999  # either side
-        np.testing.assert_allclose(cloud.sizes, 0.03, rtol=1e-5)
+        np.testing.assert_allclose(cloud.sizes, 2 * 0.03, rtol=1e-5)
         expected = 255 * (0.5 + 0.28209479 * np.stack([columns[f"f_dc_{k}"] for k in range(3)], -1))
         np.testing.assert_allclose(cloud.colors, expected.clip(0, 255), atol=0.51)
 

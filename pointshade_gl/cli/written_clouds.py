@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,9 @@ def write_cloud(cloud: PointCloud, look: Look, output: Path, device: int) -> Non
 
     look  its noise is what the normals are estimated with. Raises ValueError for other options of normals.
     """
-    noise: Any = look.noise
+    noise = look.noise
+    if not isinstance(noise, float | None):
+        raise ValueError(f"{option('noise')} of a point cloud is one number of world units, got {noise}")
     if others := [name for name in given_by(look, NormalOptions().look()) if name != "noise"]:
         raise ValueError(f"{', '.join(map(option, others))} is for frames: of a point cloud leave it out")
     with open_renderer(device) as renderer:

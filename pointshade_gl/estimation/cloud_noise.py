@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 TERMS = 6  # of a surface of second degree
-CALMER = 0.35  # share of the places that may have less: the others have edges
 
 
-def surface_residual(offsets: NDArray[np.float64], known: NDArray[np.bool_]) -> float:
-    """Return the standard deviation of points from surfaces of second degree; the median of several places.
+def surface_residuals(
+    offsets: NDArray[np.float64], known: NDArray[np.bool_], shares: Sequence[float]
+) -> NDArray[np.float64]:
+    """Return the standard deviation of points from surfaces of second degree: quantiles of several places.
 
     offsets  (m, k, 3) neighbours of m places, about 1 in size
     known    (m, k) which of these there are
+    shares   of the places that have less
     """
     weight = known.astype(np.float64)
     count = weight.sum(1)
     usable = count >= 2 * TERMS
     if not usable.any():
-        return 0.0
+        return np.zeros(len(shares))
     offsets, weight, count = offsets[usable], weight[usable], count[usable]
     mean = np.einsum("mk,mki->mi", weight, offsets) / count[:, None]
     offsets = offsets - mean[:, None]
@@ -31,4 +35,4 @@ def surface_residual(offsets: NDArray[np.float64], known: NDArray[np.bool_]) -> 
     products = np.einsum("mki,mkj->mij", weighted, terms) + 1e-9 * np.eye(TERMS)
     factors = np.linalg.solve(products, np.einsum("mki,mk->mi", weighted, z)[..., None])[..., 0]
     rest = z - np.einsum("mki,mi->mk", terms, factors)
-    return float(np.sqrt(np.quantile((weight * rest**2).sum(1) / (count - TERMS), CALMER)))
+    return np.sqrt(np.quantile((weight * rest**2).sum(1) / (count - TERMS), shares))

@@ -46,9 +46,12 @@ def lowest_point(frame: Frame, along: Array) -> float:
 
 
 def lowest_main_point(cloud: PointCloud, along: Array) -> float:
-    """Return the lowest position of a cloud along an axis (3,), but for stray points."""
-    some = cloud.positions[:: -(-len(cloud) // SAMPLE) or 1]
-    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) if len(cloud) else 0.0
+    """Return the lowest position of a cloud along an axis (3,), undersides of balls too, but for stray points."""
+    if not len(cloud):
+        return 0.0
+    some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
+    below = cloud.reach(0.5) * float(np.linalg.norm(along)) if cloud.splat == "ball" else 0.0
+    return float(np.quantile(some @ along, SUNK) + cloud.origin @ along) - below
 
 
 def _turned(depth: Array, x: Array, y: Array, up: Array) -> tuple[Array, Array, Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -67,10 +68,10 @@ def _away(cloud: PointCloud, camera: Camera, turn: NDArray[np.float64], middle: 
     """Return how far before the middle one sees all of a cloud but stray points."""
     some = cloud.positions[:: -(-len(cloud) // SAMPLE)]
     x, y, z = ((some + (cloud.origin - middle)) @ turn).T
-    across = np.maximum(
-        np.abs(x) / ((camera.width - 1) / 2) * camera.fx, np.abs(y) / ((camera.height - 1) / 2) * camera.fy
-    )
-    return float(np.quantile(across - z, 1 - STRAY))
+    reach = cloud.reach(1 - STRAY)
+    half = (camera.width - 1) / 2 / camera.fx, (camera.height - 1) / 2 / camera.fy  # of the picture, at depth 1
+    across = [(np.abs(one) + reach * math.hypot(1, side)) / side for one, side in zip((x, y), half, strict=True)]
+    return float(np.quantile(np.maximum(*across) - z, 1 - STRAY))
 
 
 def _facing(cloud: PointCloud) -> NDArray[np.float64]:

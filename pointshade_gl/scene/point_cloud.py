@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, get_args
@@ -167,7 +168,13 @@ class PointCloud(Value):
         return made
 
     def is_like(self, other: PointCloud) -> bool:
-        """Return whether another cloud has the same arrays and is drawn the same."""
+        """Return whether another cloud has the same arrays and is drawn the same.
+
+        Parameters
+        ----------
+        other : PointCloud
+            The other cloud.
+        """
         named = ("up", *CloudLook.__annotations__)
         alike = all(getattr(self, name) == getattr(other, name) for name in named)
         return alike and all(getattr(self, name) is getattr(other, name) for name in ("origin", *ARRAYS))
@@ -186,10 +193,14 @@ class PointCloud(Value):
         """The same without stray points."""
         if not len(self):
             return self.corners
-        some = self.positions[:: -(-len(self) // SAMPLE)]
-        low, high = np.quantile(some, (STRAY, 1 - STRAY), axis=0)
-        margin = STRAY * (high - low)
+        low, high = self._main_box
+        margin = STRAY * (high - low) + self.reach(1 - STRAY)
         return frozen(box_corners(low - margin, high + margin) + self.origin)
+
+    @cached_property
+    def _main_box(self) -> NDArray[np.floating[Any]]:
+        """Two corners, (2, 3), of the box round all but stray points."""
+        return np.quantile(self.positions[:: -(-len(self) // SAMPLE)], (STRAY, 1 - STRAY), axis=0)
 
     @property
     def up_direction(self) -> NDArray[np.float64]:
@@ -215,10 +226,20 @@ class PointCloud(Value):
 
     @property
     def radius_rule(self) -> tuple[float, str]:
-        """Return `point_size` as a number and its unit: "" world units, "px" pixels, "x" spacings."""
-        if self.point_size is None:
-            return (2.0, "x") if self.splat == "disc" else (0.5, "x")
-        return parse_cloud_size(self.point_size)
+        """Return the radius of points, a number and its unit: "" world units, "px" pixels, "x" spacings or `sizes`."""
+        if self.point_size is not None:
+            return parse_cloud_size(self.point_size)
+        return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
+
+    def reach(self, share: float) -> float:
+        """Return a radius that a share of the points do not exceed, node units, as far as that is known here."""
+        number, unit = self.radius_rule
+        if unit != "x" or not len(self):
+            return number if unit == "" else 0.0
+        if self.sizes is not None:
+            return number * float(np.quantile(self.sizes, share))
+        low, high = self._main_box
+        return number * (float(np.linalg.norm(high - low)) / math.sqrt(len(self)) or 1.0)  # roughly their spacing
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:

@@ -21,7 +21,7 @@ vec3 turned_as_beside(vec3 normal, float inverse_depth, ivec2 pixel) {
     vec3 beside = vec3(0.0);
     for (int y = 0; y < turns; ++y) {
         for (int x = 0; x < 3; ++x) {
-            ivec2 at = pixel + ivec2(x - 1, y - 1);
+            ivec2 at = clamp(pixel + ivec2(x - 1, y - 1), ivec2(0), textureSize(geometry_map, 0) - 1);
             vec4 geometry = texelFetch(geometry_map, at, 0);
             float own = inverse_depth * texelFetch(albedo_map, at, 0).w;
             beside += geometry.w > own ? geometry.xyz : vec3(0.0);

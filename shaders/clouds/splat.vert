@@ -2,6 +2,9 @@
 #ifndef BALLS
 #define BALLS 0  // 1: points without a plane, or all of them; 0: discs
 #endif
+#ifndef QUADS
+#define QUADS 0  // 1: four corners of a box for each point, which may be larger than the driver's points
+#endif
 // A point of a cloud as a GL point: a box round what its disc or ball covers, cut to the picture.
 #include "common/cloud_splat.glsl"
 #include "common/color.glsl"
@@ -49,7 +52,11 @@ void main() {
     plane_normal = steeper(facing_normal, centre);
     onward = mat3(view) * edge.xyz;
     linear_color = srgb_to_linear(color.rgb);
-    vec2 box = (low + high + 1.0) / target_size - 1.0;
-    gl_Position = vec4(box, 0.0, 1.0);  // fragments have depths of their own
+#if QUADS
+    vec2 place = mix(low - 0.0625, high + 0.0625, vec2(gl_VertexID & 1, gl_VertexID >> 1));
+#else
+    vec2 place = 0.5 * (low + high);
     gl_PointSize = max(high.x - low.x, high.y - low.y) + 0.125;  // GL places points to 1/16 pixel or better
+#endif
+    gl_Position = vec4((2.0 * place + 1.0) / target_size - 1.0, 0.0, 1.0);  // fragments have depths of their own
 }

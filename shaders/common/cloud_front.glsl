@@ -2,6 +2,7 @@
 
 const float FARTHEST_RING = 60.0;  // pixels
 const int PAIRS = 3;               // of four: so many pairs of opposite places around a hole show its surface
+const int RINGS = 3;               // around a hole, each wider by the first: the narrowest that spans it counts
 const float SAME = 0.5;            // of `step_back`: the middles between such places differ by less
 
 // z at a pixel of a depth picture, 1 - near/z; 0 where there is nothing, and beside the picture.
@@ -39,14 +40,21 @@ vec3 around_hole(sampler2D cores, ivec2 pixel, float near, float z, float step_b
     return vec3(count, sum / max(count, 1.0), high - low);
 }
 
+// Is there one surface on all sides of a hole?
+bool shows_surface(vec3 around, float step_back) {
+    return around.x >= float(PAIRS) && around.z <= SAME * step_back;
+}
+
 // The depth at a pixel; in a hole that of the surface around it. ring: how far apart splats are, in pixels at depth 1, and
 // in most of the picture.
 float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, vec2 ring) {
     float z = front_depth(cores, pixel, near);
-    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(ring.y, 1.0, FARTHEST_RING), 4);
-    int pairs = beside.x > 0.0 ? 4 : 0;  // no constant: software drivers would always look
+    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(2.0 * ring.y, 2.0, FARTHEST_RING), 4);
+    int rings = beside.x > 0.0 ? RINGS : 0;  // no constant: software drivers would always look
     float distance = clamp(ring.x / max(beside.y, near), 1.0, FARTHEST_RING);
-    vec3 around = around_hole(cores, pixel, near, z, step_back, distance, pairs);
-    bool is_hole = around.x >= float(PAIRS) && around.z <= SAME * step_back;
-    return is_hole ? around.y : z;
+    for (int k = 1; k <= rings; ++k) {
+        vec3 around = around_hole(cores, pixel, near, z, step_back, distance * float(k), 4);
+        if (shows_surface(around, step_back)) return around.y;
+    }
+    return z;
 }

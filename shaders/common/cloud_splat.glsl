@@ -55,8 +55,9 @@ SplatHit hit_ball(CloudSplat splat, vec2 offset, vec4 intrinsics) {
     return SplatHit(splat.centre.z * (1.0 - along) - inside, outside, normal);
 }
 
-// The same of a disc that lies in the plane with the unit normal n. `edge`: the unit direction in which its surface goes on; beside it nothing is known, so the disc
-// ends at its middle; 0 for a whole disc. The middle pixel is always met, however thin the disc is seen.
+// The same of a disc that lies in the plane with the unit normal n. `edge`: the unit direction in which its surface
+// goes on; beside it nothing is known, so the disc ends at its middle; 0 for a whole disc. The middle pixel is always
+// met, however thin the disc is seen.
 SplatHit hit_disc(CloudSplat splat, vec3 n, vec3 edge, vec2 offset, vec4 intrinsics) {
     vec3 beside = vec3(offset / intrinsics.xy, 0.0);
     vec3 ray = splat.centre / splat.centre.z + beside;

@@ -72,8 +72,21 @@ def test_the_noise_is_measured(noise, shape):
     found = fit_radius(grid, made.positions[grid.order], made.spacing, None)
     assert found.noise / made.spacing == pytest.approx(noise, rel=0.2, abs=0.02)
     assert (found.length > 1.01 * grid.side) == (noise > 0)
-    given = fit_radius(grid, made.positions[grid.order], made.spacing, noise * made.spacing)
-    assert given.length == pytest.approx(found.length, rel=0.15)
+    if shape != "stairs":  # whose steps keep it narrower
+        given = fit_radius(grid, made.positions[grid.order], made.spacing, noise * made.spacing)
+        assert given.length == pytest.approx(found.length, rel=0.15)
+
+
+def test_noise_makes_no_radius_wider_than_the_surface_is_smooth():
+    """Within the radius that the noise asks for, stairs are no surface of second degree."""
+    made = cloud("stairs", 5000, 45, noise=0.25)
+    grid = CellGrid(made.positions, LEAST * made.spacing)
+    found, given = (fit_radius(grid, made.positions[grid.order], made.spacing, one) for one in (None, made.spacing / 4))
+    assert found.length < 0.85 * given.length
+
+
+def test_coarse_clouds_with_much_noise_have_planes_too(normals_of):
+    assert mean_error(normals_of, cloud("torus", 3000, 45, noise=1))[0] < 25
 
 
 def test_a_blob_has_neither_planes_nor_noise(normals_of):

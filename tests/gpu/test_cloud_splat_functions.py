@@ -212,16 +212,30 @@ def test_depths_of_the_front_and_steps_round_a_pixel(gpu):
 
 
 @pytest.mark.parametrize(("step_back", "distance"), [(0.3, 2.0), (0.01, 4.5)])
-def test_what_is_nearer_around_a_pixel(gpu, step_back, distance):
-    picture, _ = cores()
+def test_pairs_of_places_around_a_hole(gpu, step_back, distance):
+    picture, _ = cores(0.2)
     v, u = np.mgrid[0:40, 0:60]
     pixel = np.stack([u.ravel(), v.ravel()], -1)
     z = cloud_front.front_depth(picture, pixel, NEAR)
-    call = f"nearer_around(cores_map, ivec2(p), {NEAR}, z, {step_back}, {distance}, 8), 0"
-    found = gpu("cloud_front.glsl", call, p=pixel, z=z[:, None], cores_map=picture)
-    mirror = cloud_front.nearer_around(picture, pixel, NEAR, z, step_back, np.full(z.shape, distance, F), 8)
-    close(found, mirror)
-    assert {0, 4, 8} <= set(mirror[:, 0].astype(int).tolist())
+    call = f"around_hole(cores_map, ivec2(p), {NEAR}, z, {step_back}, {distance}, 4)"
+    inputs = {"p": pixel, "z": z[:, None], "cores_map": picture}
+    mirror = cloud_front.around_hole(picture, pixel, NEAR, z, step_back, np.full(z.shape, distance, F), 4)
+    close(gpu("cloud_front.glsl", f"{call}, 0", **inputs), mirror)
+    assert set(mirror[:, 0].astype(int).tolist()) == {0, 1, 2, 3, 4}
+    shown = gpu("cloud_front.glsl", f"shows_surface({call}, {step_back}) ? 1.0 : 0.0", **inputs)[:, 0] > 0
+    expected = cloud_front.shows_surface(mirror, step_back)
+    assert (shown == expected).all() and 0.02 < expected.mean() < 0.5
+
+
+def test_what_is_before_a_depth_or_before_nothing(gpu):
+    other, z = (one.reshape(-1, 1).astype(F) for one in np.meshgrid([0, 1, 1.5, 1.9, 2.5], [0, 1, 2]))
+    found = gpu("cloud_front.glsl", "is_before(o, z, 0.3) ? 1.0 : 0.0", o=other, z=z)[:, 0] > 0
+    assert (found == cloud_front.is_before(other, z, 0.3)[:, 0]).all()
+    assert found.reshape(3, 5).tolist() == [
+        [False, True, True, True, True],
+        [False] * 5,
+        [False, True, True, False, False],
+    ]
 
 
 @pytest.mark.parametrize("ring", [(2.0, 1.6), (4.0, 3.2), (0.1, 0.1), (500.0, 500.0)])

@@ -11,7 +11,9 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
 light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
         a directional one, as in `Light`; {"at": "viewer"} is the light at the viewer's upper left.
         Without extras a light casts shadows; point and spot lights fall with the square of the distance.
-material  values of `Material`, and shading of `Mesh`.
+material  values of `Material`, and shading of `Mesh` or `PointCloud`.
+primitive  of points, which is a `PointCloud`: {"splat": "ball"}, {"size": 0.02}, {"up": "z"} (without: y, as in glTF)
+        and {"seen_from": [x, y, z]}; further attributes are _SIZE, _CONFIDENCE and _SEEN_FROM of each point.
 camera  fx, fy, cx, cy, width, height of `Camera`, all of them.
 scene   {"ambient": [r, g, b]}, {"exposure": x}, a factor on all lights of the file; {"pose": 4x4} without a camera.
 
@@ -58,9 +60,9 @@ def load_scene(
 
     Notes
     -----
-    Reads triangles with base colours, nodes, the first perspective camera, KHR_lights_punctual, and point objects by
-    `extras` (see the module's documentation). Files that the scene names must lie in its folder, also through links.
-    Nothing is fetched or run.
+    Reads triangles with base colours, points as clouds with colours and normals, nodes, the first perspective camera,
+    KHR_lights_punctual, and point objects by `extras` (see the module's documentation). Files that the scene names must
+    lie in its folder, also through links. Nothing is fetched or run.
     """
     from .read import load_scene
 
@@ -76,7 +78,8 @@ def save_scene(path: FilePath, scene: Scene) -> None:
         The file, .gltf or .glb.
     scene : Scene
         Its frames become folders beside the file, unless `load_scene` read them from where the new file can name them.
-        Meshes without a triangle are left out; a node that two parents share is written twice.
+        Meshes without a triangle and clouds without a point are left out; a node that two parents share is written
+        twice. Positions of clouds are float32, their origin becomes part of a node's transform.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Converts glTF meshes and their materials to scene meshes."""
+"""Converts glTF meshes and their materials to scene meshes and clouds."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import cut
 from ...scene.mesh import Mesh
+from ...scene.point_cloud import PointCloud
 from .buffers import Parts
 from .checks import label, numbers, pick, telling
+from .clouds import POINTS, read_cloud
 from .container import UNLIT
 from .extras import options
 from .points import read_material
@@ -25,11 +27,11 @@ class Meshes:
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
-        self._read: dict[int, tuple[Mesh, ...]] = {}
+        self._read: dict[int, tuple[Mesh | PointCloud, ...]] = {}
         self._materials: dict[int | None, dict[str, Any]] = {None: {}}
 
-    def __getitem__(self, index: Any) -> tuple[Mesh, ...]:
-        """One for each primitive that has triangles. Raises ValueError or OSError."""
+    def __getitem__(self, index: Any) -> tuple[Mesh | PointCloud, ...]:
+        """One for each primitive that has triangles or points. Raises ValueError or OSError."""
         mesh = pick(self._parts.gltf.meshes, index, "mesh")
         if index not in self._read:
             found = []
@@ -40,17 +42,19 @@ class Meshes:
             self._read[index] = tuple(mesh for mesh in found if mesh is not None)
         return self._read[index]
 
-    def _primitive(self, primitive: SimpleNamespace, part: str) -> Mesh | None:
+    def _primitive(self, primitive: SimpleNamespace, part: str) -> Mesh | PointCloud | None:
         parts, held = self._parts, primitive.attributes or {}
         mode = TRIANGLES if primitive.mode is None else primitive.mode
-        if mode not in (TRIANGLES, STRIP, FAN) or held.get("POSITION") is None:
-            what = "no positions" if held.get("POSITION") is None else "points or lines"
-            parts.note(f"{part} is left out: it has {what}, only triangles are drawn")
+        if mode not in (POINTS, TRIANGLES, STRIP, FAN) or held.get("POSITION") is None:
+            what = "no positions" if held.get("POSITION") is None else "lines"
+            parts.note(f"{part} is left out: it has {what}, only triangles and points are drawn")
             return None
-        if held.get("COLOR_0") is not None:
+        if mode != POINTS and held.get("COLOR_0") is not None:
             parts.note(f"{part}: its colours per corner (COLOR_0) are not drawn")
         if primitive.targets:
             parts.note(f"{part}: its morph targets are not drawn")
+        if mode == POINTS:
+            return read_cloud(parts, primitive, dict(self._material(primitive.material)), part)
         points = parts.array(held["POSITION"], ("VEC3",)).astype(np.float32)
         if primitive.indices is None:
             corners = np.arange(len(points), dtype=np.uint32)

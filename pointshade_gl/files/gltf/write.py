@@ -20,18 +20,21 @@ from ...scene.graph import Scene
 from ...scene.light import Light
 from ...scene.mesh import Mesh
 from ...scene.node import Node
+from ...scene.point_cloud import PointCloud
 from ...scene.point_object import PointObject
 from ..access.atomic_write import FileSet, check_place, naming_written
 from ..access.content import FilePath
 from ..access.written_suffixes import SCENES, check_suffix
 from .cameras_and_lights import FLIP, Matrix, light_place, write_camera, write_light
 from .checks import telling
+from .clouds import POINTS, cloud_attributes, cloud_extras, cloud_place
 from .container import LIGHTS, UNLIT, pack
 from .points import write_material, write_points
 from .transforms import transform_of
 
 NO_NAME = r"\W+"  # not in the names of folders
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # numbers of OpenGL
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 COMPONENTS = {"f": 5126, "H": 5123, "I": 5125}  # by NumPy's type
 
 
@@ -88,21 +91,27 @@ class _Writer:
     def node(self, node: Node) -> int:
         """One of our nodes with its content, without its children."""
         contents = node.content if isinstance(node.content, tuple) else (node.content,)
-        meshes = tuple(item for item in contents if isinstance(item, Mesh) and len(item.faces))
+        here = [item for item in contents if isinstance(item, Mesh | PointCloud) and _is_drawn(item)]
+        clouds = [item for item in here if isinstance(item, PointCloud) and not _is_at_zero(item)]
+        matrix = node.transform
+        if len(clouds) == len(contents) == 1 and not node.children:
+            matrix = matrix @ cloud_place(clouds.pop())
+        here = [item for item in here if item not in clouds]
         points = [item for item in contents if isinstance(item, PointObject)]
         lights = [item for item in contents if isinstance(item, Light)]
         switches = {name: False for name in ("visible", "shadow") if not getattr(node, name)}
         values: dict[str, Any] = {"extras": dict(switches)}
-        if meshes:
-            values["mesh"] = self.mesh(meshes)
+        if here:
+            values["mesh"] = self.mesh(tuple(here))
         if points:
             values["extras"] |= self.points(points.pop(0), node.name)
         if lights and np.array_equal(light_place(lights[0]), np.eye(4)):
             values["extensions"] = self.light(lights.pop(0), node.shadow)
-        index = self.add_node(node.name, node.transform, **values)
+        index = self.add_node(node.name, matrix, **values)
         below = self.gltf["nodes"][index]["children"]
         shadow = {} if node.shadow else {"shadow": False}
         below += [self.add_node("", np.eye(4), extras=shadow | self.points(item, node.name)) for item in points]
+        below += [self.add_node("", cloud_place(item), extras=dict(shadow), mesh=self.mesh((item,))) for item in clouds]
         below += [self.add_node("", light_place(item), extensions=self.light(item, True)) for item in lights]
         return index
 
@@ -129,27 +138,38 @@ class _Writer:
         self.lights.append(write_light(light, node_casts))
         return {LIGHTS: {"light": len(self.lights) - 1}}
 
-    def mesh(self, meshes: tuple[Mesh, ...]) -> int:
-        if meshes not in self.known:
-            self.known[meshes] = self.add("meshes", primitives=[self.primitive(mesh) for mesh in meshes])
-        return self.known[meshes]
+    def mesh(self, things: tuple[Mesh | PointCloud, ...]) -> int:
+        if things not in self.known:
+            primitives = [self.triangles(one) if isinstance(one, Mesh) else self.cloud(one) for one in things]
+            self.known[things] = self.add("meshes", primitives=primitives)
+        return self.known[things]
 
-    def primitive(self, mesh: Mesh) -> dict[str, Any]:
+    def triangles(self, mesh: Mesh) -> dict[str, Any]:
         kind = np.uint16 if len(mesh.positions) < 0xFFFF else np.uint32
-        bounds = {"max": mesh.positions.max(0).tolist(), "min": mesh.positions.min(0).tolist()}  # glTF requires them
-        attributes = {"POSITION": self.accessor(mesh.positions, "VEC3", **bounds)}
-        if mesh.normals is not None:
-            attributes["NORMAL"] = self.accessor(_unit(mesh.normals), "VEC3")
+        attributes = self.attributes(mesh.normals, {"POSITION": mesh.positions})
         if mesh.uv is not None:
-            attributes["TEXCOORD_0"] = self.accessor(mesh.uv, "VEC2")
-        indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), "SCALAR")
-        material = self.material(mesh)
+            attributes["TEXCOORD_0"] = self.accessor(mesh.uv)
+        indices = self.accessor(mesh.faces.astype(kind).reshape(-1, 1), ELEMENT_ARRAY_BUFFER)
+        material = self.material(mesh, mesh.color, mesh.texture)
         return {"attributes": attributes, "indices": indices} | ({} if material is None else {"material": material})
 
-    def accessor(self, values: NDArray[Any], kind: str, **bounds: list[float]) -> int:
-        view = self.view(values.tobytes(), ELEMENT_ARRAY_BUFFER if kind == "SCALAR" else ARRAY_BUFFER)
+    def cloud(self, cloud: PointCloud) -> dict[str, Any]:
+        primitive = {"mode": POINTS, "attributes": self.attributes(cloud.normals, cloud_attributes(cloud))}
+        beside = {"material": self.material(cloud), "extras": _extras(cloud_extras(cloud))}
+        return primitive | {key: value for key, value in beside.items() if value is not None}
+
+    def attributes(self, normals: NDArray[np.float32] | None, held: dict[str, NDArray[Any]]) -> dict[str, int]:
+        at = held["POSITION"]
+        bounds = {"max": at.max(0).tolist(), "min": at.min(0).tolist()}  # glTF requires them
+        numbers = {key: self.accessor(one, **(bounds if one is at else {})) for key, one in held.items()}
+        return numbers | ({} if normals is None else {"NORMAL": self.accessor(_unit(normals))})
+
+    def accessor(self, values: NDArray[Any], target: int = ARRAY_BUFFER, **beside: Any) -> int:
+        view, kind = self.view(values.tobytes(), target), KINDS[values.shape[1]]
         component = COMPONENTS[values.dtype.char]
-        return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **bounds)
+        if kind == "VEC4":  # colours
+            beside["normalized"] = True
+        return self.add("accessors", bufferView=view, componentType=component, count=len(values), type=kind, **beside)
 
     def view(self, data: bytes, target: int | None) -> int:
         self.blob += bytes(-len(self.blob) % 4)
@@ -157,24 +177,29 @@ class _Writer:
         self.blob += data
         return self.add("bufferViews", buffer=0, byteOffset=start, byteLength=len(data), target=target)
 
-    def material(self, mesh: Mesh) -> int | None:
-        said: dict[str, Any] = write_material(mesh.material)
-        if mesh.shading not in ("phong", "none"):
-            said["shading"] = mesh.shading
-        key = (mesh.color, id(mesh.texture), mesh.shading, mesh.material)
+    def material(
+        self,
+        thing: Mesh | PointCloud,
+        color: tuple[float, float, float] = (1.0, 1.0, 1.0),
+        texture: NDArray[np.uint8] | None = None,
+    ) -> int | None:
+        said: dict[str, Any] = write_material(thing.material)
+        if thing.shading not in ("phong", "none"):
+            said["shading"] = thing.shading
+        key = (color, id(texture), thing.shading, thing.material)
         if key == ((1.0, 1.0, 1.0), id(None), "phong", Material()):
             return None
         if key not in self.known:
             # glTF's default metal would reflect no diffuse light in other viewers
-            base: dict[str, Any] = {"baseColorFactor": [*mesh.color, 1.0], "metallicFactor": 0.0}
-            if mesh.texture is not None:
-                base["baseColorTexture"] = {"index": self.texture(mesh.texture)}
+            base: dict[str, Any] = {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0}
+            if texture is not None:
+                base["baseColorTexture"] = {"index": self.texture(texture)}
             self.known[key] = self.add(
                 "materials",
-                extensions={UNLIT: {}} if mesh.shading in NOT_LIT else None,
+                extensions={UNLIT: {}} if thing.shading in NOT_LIT else None,
                 extras=_extras(said),
                 pbrMetallicRoughness=base,
-                alphaMode="MASK" if mesh.texture is not None and mesh.texture.shape[2] == 4 else None,
+                alphaMode="MASK" if texture is not None and texture.shape[2] == 4 else None,
                 doubleSided=True,
             )
         return self.known[key]
@@ -238,6 +263,15 @@ def _lines(value: Any, indent: str = "") -> str:
 
 def _extras(said: dict[str, Any]) -> dict[str, Any] | None:
     return {"pointshade": said} if said else None
+
+
+def _is_drawn(thing: Mesh | PointCloud) -> bool:
+    return len(thing.faces if isinstance(thing, Mesh) else thing) > 0
+
+
+def _is_at_zero(cloud: PointCloud) -> bool:
+    """Return whether a glTF node can hold these points in its own axes."""
+    return np.array_equal(cloud_place(cloud), np.eye(4))
 
 
 def _unit(normals: NDArray[np.float32]) -> NDArray[np.float32]:

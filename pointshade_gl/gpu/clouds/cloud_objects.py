@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -26,7 +27,6 @@ STEP_BACK = 1.0  # radii by which a hole in it shows what lies behind
 RING = 0.45  # radii from a hole to what lies around it
 SHADOW_SHARE, SHADOW_PUSH = 0.7, 1.5  # a disc rises over its neighbours by less than so many of these smaller radii
 BALL_SHARE = 0.55  # of the radius of discs, for a point without a plane among them
-DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 
 
 class PlacedCloud(NamedTuple):
@@ -49,28 +49,38 @@ class PlacedCloud(NamedTuple):
     def typical_radius(self, eye: Eye) -> float:
         """Return the median radius of the discs, world units."""
         world, spacings, pixels = self.radius
-        focal = 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
-        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / focal
+        return self.scale * (world + spacings * self.points.spacing) + pixels * self.away(eye) / _focal(eye)
 
     def away(self, eye: Eye) -> float:
         """Return how far the middle of the cloud lies ahead, at least the near plane."""
-        middle = self.pose[:3, :3] @ (self.scale * self.points.middle) + self.pose[:3, 3]
-        return max(float(eye.pose[:3, 2] @ (middle - eye.pose[:3, 3])), eye.near)
+        return max(float(self._view(eye)[1][2]), eye.near)
+
+    def widest(self, eye: Eye) -> float:
+        """Return what the box of no point is wider than in a view, pixels, if there are points."""
+        (world, spacings, pixels), camera = self.radius, eye.camera
+        size, (turn, shift) = self.scale * (world + spacings * self.points.largest), self._view(eye)
+        nearest = max(float((self.points.corners @ turn[2]).min() + shift[2]), eye.near + 2 * size)
+        share = min(size / nearest + pixels / _focal(eye), 0.5)  # of the distance: nearer ones are not drawn
+        aside = float(np.abs((camera.ray_at(0, 0), camera.ray_at(camera.width, camera.height))).max())
+        return 2 * max(camera.fx, abs(camera.fy)) * share / (1 - share) * math.hypot(1, aside + 2 * share)
+
+    def _view(self, eye: Eye) -> tuple[np.ndarray, np.ndarray]:
+        """Return (3, 3) and (3,) that take the points' own positions to an eye's axes."""
+        view = view_matrix(self.pose, eye.pose)
+        turn = self.scale * view[:3, :3]
+        return turn, view[:3, 3] + turn @ self.points.middle
 
     @property
     def radius(self) -> tuple[float, float, float]:
         """Return what adds up to the radius: world units, spacings or sizes of the points, pixels."""
         number, unit = self.cloud.radius_rule
-        if self.cloud.sizes is not None and self.cloud.point_size is None:
-            return 0.0, self.grown, 0.0
-        return number * (unit == ""), number * (unit == "x"), number * (unit == "px")
+        grown = 1.0 if self.cloud.sizes is None else self.grown  # spacings are those of this level
+        return number * (unit == ""), number * grown * (unit == "x"), number * (unit == "px")
 
     def inputs(self, eye: Eye, share: float = 1.0) -> dict[str, Any]:
         """Return the uniforms of shaders/clouds/splat.vert. share: of the radius that is drawn."""
-        view = view_matrix(self.pose, eye.pose)
-        view[:3, :3] *= self.scale
-        view[:3, 3] += view[:3, :3] @ self.points.middle
-        camera = eye.camera
+        view, camera = np.eye(4), eye.camera
+        view[:3, :3], view[:3, 3] = self._view(eye)
         return {
             "view": view.T.astype("f4").tobytes(),
             "scale": self.scale,
@@ -80,6 +90,11 @@ class PlacedCloud(NamedTuple):
             "target_size": (camera.width, camera.height),
             "near": eye.near,
         }
+
+
+def _focal(eye: Eye) -> float:
+    """As mean_focal_length of shaders/common/camera.glsl."""
+    return 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
 
 
 class FrontImage(Images):
@@ -123,12 +138,8 @@ class CloudObjects(FullscreenPasses):
         super().__init__(context)
         self._adding = AdditiveBlend(context)
         self._images = self._keep(Fitted(context, FrontImage))
-        with self._all_or_nothing():
-            self._discs = {name: self._program(name, 0) for name in ("depth", "blend")}
-            self._balls = {name: self._program(name, 1) for name in ("depth", "blend", "ball")}
-
-    def _program(self, name: str, balls: int) -> moderngl.Program:
-        return self._keep(build_program(self._context, "clouds/splat.vert", f"clouds/{name}.frag", BALLS=balls))
+        self._programs: dict[tuple[str, int, bool], moderngl.Program] = {}
+        self._largest = context.info["GL_POINT_SIZE_RANGE"][1]
 
     def add_surface(self, surfaces: SurfaceImage, placed: PlacedCloud, eye: Eye, number: int) -> None:
         """Draw the cloud among the surfaces of other objects. number: of its material, counted from 1."""
@@ -136,13 +147,13 @@ class CloudObjects(FullscreenPasses):
         if not placed.is_blended:
             surfaces.shared_target.use()
             with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-                self._draw("ball", placed, placed.inputs(eye) | shown)
+                self._draw("ball", placed, eye, placed.inputs(eye) | shown)
             return
         image = self._images.fit(surfaces.size)
         self._find_front(image, placed, eye)
         empty(image.target)
         with self._adding.on(), enabled(self._context, PROGRAM_POINT_SIZE):
-            self._draw("blend", placed, placed.inputs(eye) | {"front": image.front, "band": BAND})
+            self._draw("blend", placed, eye, placed.inputs(eye) | {"front": image.front, "band": BAND})
         maps = {"geometry_map": image.sums[0], "albedo_map": image.sums[1], "front": image.front}
         with depth_tested(self._context, surfaces.shared_target, (0, 0, *surfaces.size)):
             resolve = self.fullscreen("clouds/resolve.frag")
@@ -153,7 +164,7 @@ class CloudObjects(FullscreenPasses):
         tile.target.use()
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
             inputs = placed.inputs(eye, SHADOW_SHARE) | {"push": SHADOW_PUSH, "first_pixel": tile.first}
-            self._draw("depth", placed, inputs)
+            self._draw("depth", placed, eye, inputs)
 
     def _find_front(self, image: FrontImage, placed: PlacedCloud, eye: Eye) -> None:
         """Find the front surface: of the cores of discs, and closed between them."""
@@ -161,26 +172,35 @@ class CloudObjects(FullscreenPasses):
         image.cores.use()
         image.cores.clear(depth=1.0)
         with enabled(self._context, DEPTH_TEST, PROGRAM_POINT_SIZE):
-            self._draw("depth", placed, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
-        radius, focal = placed.typical_radius(eye), 0.5 * (abs(eye.camera.fx) + abs(eye.camera.fy))
-        ring = RING * radius * focal, RING * radius * focal / placed.away(eye)
+            self._draw("depth", placed, eye, placed.inputs(eye, CORE) | {"push": 0.0, "first_pixel": (0.0, 0.0)})
+        radius = placed.typical_radius(eye)
+        ring = RING * radius * _focal(eye), RING * radius * _focal(eye) / placed.away(eye)
         inputs = {"near": eye.near, "step_back": STEP_BACK * radius, "ring": ring}
         self.fullscreen("clouds/front.frag").draw(image.front_target, {"cores": image.depth}, **inputs)
 
-    def _draw(self, name: str, placed: PlacedCloud, inputs: dict[str, Any]) -> None:
+    def _draw(self, name: str, placed: PlacedCloud, eye: Eye, inputs: dict[str, Any]) -> None:
         """Draw the discs of a cloud, and its balls."""
-        discs = placed.points.discs if placed.is_blended else 0
-        self._draw_some(placed, self._discs[name] if discs else None, 0, discs, inputs)
-        inputs |= {"push": 0.0} if "push" in inputs else {}
-        share = BALL_SHARE if placed.is_blended else 1.0
-        self._draw_some(placed, self._balls[name], discs, placed.points.count, inputs | {"share": share})
+        points, of_balls = placed.points, {"push": 0.0} if "push" in inputs else {}
+        if placed.is_blended:
+            self._draw_some(name, placed, eye, points.discs, 0, inputs)
+            self._draw_some(name, placed, eye, points.others, 1, inputs | of_balls | {"share": BALL_SHARE})
+        else:
+            self._draw_some(name, placed, eye, points.discs + points.others, 1, inputs | of_balls | {"share": 1.0})
 
     def _draw_some(
-        self, placed: PlacedCloud, program: moderngl.Program | None, first: int, end: int, inputs: dict[str, Any]
-    ) -> None:
-        if program is None or first == end:
+        self, name: str, placed: PlacedCloud, eye: Eye, buffers: list[moderngl.Buffer], balls: int,
+        inputs: dict[str, Any],
+    ) -> None:  # fmt: skip
+        if not buffers:
             return
+        as_quads = placed.widest(eye) > self._largest
+        program = self._program(name, balls, as_quads)
         set_inputs(program, dict(inputs))
-        array = placed.points.array(program)
-        for k in range(first, end, DRAWN_AT_ONCE):
-            array.render(moderngl.POINTS, first=k, vertices=min(DRAWN_AT_ONCE, end - k))
+        placed.points.draw(buffers, program, as_quads)
+
+    def _program(self, name: str, balls: int, as_quads: bool) -> moderngl.Program:
+        key = name, balls, as_quads
+        if key not in self._programs:
+            files = "clouds/splat.vert", f"clouds/{name}.frag"
+            self._programs[key] = self._keep(build_program(self._context, *files, BALLS=balls, QUADS=int(as_quads)))
+        return self._programs[key]

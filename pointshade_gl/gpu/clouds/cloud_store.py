@@ -9,25 +9,31 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...estimation.cloud_spacing import estimate_spacing
 from ...scene.cloud_levels import points_at
 from ...scene.point_cloud import PointCloud
 from ..core.memory import Owner
 from .cloud_planes import find_planes
 from .fit_radius import FitRadius
 
-LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
+DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's patience
 VERTEX = np.dtype([
     ("position", "f4", 3), ("spacing", "f4"), ("normal", "f4", 3), ("edge", "f2", 4), ("color", "u1", 4),
 ])  # fmt: skip
+FEW = 64  # points
+LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
 
 
 class CloudPoints(Owner):
     """The points of one level of a cloud on the GPU: first those that lie on a surface, then the others.
 
-    cloud  that they were taken from, or one that looks otherwise
-    middle (3,) node axes, that positions count from
-    discs    how many lie on a surface
+    cloud    that they were taken from, or one that looks otherwise
+    middle   (3,) node axes, that positions count from
+    discs    buffers of those that lie on a surface
+    others   buffers of those that do not
     spacing  the median of their spacings, or of their sizes
+    largest  of these
+    corners  (8, 3) of the box round them, from the middle
     fit      how their planes were found; None if they need none
     """
 
@@ -41,18 +47,35 @@ class CloudPoints(Owner):
         local = (at + (cloud.origin - self.middle)).astype(np.float32)
         vertices, self.fit = _vertices(context, cloud, some, local)
         self.spacing = float(np.median(vertices["spacing"])) if self.count else 0.0
-        self.discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        self.largest = float(vertices["spacing"].max()) if self.count else 0.0
+        self.corners = cloud.corners - self.middle
+        discs = int(np.count_nonzero(vertices["normal"].any(-1)))
+        self._arrays: dict[tuple[moderngl.Program, int], moderngl.VertexArray] = {}
         with self._all_or_nothing():
-            self._vertices = self._allocate(context.buffer, vertices.tobytes() or bytes(VERTEX.itemsize))
-        self._arrays: dict[moderngl.Program, moderngl.VertexArray] = {}
+            self.discs = self._buffers(vertices[:discs])
+            self.others = self._buffers(vertices[discs:])
 
-    def array(self, program: moderngl.Program) -> moderngl.VertexArray:
-        """Return the points as what a program of shaders/clouds/splat.vert draws."""
-        if program not in self._arrays:
+    def draw(self, buffers: list[moderngl.Buffer], program: moderngl.Program, as_quads: bool) -> None:
+        """Draw some of the points by a program of shaders/clouds/splat.vert. as_quads: by one with QUADS."""
+        for buffer in buffers:
+            array, count = self._array(program, buffer, as_quads), buffer.size // VERTEX.itemsize
+            if as_quads:
+                array.render(moderngl.TRIANGLE_STRIP, 4, instances=count)
+            else:
+                array.render(moderngl.POINTS, count)
+
+    def _buffers(self, vertices: NDArray[Any]) -> list[moderngl.Buffer]:
+        parts = (vertices[k : k + DRAWN_AT_ONCE] for k in range(0, len(vertices), DRAWN_AT_ONCE))
+        return [self._allocate(self._context.buffer, part.tobytes()) for part in parts]
+
+    def _array(self, program: moderngl.Program, buffer: moderngl.Buffer, as_quads: bool) -> moderngl.VertexArray:
+        key = program, buffer.glo
+        if key not in self._arrays:
             read = [name for name in LAYOUT if name in program]  # drivers leave out what a program does not use
             form = " ".join(form if name in read else f"{size}x" for name, (form, size) in LAYOUT.items())
-            self._arrays[program] = self._allocate(self._context.vertex_array, program, [(self._vertices, form, *read)])
-        return self._arrays[program]
+            content = [(buffer, form + "/i" * as_quads, *read)]
+            self._arrays[key] = self._allocate(self._context.vertex_array, program, content)
+        return self._arrays[key]
 
 
 class CloudStore(Owner):
@@ -104,6 +127,8 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
+        alone = ~planes[:, :3].any(-1) | (len(local) < FEW)  # no neighbours tell how far apart such points are
+        planes[alone, 3] = np.minimum(planes[alone, 3], estimate_spacing(local).length)
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")

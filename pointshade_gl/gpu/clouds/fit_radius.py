@@ -7,15 +7,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_noise import surface_residual
+from ...estimation.cloud_noise import surface_residuals
 from .cell_grid import CellGrid
 
 LEAST, WIDEST = 2.7, 14.0  # spacings: about 20 neighbours, about 600
 CALM = 180.0  # radius² = 180 x noise x spacing: the mean error of a normal is 140 degrees x noise x spacing / radius²
-BLOB = 0.15  # radii of noise: with more, the radius is too small to tell noise from surface
+SURE, UNSURE = 0.15, 0.2  # radii of noise: more, and a wider radius may tell it better; where none does, there is none
 WIDER = 1.6
+CALM_PLACE, BENT_PLACE = 0.35, 0.5  # share of the places with less: others have edges; or bend
+BENT, NARROWER = 1.25, 1.2  # of what points lie off within the first radius: more, and a smaller one is taken
 ASKED = 384  # places where the noise is measured
 SEEN = 80  # neighbours of each
+LOOKED_AT = 512  # points of a row of cells at most: of crowds each k-th
 MOST = 64  # points of three cells in a row that are looked at; with a wider radius so many more
 
 
@@ -54,13 +57,21 @@ def fit_radius(grid: CellGrid, points: NDArray[np.float32], spacing: float, nois
     if noise is not None:
         return _by_noise(noise, spacing)
     asked = np.random.default_rng(0).choice(len(points), min(ASKED, len(points)), replace=False)
-    radius = LEAST * spacing
-    while radius <= WIDEST * spacing:
-        noise = radius * surface_residual(*neighbours(grid, points, asked, radius))
-        if noise <= BLOB * radius:
-            return _by_noise(noise, spacing)
+
+    def residuals(radius: float) -> tuple[float, float]:
+        return tuple(radius * surface_residuals(*neighbours(grid, points, asked, radius), (CALM_PLACE, BENT_PLACE)))
+
+    radius, found = LEAST * spacing, (UNSURE, 0.0, 0.0, 0.0)
+    while radius <= WIDEST * spacing and found[0] > SURE:
+        noise, bent = residuals(radius)
+        found = min(found, (noise / radius, noise, bent, radius))
         radius *= WIDER
-    return _by_noise(0.0, spacing)
+    _, noise, bent, radius = found
+    wanted = _by_noise(noise, spacing)
+    length = wanted.length
+    while radius and length > NARROWER * radius and residuals(length)[1] > BENT * bent:
+        length /= NARROWER
+    return wanted._replace(length=length)
 
 
 def _by_noise(noise: float, spacing: float) -> FitRadius:
@@ -75,9 +86,10 @@ def neighbours(
     keys = grid.keys_of(points[asked])
     ranges = grid.ranges(keys, int(np.ceil(radius / grid.side))).reshape(-1, 2)
     owner = np.repeat(np.arange(len(asked)), len(ranges) // len(asked))
-    length = ranges[:, 1] - ranges[:, 0]
-    first = np.cumsum(length) - length
-    places = np.arange(length.sum()) + np.repeat(ranges[:, 0] - first, length)
+    stride = 1 + np.maximum(ranges[:, 1] - ranges[:, 0] - 1, 0) // LOOKED_AT
+    length = -(-(ranges[:, 1] - ranges[:, 0]) // stride)
+    steps = np.arange(length.sum()) - np.repeat(np.cumsum(length) - length, length)
+    places = np.repeat(ranges[:, 0], length) + steps * np.repeat(stride, length)
     owner = np.repeat(owner, length)
     offsets = (points[places, :3] - here[owner]) / radius
     inside = np.einsum("ni,ni->n", offsets, offsets) < 1

@@ -1,0 +1,113 @@
+"""Pictures of clouds against formulas: a sphere, a single ball near, aside and in a sun's eyes, a torus, shadows."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.scene.cloud_scene import scene_of
+
+from ..support.clouds import cloud
+
+CAMERA = ps.Camera(500.0, 500.0, 319.5, 239.5, 640, 480)
+SUN = ps.Light(direction=(0.5, 1, 0.5), shadow=True)
+
+
+def surfaces(renderer, scene):
+    """(h, w) depth and (h, w, 3) normals, camera axes, 0 where nothing is seen."""
+    normals = np.nan_to_num(renderer.render_normals(scene))
+    return renderer.render_depth(scene), normals
+
+
+def rays(camera):
+    x, y = camera.ray_at(*np.meshgrid(np.arange(camera.width), np.arange(camera.height)))
+    return np.stack([x, y, np.ones_like(x)], -1)
+
+
+def sphere_depth(camera, centre, radius):
+    """(h, w) depth of a sphere, 0 beside it, by the formula of the school in float64; and the distance from its rim:
+    the discriminant over radius squared."""
+    ray, centre = rays(camera), np.array(centre, float)
+    a, b, c = (ray * ray).sum(-1), ray @ centre, centre @ centre - radius**2
+    meets = b * b - a * c
+    depth = np.where(meets > 0, (b - np.sqrt(np.maximum(meets, 0))) / a, 0)
+    return depth, meets / (a * radius**2)
+
+
+def sphere_points(count, seed):
+    v = np.random.default_rng(seed).normal(size=(count, 3))
+    return v / np.linalg.norm(v, axis=1, keepdims=True)
+
+
+def angles(found, true):
+    return np.degrees(np.arccos(np.clip((found * true).sum(-1), -1, 1)))
+
+
+@pytest.mark.parametrize("turns", [1, -1])
+def test_discs_of_a_sphere_make_a_sphere(renderer, turns):
+    """With its own normals, whichever way they look: no holes, its outline, its depth and its normals."""
+    v, centre, radius = sphere_points(20000, 71), np.array((0.2, -0.1, 2.5)), 0.5
+    made = ps.PointCloud(radius * v + centre, turns * v)
+    depth, normals = surfaces(renderer, ps.Scene((ps.Node(made),), CAMERA))
+    truth, inside = sphere_depth(CAMERA, centre, radius)
+    spacing = np.sqrt(4 * np.pi / 20000) * radius
+    assert (depth > 0)[inside > 0.02].all(), "no holes"
+    assert not depth[inside < -0.1].any()
+    assert abs((depth > 0).sum() / (truth > 0).sum() - 1) < 0.01, "as large as the sphere"
+    off = np.abs(depth - truth)[inside > 0.1]
+    assert off.mean() < 0.03 * spacing and off.max() < 0.5 * spacing
+    error = angles(normals, (rays(CAMERA) * truth[..., None] - centre) / radius)
+    assert error[inside > 0.02].mean() < 0.35 and error[inside > 0.02].max() < 12
+
+
+@pytest.mark.parametrize(
+    ("centre", "radius"),
+    [((0.1, 0.0, 2), 0.8), ((1.1, -0.85, 2), 0.3), ((0, 0, 2), 0.006), ((-0.6, 0.4, 1.0), 0.2), ((0, 0, 1), 0.49)],
+    ids=["large", "aside", "small", "near", "nearest"],
+)
+def test_a_single_ball_is_a_sphere(renderer, centre, radius):
+    """Also where it is larger than the driver's points, and cut by the picture."""
+    made = ps.PointCloud([centre], splat="ball", point_size=radius)
+    depth, normals = surfaces(renderer, ps.Scene((ps.Node(made),), CAMERA))
+    truth, inside = sphere_depth(CAMERA, centre, radius)
+    clear = np.abs(inside) > 1e-3
+    assert (truth > 0).sum() > 5
+    assert ((depth > 0) == (truth > 0))[clear].all()
+    met = clear & (truth > 0)
+    np.testing.assert_allclose(depth[met], truth[met], atol=1e-5 * radius + 2e-6)
+    expected = (rays(CAMERA) * truth[..., None] - centre) / radius
+    assert angles(normals, expected)[met & (inside > 0.01)].max() < 0.2
+
+
+@pytest.mark.parametrize("light", [SUN, ps.Light(position=(-1, -2, 1.5), shadow=True)], ids=["sun", "lamp"])
+@pytest.mark.parametrize("radius", [0.3, 0.02])
+def test_a_ball_shades_itself_where_it_turns_away_and_nowhere_else(renderer, light, radius):
+    """From a sun a thousand radii away, too: no stripes. Of the lit half nothing is in shadow."""
+    made = ps.PointCloud([(0, 0, 2)], splat="ball", point_size=radius)
+    camera = ps.Camera(150 / radius, 150 / radius, 319.5, 239.5, 640, 480)
+    scene = ps.Scene((ps.Node(made),), camera)
+    lit, plain = (renderer.render(scene, ps.Light(**{**vars(light), "shadow": on})) for on in (True, False))
+    truth, inside = sphere_depth(camera, (0, 0, 2), radius)
+    point = rays(camera) * truth[..., None]
+    normal = (point - (0, 0, 2)) / radius
+    toward = -np.array(light.direction) if light.position is None else np.array(light.position) - point
+    cosine = (normal * toward).sum(-1) / np.linalg.norm(toward, axis=-1)
+    sure = (inside > 0.01) & (np.abs(cosine) > 0.06)
+    assert (sure & (cosine > 0)).sum() > 5000
+    assert not np.abs(lit.astype(int) - plain)[sure].any()
+
+
+@pytest.mark.parametrize(("count", "most"), [(60_000, 0.9), pytest.param(400_000, 0.35, marks=pytest.mark.system)])
+def test_normals_in_the_view_of_an_estimated_torus(renderer, count, most):
+    """The mean error of the normal at the drawn place, degrees."""
+    made = ps.PointCloud(cloud("torus", count, 314).positions, up="z")
+    scene = scene_of(made)
+    depth, normals = surfaces(renderer, scene)
+    seen = depth > 0
+    turn, shift = scene.pose[:3, :3], scene.pose[:3, 3]
+    place = (rays(scene.camera) * depth[..., None])[seen] @ turn.T + shift
+    ring = place * (1, 1, 0)
+    away = place - ring / np.linalg.norm(ring, axis=1, keepdims=True)
+    far = np.linalg.norm(away, axis=1)
+    error = angles(normals[seen] @ turn.T, away / far[:, None])
+    assert seen.mean() > 0.2 and error.mean() <= most
+    assert np.abs(far - 0.4).mean() < 0.05 * np.sqrt(4 * np.pi**2 * 0.4 / count)

@@ -232,7 +232,13 @@ class PointCloud(Value):
         return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
 
     def reach(self, share: float) -> float:
-        """Return a radius that a share of the points do not exceed, node units, as far as that is known here."""
+        """Return a radius that a share of the points do not exceed, node units, as far as that is known here.
+
+        Parameters
+        ----------
+        share : float
+            From 0 to 1.
+        """
         number, unit = self.radius_rule
         if unit != "x" or not len(self):
             return number if unit == "" else 0.0

@@ -29,6 +29,7 @@ FIELDS = {one.name: one for group in (ps.Look, ps.Material, ps.View, ps.Finish) 
 WORDS = {  # of the field: they also name arrays, steps, stages and files that are no options
     "material", "normals", "shading", "splat", "noise", "temporal", "ambient", "shininess", "lights", "pose", "yaw",
     "pitch", "look", "finish", "samples", "background", "ground", "diffuse", "specular", "exposure", "missing",
+    "point_size",  # of a cloud, too
 }  # fmt: skip
 PASSED_BY = {"opt", "option", "Look", "Material", "View", "Finish", "RenderRequest"}
 HELD_BY = {"Look", "Material", "View", "Finish", "LookOptions", "FinishOptions", "MoveOptions", "SurfaceOptions"}

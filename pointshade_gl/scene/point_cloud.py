@@ -200,7 +200,8 @@ class PointCloud(Value):
     @cached_property
     def _main_box(self) -> NDArray[np.floating[Any]]:
         """Two corners, (2, 3), of the box round all but stray points."""
-        return np.quantile(self.positions[:: -(-len(self) // SAMPLE)], (STRAY, 1 - STRAY), axis=0)
+        some = self.positions[:: -(-len(self) // SAMPLE) or 1]
+        return np.quantile(some, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
 
     @property
     def up_direction(self) -> NDArray[np.float64]:
@@ -238,8 +239,13 @@ class PointCloud(Value):
             return number if unit == "" else 0.0
         if self.sizes is not None:
             return number * float(np.quantile(self.sizes, share))
+        return number * self.rough_spacing
+
+    @cached_property
+    def rough_spacing(self) -> float:
+        """Return how far apart the points would be on a surface as large as their box: 1 if they are in one place."""
         low, high = self._main_box
-        return number * (float(np.linalg.norm(high - low)) / math.sqrt(len(self)) or 1.0)  # roughly their spacing
+        return float(np.linalg.norm(high - low)) / math.sqrt(max(len(self), 1)) or 1.0
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:

@@ -60,14 +60,14 @@ def test_sizes_of_their_own(renderer):
     assert columns[:120].sum() == pytest.approx(50, abs=2) and columns[140:200].sum() == pytest.approx(25, abs=2)
     assert not columns[210:].any(), "a point of size 0 is not drawn"
     doubled = (renderer.render(alone(made.styled(point_size="2x")))[..., 3] > 0).any(0)
-    assert doubled[:145].sum() == pytest.approx(101, abs=2)
+    assert doubled[:145].sum() == pytest.approx(105, abs=2)
 
 
 @pytest.mark.parametrize("splat", ["disc", "ball"])
 def test_clouds_meshes_and_frames_hide_each_other(renderer, splat):
     """A board through a ball of points: in front of it on one side, behind it on the other. A frame's wall is behind
     both."""
-    made = ball(shading="none", splat=splat, point_size=0.02 if splat == "ball" else None)
+    made = ball(shading="none", splat=splat, point_size=0.03 if splat == "ball" else None)
     board = ps.Mesh([(-1, -0.05, 1.2), (1, -0.05, 2.8), (1, 0.05, 2.8), (-1, 0.05, 1.2)], [(0, 1, 2), (0, 2, 3)],
                     color=(1, 0, 0), shading="none")  # fmt: skip
     wall = ps.Frame(np.full((120, 160, 3), (0, 0, 255), np.uint8), np.full((120, 160), 2.1), frames.CAMERA)
@@ -82,7 +82,7 @@ def test_clouds_meshes_and_frames_hide_each_other(renderer, splat):
     nearest = np.sort([ball_z, board_z, np.full(320, 2.1)], 0)
     sure = nearest[1] - nearest[0] > 0.06
     colors = np.array([(200, 200, 200), (255, 0, 0), (0, 0, 255)])
-    on_board = (np.abs(ray) < 0.3) & sure
+    on_board = (np.abs(ray) < 0.3) & (np.abs(np.abs(ray) - 0.204) > 0.02) & sure  # not at the ball's rim
     for kind in (0, 1, 2):
         chosen = on_board & (kinds == kind)
         assert chosen.sum() > 8 and (np.abs(row[chosen, :3] - colors[kind]) < 3).all(-1).mean() > 0.95, kind
@@ -95,7 +95,7 @@ def test_two_clouds_are_in_order_and_shade_each_other(renderer):
     assert not compare_images(one, other) and one[120, 160].tolist() == [255, 0, 0, 255]
     assert one[120, 230].tolist() == [0, 255, 0, 255]
     lit = [alone_or_both(renderer, ball(), ball(radius=0.2, centre=(-0.35, -0.7, 1.65)), k) for k in (1, 2)]
-    darker = (lit[0].astype(int) - lit[1])[100:140, 130:190].max()
+    darker = (lit[0].astype(int) - lit[1])[60:95, 115:160].max()
     assert darker > 60
 
 
@@ -171,7 +171,9 @@ def test_from_afar_fewer_points_are_drawn_and_the_picture_stays(renderer):
     covered = [(image[..., 3] > 0).sum() for image in images]
     assert covered[0] == pytest.approx(covered[1], rel=0.03)
     for away in (6, 30):
-        renderer.render(ps.Scene((ps.Node(made),), camera, ps.orbit_pose(None, (0, 0, 2), dolly=-away)))
+        pose = np.eye(4)
+        pose[2, 3] = 2 - away
+        renderer.render(ps.Scene((ps.Node(made),), camera, pose))
         counts.append(drawn(renderer)[0].count)
     assert counts[0] > counts[2] > counts[3] > 0
 

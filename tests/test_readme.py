@@ -38,6 +38,8 @@ def folder(tmp_path, monkeypatch):
     Path("my_sequence/intrinsics.json").write_text(f"{{{numbers}}}")
     for name in ("left", "right"):
         shutil.copytree("my_sequence", name)
+    ball = np.random.default_rng(0).normal(size=(500, 3))
+    ps.save_points("scan.ply", ps.PointCloud(ball / np.linalg.norm(ball, axis=1, keepdims=True)))
     return tmp_path
 
 

@@ -29,6 +29,7 @@ from ..files.access.file_name_patterns import (
 )
 from ..files.access.folder_listing import LEVELS, Item, Listing, words_of
 from ..files.access.safe_paths import Folder, from_root
+from ..files.clouds.recognise import CLOUD_SUFFIXES, is_cloud
 from ..files.index.folders import check_folder, find_frames
 from ..files.sources import SCENE_FILES
 
@@ -39,7 +40,7 @@ _UNPACKED = {"metadata", "metadata.json"}  # Record3D's
 
 
 class Source(NamedTuple):
-    """A scene, a sequence or a single frame.
+    """A scene, a sequence, a single frame or a point cloud.
 
     path  absolute, or a built-in name
     name  of its output, or of the folder of its outputs, relative to the batch's folder
@@ -122,6 +123,8 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
         if path not in parts
         for source in _below(path, name / path.name, _real(path, real), passed | {real}, listing)
     ]
+    if clouds := _clouds(files, name):
+        return clouds + found
     if len(found) > 1 or (found and not files and len(_filled(inside, listing)) <= 1):
         return found
     if _UNPACKED & {item.name for item in files} or _has_frames(folder, listing):
@@ -129,6 +132,17 @@ def _below(folder: Path, name: PurePosixPath, real: str, passed: set[str], listi
     if found:  # beside it perhaps camera and poses
         return found
     return [Source(str(item.path), name / item.path.stem) for item in files if item.suffix in _ALONE]
+
+
+def _clouds(files: list[Item], name: PurePosixPath) -> list[Source]:
+    """The point clouds among the files of a folder, found by their names; by all of it where others begin so."""
+    paths = [item.path for item in files if item.suffix in CLOUD_SUFFIXES or _is_pcd(item)]
+    stems = [path.stem for path in paths]
+    return [Source(str(path), name / (path.stem if stems.count(path.stem) == 1 else path.name)) for path in paths]
+
+
+def _is_pcd(item: Item) -> bool:
+    return item.suffix == ".pcd" and is_cloud(item.path)
 
 
 def _real(path: Path, above: str) -> str:

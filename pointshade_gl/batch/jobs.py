@@ -16,14 +16,16 @@ from ..files.access.written_suffixes import BATCH_PAGE as PAGE
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import FrameSequence, first_readable, open_frames
 from ..files.pictures.picture_files import AxesName, save_image
-from ..files.sources import is_scene, load_any
+from ..files.sources import is_cloud, is_scene, load_any
 from ..files.writing.depth_and_normal_maps import save_normals
+from ..messages.formatting import option
 from ..messages.notes import once, print_note, taken
 from ..rendering.image_sequence import jobs_of, write_series
 from ..rendering.renderer import Renderer
 from ..rendering.request import RenderRequest
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
+from ..scene.cloud_scene import given_by, is_of_clouds, scene_of, styled
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.shading_override import shaded
@@ -110,10 +112,18 @@ def run(job: Job, device: int = 0) -> Done:
 
 
 def read(job: Job) -> Frame | Scene:
-    """The frame or the scene that a job draws. A frame of a sequence is judged alone: it belongs to no stream."""
+    """The frame or the scene that a job draws; of a point cloud its scene.
+
+    A frame of a sequence is judged alone: it belongs to no stream.
+    """
     if is_scene(job.source):
         shading = job.view.look.shading
         return shaded(load_any(job.source, **dict(job.reading)), None if shading == Look().shading else shading)
+    if is_cloud(job.source):
+        cloud: Any = load_any(job.source, **dict(job.reading))
+        return scene_of(
+            styled(cloud, {name: one for name, one in given_by(job.view.look).items() if is_of_clouds(name)})
+        )
     opened = _opened(job.source, job.reading)
     if job.number is None:
         return replace(first_readable(opened.sequence)[1].frame, source=None)
@@ -163,6 +173,8 @@ def _write_page(job: Job, renderer: Renderer, source: Frame | Scene) -> None:
 
 
 def _write_normals(job: Job, device: int) -> str:
+    if is_cloud(job.source):
+        return _write_cloud_normals(job, device)
     renderer, frame = renderer_here(device), read(job)
     if isinstance(frame, Scene):
         raise ValueError(f"{job.source} is a scene: normals are estimated of frames")
@@ -171,9 +183,21 @@ def _write_normals(job: Job, device: int) -> str:
     return renderer.context.renderer
 
 
+def _write_cloud_normals(job: Job, device: int) -> str:
+    if not job.kind.endswith(".npy"):
+        raise ValueError(
+            f"{job.source} is a point cloud, whose normals no picture holds: use {option('to', NORMALS[-1])}"
+        )
+    cloud: Any = load_any(job.source, **dict(job.reading))
+    renderer = renderer_here(device)
+    save_image(job.path, renderer.estimate_normals(cloud))
+    return renderer.context.renderer
+
+
 def _write_film(job: Job, device: int) -> str:
     """By a renderer of its own: streams are filtered over time, and one must not begin with the end of another."""
-    source = read(job) if job.turntable is not None or is_scene(job.source) else _all_frames(job)
+    is_one = job.turntable is not None or is_scene(job.source) or is_cloud(job.source)
+    source = read(job) if is_one else _all_frames(job)
     with Renderer(device=device) as renderer:
         pictures, _ = jobs_of(source, job.view, job.turntable, job.frames, lambda text: print_note(f"skipped {text}"))
         write_series(renderer, pictures, job.path, job.fps)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..files.access.builtin import builtin_folder, builtin_name
 from ..files.frames.sequences import FrameSequence
-from ..files.sources import open_source
+from ..files.sources import is_cloud, is_scene, open_source
 from ..messages.bugs import Bug, error_text, is_expected
 from ..messages.errors import ShaderError
 from ..messages.formatting import shown
@@ -26,6 +26,7 @@ from ..rendering.request import FilePath, RenderRequest, Source, loaded
 from ..rendering.thread_renderer import renderer_here
 from ..scene.appearance import Look
 from ..scene.graph import Scene
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import check_frames
 from ..scene.view import View
 from .jobs import Job, read
@@ -78,8 +79,8 @@ def map(
     kept for later. The pictures are those of a single process, to the bit where the same driver draws them. Each frame
     is judged alone, as a picture of its own.
 
-    frames    of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, paths; or one
-              path, of a folder with a sequence, which the workers read
+    frames    of what `render` takes: frames, sequences of frames that are drawn as one object, scenes, point clouds,
+              paths; or one path, as of a folder with a sequence, which the workers read
     look      how the frames are drawn; None: as the view says
     view      from where and under which lights; None: from each frame's own camera
     workers   how many processes; None: one a processor
@@ -179,7 +180,7 @@ def draw(drawing: Drawing, device: int) -> Drawn:
         raise drawing.source
     with taken() as notes:
         source = read(drawing.source) if isinstance(drawing.source, Job) else loaded(drawing.source)
-        if not isinstance(source, Scene):
+        if not isinstance(source, Scene | PointCloud):
             source = [replace(frame, source=None) for frame in check_frames(source)]
         return Drawn(np.asarray(renderer_here(device).render(RenderRequest.seen(source, drawing.view))), notes)
 
@@ -203,7 +204,9 @@ def _counted(sources: Iterable[Any], count: Count) -> Iterator[Any]:
 def _sources(frames: Iterable[Any] | FilePath, note: Note, count: Count) -> Iterator[Any]:
     """What is drawn, one after the other. How many, if that is known, is said to `count`."""
     count.all = len(frames) if isinstance(frames, Sized) and not is_a(frames, str) else 1
-    if isinstance(frames, str | PathLike):
+    if isinstance(frames, str | PathLike) and (is_scene(frames) or is_cloud(frames)):
+        yield _sendable(frames)
+    elif isinstance(frames, str | PathLike):
         opened = open_source(frames, notes=note)
         if isinstance(opened, FrameSequence):
             folder, count.all = str(builtin_folder(frames).absolute()), len(opened)

@@ -16,6 +16,7 @@ from ..files.access.builtin import builtin_folder, builtin_scene
 from ..files.access.file_name_patterns import CAMERA_SUFFIXES, POSE_SUFFIXES
 from ..files.access.folder_listing import LEVELS, Listing
 from ..files.access.safe_paths import Folder
+from ..files.clouds.recognise import is_cloud
 from ..files.frames.frame_parts import ReadOptions
 from ..files.frames.sequences import open_frames
 from ..files.index.folders import find_frames, is_container
@@ -37,7 +38,7 @@ class Part(NamedTuple):
 
 
 def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Listing) -> list[Part]:
-    """The frames of a source in their order; one part for a scene.
+    """The frames of a source in their order; one part for a scene or a point cloud.
 
     reading  options of `load_frame`
     output   the batch's folder: what lies in it is no part of a source
@@ -51,6 +52,8 @@ def parts_of(source: Source, reading: dict[str, Any], output: Path, listing: Lis
         path = builtin_scene(source.path)
         return [Part(None, str(path), _state([path, *given, *_beside_scene(path.parent, output, listing)]))]
     path = builtin_folder(source.path)
+    if is_cloud(path):
+        return [Part(None, str(path), _state([Path(path)]))]
     frames = _frames_of(path, dict(reading), listing)
     taken = {file for _, files in frames for file in files}
     beside = _state([file for file in (*given, *_beside_frames(path, output, listing)) if file not in taken])

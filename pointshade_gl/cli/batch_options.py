@@ -13,7 +13,7 @@ from ..messages.formatting import option
 from .completion import complete_input
 from .look_options import LookOptions
 from .option_groups import said
-from .options import Axes, Bits, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions
+from .options import Axes, Bits, CloudOptions, Device, FilmOptions, Quiet, ReadingOptions, ViewOptions
 from .page_options import PageOptions
 from .picture_options import PictureOptions
 
@@ -23,7 +23,8 @@ Inputs = Annotated[
     list[str],
     typer.Argument(
         metavar="INPUT",
-        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, built-in names.",
+        help="Folders with a sequence or a frame, folders of such folders, depth files, scenes, point clouds "
+        "or folders of them, built-in names.",
         autocompletion=complete_input,
     ),
 ]
@@ -94,6 +95,7 @@ class Asked:
     output: Folder
     how: BatchOptions
     reading: ReadingOptions
+    cloud: CloudOptions
     look: LookOptions
     place: ViewOptions
     picture: PictureOptions

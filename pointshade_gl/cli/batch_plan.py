@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import suppress
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,12 @@ from ..files.access.atomic_write import check_place
 from ..files.access.folder_listing import Listing
 from ..files.access.written_suffixes import BATCH
 from ..files.pictures.picture_files import check_writable
-from ..files.sources import is_scene
+from ..files.sources import is_cloud, is_scene
 from ..files.writing.depth_and_normal_maps import check_normals_path
 from ..files.writing.film import check_film
 from ..messages.formatting import option
 from ..messages.validation import check_choice, check_fps
+from ..scene.cloud_scene import check_of_clouds, given_by
 from ..scene.view import View
 from .batch_options import Asked
 from .inputs import check_look
@@ -31,22 +33,36 @@ from .picture_options import view_of
 UNMARKED = ("jpg", "webp", "tif", *FILMS)  # readers of frames cannot tell that these are renderings
 
 
+class Kind(Enum):
+    """What a source is."""
+
+    FRAMES, SCENE, CLOUD = range(3)
+
+    @classmethod
+    def of(cls, path: str) -> Kind:
+        return cls.SCENE if is_scene(path) else cls.CLOUD if is_cloud(path) else cls.FRAMES
+
+
 def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     """What this process has to care for. Raises ValueError or OSError for options and inputs that cannot be."""
     part = asked.how.part()
     _check(asked)
     folder = Path(os.path.realpath(asked.output))  # resolve() fails where a link leads to itself
-    views = {is_one: _view(asked, folder, is_one) for is_one in (False, True)}
+    views = {kind: _view(asked, folder, kind) for kind in Kind}
     listing = Listing()
     sources = find_sources(asked.inputs, folder, listing)
     _check_apart(asked, sources, folder)
-    if any(is_scene(source.path) for source in sources):
-        check_look(asked.look.look(), LookOptions().look())
+    kinds = {source.path: Kind.of(source.path) for source in sources}
+    _check_kinds(asked, {*kinds.values()})
     _make_folder(asked.output)
     _check_writable(asked, folder)
-    given = tuple(told(asked.reading).items())
+    reading = tuple(told(asked.reading).items())
+    given = {kind: reading + (tuple(told(asked.cloud).items()) if kind is Kind.CLOUD else ()) for kind in Kind}
     planned, failures = plan(
-        sources, lambda one: _job(asked, one, folder, given, views[is_scene(one.path)]), folder, listing
+        sources,
+        lambda one: _job(asked, one, folder, given[kinds[one.path]], views[kinds[one.path]]),
+        folder,
+        listing,
     )
     said = "\n".join(failure.sentence for failure in failures)
     failures += [Failure(*one) for one in not_whole(asked.inputs, listing) if one[1] not in said]
@@ -55,14 +71,25 @@ def plan_batch(asked: Asked) -> tuple[Sequence[Planned], list[Failure]]:
     return shard_of(planned, part), failures
 
 
-def _view(asked: Asked, folder: Path, of_scene: bool) -> View:
-    """From where, under which lights and how frames or scenes are drawn."""
-    kind, turns = asked.how.to, asked.film.turntable == "camera"
+def _check_kinds(asked: Asked, kinds: set[Kind]) -> None:
+    """Raises ValueError for options that what is drawn has not."""
+    look, plain = asked.look.look(), LookOptions().look()
+    if Kind.SCENE in kinds:
+        check_look(look, plain)
+    if Kind.CLOUD in kinds:
+        check_of_clouds(given_by(look, plain))
+    elif asked.cloud.cloud_options:
+        raise ValueError(f"no INPUT is a point cloud: leave out {', '.join(map(option, asked.cloud.cloud_options))}")
+
+
+def _view(asked: Asked, folder: Path, of: Kind) -> View:
+    """From where, under which lights and how one kind of source is drawn."""
+    kind, turns, of_scene = asked.how.to, asked.film.turntable == "camera", of is not Kind.FRAMES
     if kind in NORMALS:
         return asked.place.view(asked.look.look(), asked.look.lights(shadow=of_scene))
     return view_of(
         asked.look, asked.place, asked.picture, folder / f"*.{kind}",
-        is_scene=of_scene, is_film=kind in FILMS, is_changed=turns,
+        is_scene=of_scene, is_film=kind in FILMS, is_changed=turns, is_cloud=of is Kind.CLOUD,
     )  # fmt: skip
 
 

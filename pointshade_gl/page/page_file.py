@@ -33,6 +33,7 @@ from .parts import QUALITIES, Part, Quality, QualityName, encoded, mesh_part, su
 from .picture_coding import pack
 from .reduced_frames import reduced
 from .shaders import shader_texts
+from .unsupported import check_shown
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -128,7 +129,7 @@ def draw_page(
         raise TypeError(f"title must be a text, got {shown(title)}")
     with taken_by(notes):
         request = RenderRequest.of(source, **options)
-        whole, request = request, replace(request, source=reduced(request.source, largest))
+        whole, request = request, replace(request, source=reduced(check_shown(request.source), largest))
         if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
             renderer.draw(whole)
             request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))

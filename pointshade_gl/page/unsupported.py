@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
+from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from ..scene.render_settings import Finish
+
+
+def check_shown(source: Frame | Sequence[Frame] | Scene | PointCloud) -> Frame | Sequence[Frame] | Scene:
+    """Return what a page is to show. Raises ValueError for what no page shows."""
+    things = source.things if isinstance(source, Scene) else ()
+    if isinstance(source, PointCloud) or any(isinstance(p.content, PointCloud) for p in things):
+        raise ValueError("a page shows no point clouds yet: write a picture or a film of them")
+    return source
 
 
 def left_out(scene: Scene, lights: Iterable[Light], finish: Finish) -> Iterator[str]:

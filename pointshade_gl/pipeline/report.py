@@ -40,7 +40,8 @@ def _explain_one(found: Finding, names: Sequence[str]) -> list[str]:
 def _explain_cloud(found: CloudFinding) -> list[str]:
     """Describe a cloud. Its lengths are world units, of which nobody says that they are metres."""
     share = "all" if found.drawn == found.points else f"an even sample, {counted(found.drawn, 'point')}"
-    lines = [f"cloud: {counted(found.points, 'point')}, drawn: {share}, about {found.spacing:.3g} apart"]
+    apart = f", about {found.spacing:.3g} apart" if found.spacing else ""
+    lines = [f"cloud: {counted(found.points, 'point')}, drawn: {share}{apart}"]
     if found.fit is not None:
         noise = f"noise of {found.fit.noise:.2g}" if found.fit.noise else "no noise that could be told from the surface"
         lines.append(f"planes: fitted within {found.fit.length:.3g} of each point; {noise} was measured")

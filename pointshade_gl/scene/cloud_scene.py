@@ -45,9 +45,14 @@ def given_by(look: Look, plain: Look | None = None) -> dict[str, Any]:
     return {name: one for name, one in look.options.items() if np.ndim(one) or one != getattr(plain, name)}
 
 
+def is_of_clouds(name: str) -> bool:
+    """Return whether clouds have this option of a look."""
+    return name in CloudLook.__annotations__
+
+
 def check_of_clouds(given: Iterable[str]) -> None:
     """Raises ValueError for options of a look that clouds have not."""
-    if others := [option(name) for name in given if name not in CloudLook.__annotations__]:
+    if others := [option(name) for name in given if not is_of_clouds(name)]:
         raise ValueError(f"{', '.join(others)} is for frames, and this is a point cloud: leave it out")
 
 

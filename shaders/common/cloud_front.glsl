@@ -2,7 +2,7 @@
 
 const float FARTHEST_RING = 60.0;  // pixels
 const int PAIRS = 3;               // of four: so many pairs of opposite places around a hole show its surface
-const float WIDER = 1.7;           // of the ring around holes that it does not span
+const int RINGS = 3;               // around a hole, each wider by the first: the narrowest that spans it counts
 const float SAME = 0.5;            // of `step_back`: the middles between such places differ by less
 
 // z at a pixel of a depth picture, 1 - near/z; 0 where there is nothing, and beside the picture.
@@ -49,12 +49,12 @@ bool shows_surface(vec3 around, float step_back) {
 // in most of the picture.
 float closed_depth(sampler2D cores, ivec2 pixel, float near, float step_back, vec2 ring) {
     float z = front_depth(cores, pixel, near);
-    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(ring.y, 1.0, FARTHEST_RING), 4);
-    int pairs = beside.x > 0.0 ? 4 : 0;  // no constant: software drivers would always look
+    vec3 beside = around_hole(cores, pixel, near, z, step_back, clamp(2.0 * ring.y, 2.0, FARTHEST_RING), 4);
+    int rings = beside.x > 0.0 ? RINGS : 0;  // no constant: software drivers would always look
     float distance = clamp(ring.x / max(beside.y, near), 1.0, FARTHEST_RING);
-    vec3 around = around_hole(cores, pixel, near, z, step_back, distance, pairs);
-    if (!shows_surface(around, step_back)) {
-        around = around_hole(cores, pixel, near, z, step_back, WIDER * distance, pairs);
+    for (int k = 1; k <= rings; ++k) {
+        vec3 around = around_hole(cores, pixel, near, z, step_back, distance * float(k), 4);
+        if (shows_surface(around, step_back)) return around.y;
     }
-    return shows_surface(around, step_back) ? around.y : z;
+    return z;
 }

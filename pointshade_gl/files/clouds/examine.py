@@ -11,7 +11,7 @@ from ...scene.point_cloud import PointCloud
 from ..access.content import FilePath
 from .cloud_colors import choices
 from .load import CloudOptions, read_cloud
-from .placing import spacing_of
+from .placing import main_box, spacing_of
 
 
 def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
@@ -21,9 +21,7 @@ def cloud_facts(path: FilePath, **options: Any) -> dict[str, Any]:
     """
     notes: list[str] = []
     cloud, found = read_cloud(check_path(path), CloudOptions(**options), notes.append)
-    low, high = (
-        (_plain(corner) for corner in (cloud.main_corners[0], cloud.main_corners[-1])) if len(cloud) else ([], [])
-    )
+    low, high = (_plain(end + cloud.origin) for end in main_box(cloud.positions)) if len(cloud) else ([], [])
     return {
         "file": str(path),
         "format": found.form,

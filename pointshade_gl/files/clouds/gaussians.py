@@ -17,6 +17,7 @@ _SCALE = ("scale_0", "scale_1", "scale_2")
 _TURN = ("rot_0", "rot_1", "rot_2", "rot_3")  # w first
 _FAINT = 0.4  # opacity below which one is left out
 _HARMONIC = 0.28209479177387814  # of degree 0
+_RADIUS = 2.0  # deviations: a disc that fades as (1 - r^2)^2 is nearest to a Gaussian of half its radius
 _FLAT = 0.4  # of the middle axis is the shortest one of a disc
 _GIANT = 0.99, 4.0  # quantile of the radii, and how many times that is too large
 _STEEPEST = 40.0  # exponents beyond overflow float32
@@ -32,7 +33,7 @@ def gaussians_in(columns: Mapping[str, NDArray[Any]], form: str, name: str, note
     opacity = 1 / (1 + np.exp(-columns["opacity"].astype(np.float32).clip(-_STEEPEST, _STEEPEST)))
     kept = np.flatnonzero(opacity >= _FAINT)
     scales = np.sort(np.stack([columns[one][kept] for one in _SCALE], -1).astype(np.float32), -1)
-    radii = np.exp(scales[:, 1].clip(-_STEEPEST, _STEEPEST))
+    radii = _RADIUS * np.exp(scales[:, 1].clip(-_STEEPEST, _STEEPEST))
     if len(kept):
         quantile, times = _GIANT
         is_small = radii <= times * np.quantile(radii[np.isfinite(radii)], quantile) if np.isfinite(radii).any() else []
@@ -59,7 +60,6 @@ def _colors(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[
     return np.rint(np.nan_to_num(255 * (0.5 + np.float32(_HARMONIC) * dc)).clip(0, 255)).astype(np.uint8)
 
 
-@np.errstate(all="ignore")
 def _normals(columns: Mapping[str, NDArray[Any]], rows: NDArray[Any]) -> NDArray[np.float32]:
     """(n, 3) the shortest axes of those that are flat, 0 of all others."""
     scales = np.stack([columns[one][rows] for one in _SCALE], -1).astype(np.float64)

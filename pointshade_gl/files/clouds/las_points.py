@@ -9,6 +9,7 @@ import numpy as np
 from ...messages.notes import Note
 from ..access.content import FilePath, check_size, import_extra, naming, open_regular
 from .found_points import FoundPoints, check_points
+from .las_header import check_las_header
 
 LAS = b"LASF"
 _AT_A_TIME = 1 << 20  # points
@@ -18,13 +19,23 @@ def read_las_points(path: FilePath, note: Note, max_pixels: float) -> FoundPoint
     """The points of a LAS, LAZ or COPC file. Raises ValueError for a broken one, and without the extra."""
     laspy = import_extra("laspy", "las", f"{path} is a LAS file")
     with open_regular(path) as file:
-        check_size(file, path, max_pixels)
-        with naming(path, "is a broken or truncated LAS file"), _no_panic(), laspy.open(file, closefd=False) as reader:
-            header = reader.header
-            if header.are_points_compressed and not laspy.LazBackend.detect_available():
-                raise ValueError(f"{path} is a compressed LAS file: pip install 'pointshade-gl[las]' to read it")
-            check_points(header.point_count, path, max_pixels)
-            return _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
+        size = check_size(file, path, max_pixels)
+        with naming(path, "is a broken or truncated LAS file"), _no_panic():
+            check_las_header(file, size)
+            with laspy.open(file, closefd=False, laz_backend=laspy.LazBackend.Lazrs) as reader:
+                header = reader.header
+                check_points(header.point_count, path, max_pixels)
+                if header.are_points_compressed:
+                    _check_packed(header, path)
+                return _read(reader, f"LAS {header.version}, point format {header.point_format.id}")
+
+
+def _check_packed(header: Any, path: FilePath) -> None:
+    """Raises ValueError without the decompressor, and if it would give points of another size."""
+    lazrs = import_extra("lazrs", "las", f"{path} is a compressed LAS file")
+    packed = lazrs.LazVlr(header.vlrs[header.vlrs.index("LasZipVlr")].record_data)
+    if packed.item_size() != header.point_format.size:
+        raise ValueError(f"its points have {header.point_format.size} bytes, and are packed as {packed.item_size()}")
 
 
 def _read(reader: Any, form: str) -> FoundPoints:

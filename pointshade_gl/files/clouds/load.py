@@ -26,7 +26,7 @@ from .lidar_points import read_lidar_points
 from .pcd_points import read_pcd_points
 from .placing import drop_invalid, keep_most, placed
 from .ply_points import read_ply_points
-from .text_points import read_text_points
+from .text_points import TEXTS, read_text_points
 from .up_axis import guess_up
 
 _OTHER = {"x": "z", "y": "z", "z": "y"}  # what is most likely if it is not that
@@ -93,6 +93,7 @@ def load_cloud(
     return read_cloud(check_path(path), options, notes or print_note)[0]
 
 
+@np.errstate(all="ignore")  # numbers of broken files are of any size; positions are checked
 def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointCloud, FoundPoints]:
     """As `load_cloud`, with what the file says."""
     name = str(path)
@@ -110,7 +111,8 @@ def read_cloud(path: Path, options: CloudOptions, note: Note) -> tuple[PointClou
 def _reader_for(path: Path) -> _Reader:
     head = read_head(path, 1024)
     known = next((reader for is_kind, reader in _READERS if is_kind(head)), None)
-    return known or (read_lidar_points if path.suffix.lower() == ".bin" or b"\0" in head else read_text_points)
+    is_bare = path.suffix.lower() == ".bin" or (b"\0" in head and path.suffix.lower() not in TEXTS)
+    return known or (read_lidar_points if is_bare else read_text_points)
 
 
 _READERS: tuple[tuple[Callable[[bytes], bool], _Reader], ...] = (
@@ -140,14 +142,13 @@ def _units(found: FoundPoints) -> np.ndarray | None:
     """Normals of length 1, or 0 where they are unknown; None if all are."""
     if found.normals is None:
         return None
-    with np.errstate(all="ignore"):
-        normals = found.normals.astype(np.float32)
-        lengths = np.linalg.norm(normals, axis=1)
-        is_known = np.isfinite(lengths) & (lengths > 0)
-        if not is_known.any():
-            return None
-        if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
-            normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
+    normals = found.normals.astype(np.float32)
+    lengths = np.linalg.norm(normals, axis=1)
+    is_known = np.isfinite(lengths) & (lengths > 0)
+    if not is_known.any():
+        return None
+    if np.abs(lengths[is_known] - 1).max() > 1e-6 or not is_known.all():
+        normals = np.where(is_known[:, None], normals / lengths[:, None], 0).astype(np.float32)
     return normals
 
 

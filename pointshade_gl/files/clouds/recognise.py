@@ -18,9 +18,9 @@ from typing import TypeGuard
 import numpy as np
 
 from ..access.builtin import builtin_name
-from ..access.content import FilePath
+from ..access.content import FilePath, naming
 from ..access.file_name_patterns import NOT_PICTURES
-from ..arrays.array_files import NUMPY, read_header
+from ..arrays.array_files import BROKEN, NUMPY, read_header
 from ..arrays.array_roles import SURFACES, find_roles, is_named
 from ..arrays.pcd import is_pcd
 from ..arrays.stored_arrays import npz_arrays
@@ -32,12 +32,12 @@ from .field_names import has_positions
 from .las_points import LAS
 from .lidar_points import lidar_columns
 from .numbered_columns import COUNTS
-from .text_points import read_text_head
+from .text_points import TEXTS, read_text_head
 
 _HEAD = 1 << 16  # bytes that are looked at
 _MANY = 100  # rows: no picture is so much higher than wide
-_CLOUDS = (".ply", ".las", ".laz", ".e57", ".xyz", ".pts", ".asc", ".xyzn", ".xyzrgb")
-_TEXTS = (".txt", ".csv")
+CLOUD_SUFFIXES = (".ply", ".las", ".laz", ".e57", *TEXTS)
+_MAYBE_TEXTS = (".txt", ".csv")
 
 
 def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
@@ -48,7 +48,7 @@ def is_cloud(source: FilePath | None) -> TypeGuard[FilePath]:
     try:
         if not path.is_file():
             return False
-        if path.suffix.lower() in _CLOUDS:
+        if path.suffix.lower() in CLOUD_SUFFIXES:
             return True
         with path.open("rb") as file:
             head = file.read(_HEAD)
@@ -70,13 +70,13 @@ def _is_cloud(path: Path, head: bytes) -> bool:
     if suffix == ".bin" and not NOT_PICTURES.fullmatch(path.name):
         columns = lidar_columns(head, path.stat().st_size)
         return columns is not None and _has_negative(head, columns)
-    if suffix in _TEXTS and (found := read_text_head(head)):
+    if suffix in _MAYBE_TEXTS and (found := read_text_head(head)):
         return has_positions(found.names) or (found.columns in COUNTS and head.count(b"\n") > _MANY)
     return False
 
 
 def _is_table(path: Path) -> bool:
-    with path.open("rb") as file:
+    with path.open("rb") as file, naming(path, BROKEN):  # NumPy raises of everything for broken bytes
         shape, _, dtype = read_header(file, "biufV")
     if dtype.names:
         return has_positions(dtype.names)

@@ -21,6 +21,7 @@ from .field_names import found_in, has_positions
 from .found_points import FoundPoints, check_points
 from .numbered_columns import found_by_number
 
+TEXTS = (".xyz", ".pts", ".asc", ".xyzn", ".xyzrgb")  # names that hold nothing else
 _COMMENT = re.compile(rb"\s*(#|//|%|!)")
 _HEAD = 1 << 16  # bytes in which the first point lies
 _AT_A_TIME = 1 << 22  # bytes

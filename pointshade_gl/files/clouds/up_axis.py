@@ -17,6 +17,8 @@ _THIN = 0.15  # of its width is the thickness of such a plane
 _UPRIGHT = np.cos(np.radians(10))
 _CLEAR = 0.3  # of the planes face along one axis
 _AHEAD = 1.5  # times as many as along the next
+_WIDEST = 1.2  # slope of a camera's rays, which see up to 100 degrees
+_DEEP = 0.1  # of the farthest point's distance lies between the nearest and it: a terrain from above has less
 _RANDOM = 7  # seed
 
 
@@ -37,6 +39,16 @@ def guess_up(positions: NDArray[np.floating], is_far: bool) -> tuple[Up, str]:
     if votes[first] > _CLEAR and votes[first] > _AHEAD * np.delete(votes, first).max():
         return _directed("xyz"[first], positions, first), "most of its planes lie level so"
     return "y", "nothing shows it"
+
+
+def is_before_camera(positions: NDArray[np.floating]) -> bool:
+    """Whether all points lie in the view of a camera at the origin that looks along z, as those of depth cameras do."""
+    some = positions[:: -(-len(positions) // _SAMPLE)] if len(positions) else positions
+    some = some[np.isfinite(some).all(1)].astype(np.float64)
+    if len(some) < _FEWEST or some[:, 2].min() <= 0:
+        return False
+    slopes = np.abs(some[:, :2] / some[:, 2:])
+    return bool(slopes.max() < _WIDEST and np.ptp(some[:, 2]) > _DEEP * some[:, 2].max())
 
 
 def _directed(axis: str, positions: NDArray[np.floating], k: int) -> Up:

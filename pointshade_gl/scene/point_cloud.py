@@ -161,6 +161,8 @@ class PointCloud(Value):
         **look
             `material`, `shading`, `splat` and `point_size`, as of a new cloud.
         """
+        if others := [name for name in look if name not in CloudLook.__annotations__]:
+            raise TypeError(f"a cloud is styled by {', '.join(CloudLook.__annotations__)}, got {', '.join(others)}")
         kept: CloudLook = {name: getattr(self, name) for name in CloudLook.__annotations__}  # type: ignore[assignment]
         made = PointCloud(np.empty((0, 3)), **(kept | look))
         for name in ("origin", "up", *ARRAYS):
@@ -186,7 +188,8 @@ class PointCloud(Value):
             return frozen(np.zeros((0, 3)))
         columns = self.positions.T  # one by one they take a tenth of the time
         low, high = (np.array([end(column) for column in columns]) for end in (np.min, np.max))
-        return frozen(box_corners(low, high) + self.origin)
+        reach = self.reach(1.0)
+        return frozen(box_corners(low - reach, high + reach) + self.origin)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
@@ -233,7 +236,13 @@ class PointCloud(Value):
         return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
 
     def reach(self, share: float) -> float:
-        """Return a radius that a share of the points do not exceed, node units, as far as that is known here."""
+        """Return a radius that the points do not exceed, node units, as far as that is known before they are drawn.
+
+        Parameters
+        ----------
+        share : float
+            Of the points that do not exceed it.
+        """
         number, unit = self.radius_rule
         if unit != "x" or not len(self):
             return number if unit == "" else 0.0

@@ -230,6 +230,12 @@ class Look(Options):
         elif is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
         object.__setattr__(self, "point_size", check_look_size(self.point_size))
+        is_plain_size = self.point_size is None or (is_single(self.point_size) and self.point_size in (1, "fill"))
+        if self.splat == "mesh" and not is_plain_size:
+            others = option("splat", *FRAME_SPLATS[:-1])
+            raise ValueError(
+                f"{option('point_size')} is that of splats, and a mesh has none: leave it out, or use {others}"
+            )
         if isinstance(self.noise, str):
             check_noise_text(self.noise)
         elif self.noise is not None and is_single(self.noise):
@@ -241,12 +247,6 @@ class Look(Options):
             value = getattr(self, name)
             if not isinstance(value, str | float | None):
                 object.__setattr__(self, name, frozen(as_array(value, complaint, np.float32)))
-        is_plain_size = self.point_size is None or (np.ndim(self.point_size) == 0 and self.point_size in (1, "fill"))
-        if self.splat == "mesh" and not is_plain_size:
-            others = option("splat", *FRAME_SPLATS[:-1])
-            raise ValueError(
-                f"{option('point_size')} is that of splats, and a mesh has none: leave it out, or use {others}"
-            )
 
     def for_frame(self, depth: NDArray[np.float32]) -> Look:
         """Return the look with its arrays checked against a depth picture.

@@ -243,6 +243,7 @@ HIDDEN = {
     "mesh faces": lambda: mesh(faces=masked(FACES)),
     "mesh normals": lambda: mesh(normals=list(masked(CORNERS))),
     "mesh texture": lambda: mesh(texture=masked(np.zeros((2, 2, 3), np.uint8)), uv=CORNERS[:, :2]),
+    "cloud positions": lambda: ps.PointCloud(masked(CORNERS)),
     "colors": lambda: ps.PointCloud(CORNERS, CORNERS, masked(np.zeros((3, 3), np.uint8))),
     "normals": lambda: ps.PointObject(FRAME, normals=masked(np.ones((120, 160, 3)))),
     "noise": lambda: ps.PointObject(FRAME, noise=masked(np.ones((120, 160)))),

@@ -10,7 +10,6 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...estimation.cloud_spacing import estimate_spacing
 from ...scene.cloud_levels import points_at
 from ...scene.point_cloud import PointCloud
 from ..core.memory import Owner
@@ -144,9 +143,10 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
-        alone, spacing = ~planes[:, :3].any(-1), estimate_spacing(local).length
+        spacing = fit.spacing if fit else 0.0
+        alone: NDArray[np.bool_] = ~planes[:, :3].any(-1)
         if len(local) < FEW:
-            alone[:], spacing = True, min(spacing, cloud.rough_spacing)
+            alone, spacing = np.ones(len(local), np.bool_), min(spacing, cloud.rough_spacing)
         planes[alone, 3] = np.minimum(planes[alone, 3], spacing)  # no neighbours tell how far apart such points are
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None

@@ -230,7 +230,7 @@ class Look(Options):
         elif is_single(self.normals):
             raise TypeError(f"normals must be a method's name or have shape (h, w, 3), got {shown(self.normals)}")
         object.__setattr__(self, "point_size", check_look_size(self.point_size))
-        is_plain_size = self.point_size is None or (np.ndim(self.point_size) == 0 and self.point_size in (1, "fill"))
+        is_plain_size = self.point_size is None or (is_single(self.point_size) and self.point_size in (1, "fill"))
         if self.splat == "mesh" and not is_plain_size:
             others = option("splat", *FRAME_SPLATS[:-1])
             raise ValueError(

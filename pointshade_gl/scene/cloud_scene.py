@@ -53,7 +53,8 @@ def is_of_clouds(name: str) -> bool:
 def check_of_clouds(given: Iterable[str]) -> None:
     """Raises ValueError for options of a look that clouds have not."""
     if others := [option(name) for name in given if not is_of_clouds(name)]:
-        raise ValueError(f"{', '.join(others)} is for frames, and this is a point cloud: leave it out")
+        are, them = ("is", "it") if len(others) == 1 else ("are", "them")
+        raise ValueError(f"{', '.join(others)} {are} for frames, and this is a point cloud: leave {them} out")
 
 
 def _stand_off(clouds: Sequence[PointCloud], camera: Camera, turn: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -161,6 +161,8 @@ class PointCloud(Value):
         **look
             `material`, `shading`, `splat` and `point_size`, as of a new cloud.
         """
+        if others := [name for name in look if name not in CloudLook.__annotations__]:
+            raise TypeError(f"a cloud is styled by {', '.join(CloudLook.__annotations__)}, got {', '.join(others)}")
         kept: CloudLook = {name: getattr(self, name) for name in CloudLook.__annotations__}  # type: ignore[assignment]
         made = PointCloud(np.empty((0, 3)), **(kept | look))
         for name in ("origin", "up", *ARRAYS):
@@ -186,7 +188,8 @@ class PointCloud(Value):
             return frozen(np.zeros((0, 3)))
         columns = self.positions.T  # one by one they take a tenth of the time
         low, high = (np.array([end(column) for column in columns]) for end in (np.min, np.max))
-        return frozen(box_corners(low, high) + self.origin)
+        reach = self.reach(1.0)
+        return frozen(box_corners(low - reach, high + reach) + self.origin)
 
     @cached_property
     def main_corners(self) -> NDArray[np.float64]:
@@ -200,7 +203,8 @@ class PointCloud(Value):
     @cached_property
     def _main_box(self) -> NDArray[np.floating[Any]]:
         """Two corners, (2, 3), of the box round all but stray points."""
-        return np.quantile(self.positions[:: -(-len(self) // SAMPLE)], (STRAY, 1 - STRAY), axis=0)
+        some = self.positions[:: -(-len(self) // SAMPLE) or 1]
+        return np.quantile(some, (STRAY, 1 - STRAY), axis=0) if len(self) else np.zeros((2, 3))
 
     @property
     def up_direction(self) -> NDArray[np.float64]:
@@ -232,14 +236,25 @@ class PointCloud(Value):
         return (1.0 if self.sizes is not None else 2.0 if self.splat == "disc" else 0.5), "x"
 
     def reach(self, share: float) -> float:
-        """Return a radius that a share of the points do not exceed, node units, as far as that is known here."""
+        """Return a radius that the points do not exceed, node units, as far as that is known before they are drawn.
+
+        Parameters
+        ----------
+        share : float
+            Of the points that do not exceed it.
+        """
         number, unit = self.radius_rule
         if unit != "x" or not len(self):
             return number if unit == "" else 0.0
         if self.sizes is not None:
             return number * float(np.quantile(self.sizes, share))
+        return number * self.rough_spacing
+
+    @cached_property
+    def rough_spacing(self) -> float:
+        """Return how far apart the points would be on a surface as large as their box: 1 if they are in one place."""
         low, high = self._main_box
-        return number * (float(np.linalg.norm(high - low)) / math.sqrt(len(self)) or 1.0)  # roughly their spacing
+        return float(np.linalg.norm(high - low)) / math.sqrt(max(len(self), 1)) or 1.0
 
 
 def _floats(value: Any, name: str, shape: tuple[int | None, ...], kind: Any) -> NDArray[Any]:

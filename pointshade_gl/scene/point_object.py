@@ -12,6 +12,7 @@ from ..messages.validation import check_type, is_a, items_of
 from .appearance import FRAME_SPLATS, Look, LookOptions, Material
 from .bounds import median
 from .frame import Frame
+from .point_cloud import PointCloud
 from .values import Value
 
 if TYPE_CHECKING:
@@ -115,6 +116,8 @@ class PointObject(Value):
 def check_frames(frames: Frame | Sequence[Frame]) -> tuple[Frame, ...]:
     """One frame or several as a tuple. Raises TypeError for anything else, ValueError for none or too many."""
     items = [frames] if isinstance(frames, Frame) else frames
+    if any(isinstance(one, PointCloud) for one in (items if is_a(items, Sequence) else [items])):
+        raise TypeError("a point cloud is no frame: draw it alone, or put it into a Node of a Scene as it is")
     if not is_a(items, Sequence) or is_a(items, str, bytes):
         raise TypeError(f"frame must be a Frame or a sequence of frames, got {shown(frames)}")
     if not 1 <= len(items) <= MOST_FRAMES:

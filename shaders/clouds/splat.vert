@@ -42,7 +42,7 @@ void main() {
 #if !BALLS
     facing_normal = facing(normalize(mat3(view) * normal), centre);
 #endif
-    if (!(size > 0.0) || centre.z < near + NEAREST_SPLAT * size) return;
+    if (!(size > 0.0) || centre.z < max(near, NEAREST_SPLAT * size)) return;
     middle = project(centre, target);
     vec2 extent = max(splat_extent(CloudSplat(centre, facing_normal, size), target), vec2(0.5));
     vec2 low = max(middle - extent, vec2(-0.5));

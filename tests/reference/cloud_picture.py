@@ -130,7 +130,7 @@ def each_hit(splats: Splats, eye: Eye, share: float) -> Iterator[tuple[int, np.n
     """Yield the number of each splat in view, the pixels in its box, (n, 2), and what their rays meet."""
     k, size, radii = np.array(eye.camera.intrinsics, F), (eye.camera.width, eye.camera.height), splats.sized(share)
     for j, (centre, normal, radius) in enumerate(zip(splats.centres, splats.normals, radii, strict=True)):
-        if not radius > 0 or centre[2] < F(eye.near) + NEAREST_SPLAT * radius:
+        if not radius > 0 or centre[2] < max(F(eye.near), NEAREST_SPLAT * radius):
             continue
         splat, middle = CloudSplat(centre, normal, radius), project(centre, k)
         extent = np.maximum(splat_extent(splat, k), F(0.5)) + F(0.07)

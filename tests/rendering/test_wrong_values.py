@@ -243,6 +243,7 @@ HIDDEN = {
     "mesh faces": lambda: mesh(faces=masked(FACES)),
     "mesh normals": lambda: mesh(normals=list(masked(CORNERS))),
     "mesh texture": lambda: mesh(texture=masked(np.zeros((2, 2, 3), np.uint8)), uv=CORNERS[:, :2]),
+    "cloud positions": lambda: ps.PointCloud(masked(CORNERS)),
     "colors": lambda: ps.PointCloud(CORNERS, CORNERS, masked(np.zeros((3, 3), np.uint8))),
     "normals": lambda: ps.PointObject(FRAME, normals=masked(np.ones((120, 160, 3)))),
     "noise": lambda: ps.PointObject(FRAME, noise=masked(np.ones((120, 160)))),
@@ -261,7 +262,7 @@ DRAWN = {
     "frame": (
         lambda r: r.render(None),
         TypeError,
-        "frame must be a Frame, a sequence of frames, a Scene or a path, got None",
+        "frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got None",
     ),
     "camera": (lambda r: r.render(FRAME, camera=(5, 5)), TypeError, r"camera must be a Camera, got \(5, 5\)"),
     "camera 0": (lambda r: r.render(FRAME, camera=0), TypeError, "camera must be a Camera, got 0"),
@@ -294,8 +295,8 @@ DRAWN = {
 }
 
 SHOWN = {
-    "nothing": (lambda: Viewer(None), TypeError, "source must be a Frame, a Scene or an iterable of frames, got None"),
-    "name": (lambda: Viewer("vase"), TypeError, "source must be a Frame, a Scene or an iterable of frames, got 'vase'"),
+    "nothing": (lambda: Viewer(None), TypeError, "source must be a Frame, a Scene, a PointCloud or an iterable of frames, got None"),
+    "name": (lambda: Viewer("vase"), TypeError, "source must be a Frame, a Scene, a PointCloud or an iterable of frames, got 'vase'"),
     "numbers": (lambda: Viewer([1, 2]), TypeError, "source must give Frames, got 1"),
     "empty": (lambda: Viewer([]), ValueError, "source has no frames|none of the 0 frames"),
     "title": (lambda: Viewer(FRAME, title=5), TypeError, "title must be a text, got 5"),

@@ -46,7 +46,14 @@ MADE = {  # what is made, with the words that name each argument in an error whe
         {"content": None, "name": "a", "transform": np.eye(4), "children": (), "visible": True, "shadow": True}, {}
     ),
     ps.Scene: ({"nodes": (), "camera": FRAME.camera, "pose": np.eye(4), "ambient": (0, 0, 0)}, {}),
-    ps.PointCloud: ({"positions": CORNERS, "normals": CORNERS, "colors": np.zeros((3, 3), np.uint8)}, {}),
+    ps.PointCloud: (
+        {
+            "positions": CORNERS, "normals": CORNERS, "colors": np.zeros((3, 3), np.uint8), "sizes": np.ones(3),
+            "confidence": np.ones(3), "origin": np.zeros(3), "up": "z", "seen_from": np.zeros(3),
+            "material": ps.Material(), "shading": "none", "splat": "ball", "point_size": "2x",
+        },
+        {},
+    ),
     View: (
         {"lights": (), "yaw": 1, "pitch": 2, "dolly": 0, "picture_size": None, "look": ps.Look()}, {"lights": "light"}
     ),

@@ -26,7 +26,8 @@ def every_value():
     points = ps.PointObject(frame, look=look())
     lamp = ps.Light(position=np.array((1, 2, 3)))
     node = ps.Node((points, mesh, lamp), "a", np.eye(4), [ps.Node(mesh)])
-    cloud = ps.PointCloud(corners, corners, np.zeros((3, 3), np.uint8))
+    arrays = {"sizes": np.ones(3), "confidence": np.ones(3), "origin": (1, 2, 3), "seen_from": corners}
+    cloud = ps.PointCloud(corners, corners, np.zeros((3, 3), np.uint8), **arrays, up="z", point_size="2x")
     view = ps.View([lamp], np.eye(4), look=look())
     return [
         CAMERA, lamp, ps.Material(), ps.Finish(samples=4), ps.Look(), look(), ps.View(), view, frame, mesh, cloud,

@@ -109,13 +109,17 @@ scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", ma
 scanned = ps.load_cloud(folder / "scan.ply")
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
-of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule
+of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule, point_cloud.up_direction
+of_levels = point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
+balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
+is_like = point_cloud.is_like(balls)
 anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
 with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)
     texture = renderer.draw(frame, light, shading="gouraud")
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
     lit = renderer.render_points(frame)
+    oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
     stops, shared = renderer.exposure, renderer.estimate_albedo([frame, plain])
@@ -198,7 +202,7 @@ ps.files.load_frame("vase")  # wrong
 ps.render(frame, shading="fong")  # wrong
 ps.render(frame, normals="best")  # wrong
 ps.render(frame, splat="star")  # wrong
-ps.render(frame, point_size="fil")  # wrong
+ps.render(frame, point_size=print)  # wrong
 ps.render(frame, upsample="no")  # wrong
 ps.render(frame, normals_at="frame")  # wrong
 ps.render(frame, flying="snp")  # wrong

@@ -59,7 +59,7 @@ class PlacedCloud(NamedTuple):
         """Return what the box of no point is wider than in a view, pixels, if there are points."""
         (world, spacings, pixels), camera = self.radius, eye.camera
         size, (turn, shift) = self.scale * (world + spacings * self.points.largest), self._view(eye)
-        nearest = max(float((self.points.corners @ turn[2]).min() + shift[2]), eye.near + 2 * size)
+        nearest = max(float((self.points.corners @ turn[2]).min() + shift[2]), eye.near, 2 * size)
         share = min(size / nearest + pixels / _focal(eye), 0.5)  # of the distance: nearer ones are not drawn
         aside = float(np.abs((camera.ray_at(0, 0), camera.ray_at(camera.width, camera.height))).max())
         return 2 * max(camera.fx, abs(camera.fy)) * share / (1 - share) * math.hypot(1, aside + 2 * share)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -20,7 +21,7 @@ DRAWN_AT_ONCE = 1 << 20  # points: one draw of many millions may end a driver's 
 VERTEX = np.dtype([
     ("position", "f4", 3), ("spacing", "f4"), ("normal", "f4", 3), ("edge", "f2", 4), ("color", "u1", 4),
 ])  # fmt: skip
-FEW = 64  # points
+FEW = 64  # points: of fewer there is no surface
 LAYOUT = {"position": ("3f", 12), "spacing": ("1f", 4), "normal": ("3f", 12), "edge": ("4f2", 8), "color": ("4f1", 4)}
 
 
@@ -54,6 +55,22 @@ class CloudPoints(Owner):
         with self._all_or_nothing():
             self.discs = self._buffers(vertices[:discs])
             self.others = self._buffers(vertices[discs:])
+
+    @contextmanager
+    def complete(self, cloud: PointCloud) -> Iterator[CloudPoints]:
+        """Have all points of this cloud, `cloud` or one that looks otherwise, on the GPU."""
+        if self.count == len(cloud):
+            yield self
+            return
+        whole = CloudPoints(self._context, cloud, 0)
+        try:
+            yield whole
+        finally:
+            whole.release()
+
+    def read(self) -> NDArray[Any]:
+        """Return (count,) of VERTEX."""
+        return np.frombuffer(b"".join(buffer.read() for buffer in self.discs + self.others), VERTEX)
 
     def draw(self, buffers: list[moderngl.Buffer], program: moderngl.Program, as_quads: bool) -> None:
         """Draw some of the points by a program of shaders/clouds/splat.vert. as_quads: by one with QUADS."""
@@ -127,8 +144,10 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
-        alone = ~planes[:, :3].any(-1) | (len(local) < FEW)  # no neighbours tell how far apart such points are
-        planes[alone, 3] = np.minimum(planes[alone, 3], estimate_spacing(local).length)
+        alone, spacing = ~planes[:, :3].any(-1), estimate_spacing(local).length
+        if len(local) < FEW:
+            alone[:], spacing = True, min(spacing, cloud.rough_spacing)
+        planes[alone, 3] = np.minimum(planes[alone, 3], spacing)  # no neighbours tell how far apart such points are
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")

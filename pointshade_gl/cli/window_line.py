@@ -11,6 +11,7 @@ import numpy as np
 
 from ..files.sources import is_cloud
 from ..scene.appearance import CLOUD_SPLATS
+from ..scene.cloud_scene import scene_of
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.point_cloud import CLOUD_SHADINGS, PointCloud
@@ -18,7 +19,7 @@ from ..scene.view import viewing_pose
 from ..viewer.clouds import clouds_of
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture
-from ..viewer.views import Views, camera_of
+from ..viewer.views import Shown, Views, camera_of
 from .command_words import light_words, look_words, pose_words, text_of, words_of
 from .look_options import LookOptions
 
@@ -53,8 +54,10 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         size = ["--picture-size", f"{camera.width}x{camera.height}"]
     if own.fitted(camera.width, camera.height) != camera:
         return "", "no command line names this camera"
-    look, left_out = _look_words(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
-    words = [*source, *look, *_light_words(picture, picture.lights), *_pose_words(picture), *size]
+    clouds = _clouds(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
+    look, left_out = _look_words(picture, clouds)
+    pose = _pose_words(picture, scene_of(*clouds) if clouds else shown)
+    words = [*source, *look, *_light_words(picture, picture.lights), *pose, *size]
     if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
         words += ["--exposure", text_of(picture.exposure)]
     words += ["--samples", str(saved.samples), "-o", saved.name]
@@ -89,12 +92,17 @@ def _hidden(scene: Any) -> set[str]:
     return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
-def _look_words(picture: Picture, inputs: Sequence[str]) -> tuple[list[str], str]:
+def _clouds(picture: Picture, inputs: Sequence[str]) -> list[PointCloud]:
+    """The clouds that are shown, if the INPUTs are such; none of other scenes."""
+    return clouds_of(picture.shown) if all(map(is_cloud, inputs)) else []
+
+
+def _look_words(picture: Picture, clouds: Sequence[PointCloud]) -> tuple[list[str], str]:
     """What of the look a scene has, which is a shading for all its objects; what clouds have; or all of frames."""
     if isinstance(picture.shown, Scene):
-        state, clouds = picture.now.state, clouds_of(picture.shown)
+        state = picture.now.state
         shading = state.look.shading if state.lit else "none"
-        if not (clouds and all(map(is_cloud, inputs))):
+        if not clouds:
             return words_of(LookOptions(shading=shading)), ""
         return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
     look = picture.request().look
@@ -131,9 +139,9 @@ def _is_same(light: Light, other: Light) -> bool:
     return True
 
 
-def _pose_words(picture: Picture) -> list[str]:
-    """Yaw, pitch and dolly if they make its pose, otherwise the pose itself."""
-    state, shown, pose = picture.now.state, picture.shown, picture.pose
+def _pose_words(picture: Picture, shown: Shown) -> list[str]:
+    """Yaw, pitch and dolly if they make its pose, otherwise the pose itself. shown: as the line has it unmoved."""
+    state, pose = picture.now.state, picture.pose
     if isinstance(shown, Views):
         return [] if np.allclose(shown.shown[0].pose, pose, rtol=0, atol=0) else pose_words(pose)
     turns = {"yaw": state.yaw, "pitch": state.pitch, "dolly": 1 - state.distance}

@@ -133,7 +133,7 @@ WRONG = [  # typed, and the sentence
     ("normals ball.ply -o out.png", "the suffix of a point cloud's normals must be .ply or .npy"),
     ("normals ball.ply -o out.npy --axes opengl", "--axes is of pictures, and ball.ply is a point cloud: leave it out"),
     ("normals ball.ply -o out.npy --normals star", "--normals is for frames: of a point cloud leave it out"),
-    ("normals ball.ply -o out.npy --noise kinect", "--noise must be a number from 0"),
+    ("normals ball.ply -o out.npy --noise kinect", "--noise of a point cloud is one number of world units, got kinect"),
     ("render ball.ply -o out.ply --ambient .3 --yaw 9", "own colours, without light: leave out --ambient, --yaw"),
     ("render ball.ply -o %d.ply", "a point cloud is one file of points: write it to one, such as out.ply"),
     ("render ball.ply -o %d.png", "pass --turntable light or camera"),

@@ -107,6 +107,9 @@ cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
 scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", max_pixels=1e8, notes=print)
 scanned = ps.load_cloud(folder / "scan.ply")
+styled = scanned.styled(material=material, shading="edl", splat="ball", point_size="3px").styled(point_size=0.02)
+picture = ps.render(scanned, sun, splat="disc", point_size="2x", shading="none", ground=True, samples=4)
+clouds = ps.Scene([ps.Node(scanned, "scan"), ps.Node([cloud, mesh])])
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
 of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule
@@ -209,6 +212,11 @@ ps.render(frame, samples="many")  # wrong
 ps.render(frame, camera="wide")  # wrong
 ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong
+ps.render(scanned, splat="star")  # wrong
+scanned.styled(splat="round")  # wrong
+scanned.styled(up="z")  # wrong
+ps.PointCloud([(0, 0, 0)], up="w")  # wrong
+ps.PointObject(scanned)  # wrong
 ps.render_depth(frame, samples=2)  # wrong
 ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong

@@ -127,10 +127,9 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
-        alone, spacing = ~planes[:, :3].any(-1), estimate_spacing(local).length
-        if len(local) < FEW:
-            alone[:], spacing = True, min(spacing, cloud.rough_spacing)
-        planes[alone, 3] = np.minimum(planes[alone, 3], spacing)  # no neighbours tell how far apart such points are
+        few, spacing = len(local) < FEW, estimate_spacing(local).length
+        alone = few | ~planes[:, :3].any(-1)  # no neighbours tell how far apart such points are
+        planes[alone, 3] = np.minimum(planes[alone, 3], min(spacing, cloud.rough_spacing) if few else spacing)
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")

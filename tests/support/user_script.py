@@ -107,18 +107,19 @@ cloud = ps.PointCloud([(0, 0, 0)], np.ones((1, 3)), np.zeros((1, 3), np.uint8))
 of_cloud = point_cloud.positions, point_cloud.normals, point_cloud.colors, len(point_cloud)
 scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", max_pixels=1e8, notes=print)
 scanned = ps.load_cloud(folder / "scan.ply")
-styled = scanned.styled(material=material, shading="edl", splat="ball", point_size="3px").styled(point_size=0.02)
-picture = ps.render(scanned, sun, splat="disc", point_size="2x", shading="none", ground=True, samples=4)
-clouds = ps.Scene([ps.Node(scanned, "scan"), ps.Node([cloud, mesh])])
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
-of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule
+of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule, point_cloud.up_direction
+of_levels = point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
+balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
+is_like = point_cloud.is_like(balls)
 anything = ps.sources.load_any(folder / "scan.pcd", up="-y", most=None)
 with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     drawn = renderer.render(scene, [light], samples=2)
     texture = renderer.draw(frame, light, shading="gouraud")
     maps = renderer.render_depth(frame), renderer.render_normals(scene), renderer.estimate_normals(frame)
     lit = renderer.render_points(frame)
+    oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
     stops, shared = renderer.exposure, renderer.estimate_albedo([frame, plain])
@@ -201,7 +202,7 @@ ps.files.load_frame("vase")  # wrong
 ps.render(frame, shading="fong")  # wrong
 ps.render(frame, normals="best")  # wrong
 ps.render(frame, splat="star")  # wrong
-ps.render(frame, point_size="fil")  # wrong
+ps.render(frame, point_size=print)  # wrong
 ps.render(frame, upsample="no")  # wrong
 ps.render(frame, normals_at="frame")  # wrong
 ps.render(frame, flying="snp")  # wrong
@@ -212,11 +213,6 @@ ps.render(frame, samples="many")  # wrong
 ps.render(frame, camera="wide")  # wrong
 ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong
-ps.render(scanned, splat="star")  # wrong
-scanned.styled(splat="round")  # wrong
-scanned.styled(up="z")  # wrong
-ps.PointCloud([(0, 0, 0)], up="w")  # wrong
-ps.PointObject(scanned)  # wrong
 ps.render_depth(frame, samples=2)  # wrong
 ps.render_depth(frame, normals="best")  # wrong
 ps.render_points(frame, shading="fong")  # wrong

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..files.sources import is_cloud
+from ..scene.appearance import CLOUD_SPLATS
 from ..scene.graph import Scene
 from ..scene.light import Light
+from ..scene.point_cloud import CLOUD_SHADINGS, PointCloud
 from ..scene.view import viewing_pose
+from ..viewer.clouds import clouds_of
 from ..viewer.document import Dropped
 from ..viewer.picture import Picture, SavedPicture
 from ..viewer.views import Views, camera_of
@@ -49,7 +53,7 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
         size = ["--picture-size", f"{camera.width}x{camera.height}"]
     if own.fitted(camera.width, camera.height) != camera:
         return "", "no command line names this camera"
-    look, left_out = _look_words(picture)
+    look, left_out = _look_words(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
     words = [*source, *look, *_light_words(picture, picture.lights), *_pose_words(picture), *size]
     if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
         words += ["--exposure", text_of(picture.exposure)]
@@ -85,14 +89,23 @@ def _hidden(scene: Any) -> set[str]:
     return {node.name or "a node" for _, node in scene.every_node() if not node.visible}
 
 
-def _look_words(picture: Picture) -> tuple[list[str], str]:
-    """What of the look a scene has, which is a shading for all its objects, or all that frames have."""
+def _look_words(picture: Picture, inputs: Sequence[str]) -> tuple[list[str], str]:
+    """What of the look a scene has, which is a shading for all its objects; what clouds have; or all of frames."""
     if isinstance(picture.shown, Scene):
-        state = picture.now.state
-        return words_of(LookOptions(shading=state.look.shading if state.lit else "none")), ""
+        state, clouds = picture.now.state, clouds_of(picture.shown)
+        shading = state.look.shading if state.lit else "none"
+        if not (clouds and all(map(is_cloud, inputs))):
+            return words_of(LookOptions(shading=shading)), ""
+        return words_of(_cloud_options(clouds[0], shading if shading in CLOUD_SHADINGS else CLOUD_SHADINGS[0])), ""
     look = picture.request().look
     is_whole = look == look.alone
     return look_words(look), "" if is_whole else "the filter over time, which needs the frames before"
+
+
+def _cloud_options(cloud: PointCloud, shading: str) -> LookOptions:
+    """How a cloud looks. Discs are what clouds have unless they are told otherwise."""
+    splat = {} if cloud.splat == CLOUD_SPLATS[0] else {"splat": cloud.splat}
+    return replace(LookOptions(), shading=shading, point_size=cloud.point_size, **splat, **vars(cloud.material))
 
 
 def _light_words(picture: Picture, lights: Sequence[Light]) -> list[str]:

@@ -1,4 +1,4 @@
-"""One HTML file that shows a frame or a scene: the light under the mouse, drawn in the browser."""
+"""One HTML file that shows a frame, a scene or a point cloud: the light under the mouse, drawn in the browser."""
 
 from ..rendering.thread_renderer import by_shared_renderer
 from .notebook_cell import Cell, draw_cell

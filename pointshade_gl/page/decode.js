@@ -70,6 +70,13 @@ function colorPlanes(reader, width, height, known, count) {
   return colors;
 }
 
+// Of its place on an octahedron.
+function unitVector(u, v) {
+  const z = Math.abs(u) + Math.abs(v) - 1, inward = Math.max(z, 0);
+  const x = u - (u >= 0 ? inward : -inward), y = v - (v >= 0 ? inward : -inward), length = Math.hypot(x, y, z);
+  return [x / length, y / length, z / length];
+}
+
 // Unit normal and depth of each pixel; depth 0 where nothing is known, negative at rims.
 function surfacePlane(reader, part) {
   const { width, height, count } = part;
@@ -79,10 +86,27 @@ function surfacePlane(reader, part) {
   const surface = new Float32Array(4 * width * height), scale = 2 / (2 ** part.normalBits - 1);
   for (let k = 0; k < width * height; ++k) {
     if (kinds[k] === 0) continue;
-    const u = us[k] * scale - 1, v = vs[k] * scale - 1, z = Math.abs(u) + Math.abs(v) - 1, inward = Math.max(z, 0);
-    const x = u - (u >= 0 ? inward : -inward), y = v - (v >= 0 ? inward : -inward), length = Math.hypot(x, y, z);
     const depth = part.nearest * Math.exp(depths[k] * part.depthStep);
-    surface.set([x / length, y / length, z / length, kinds[k] === 2 ? -depth : depth], 4 * k);
+    surface.set([...unitVector(us[k] * scale - 1, vs[k] * scale - 1), kinds[k] === 2 ? -depth : depth], 4 * k);
   }
   return { surface, kinds };
+}
+
+// The points of a cloud as floats, in the order of POINT_LAYOUT, and their colours (page/cloud_parts.py).
+function cloudPoints(reader, part) {
+  const { count, discs, edges, low, step, smallest, sizeStep } = part, sizesOf = [...part.bytes];
+  const isBorder = reader.take(discs), line = (known, length, stored) => wholePlane(reader, length, 1, known, stored, sizesOf.shift());
+  const places = low.map(() => line(null, count, count)), sizes = part.hasSizes ? line(null, count, count) : null;
+  const normals = [0, 1].map(() => line(null, discs, discs)), onward = [0, 1].map(() => line(isBorder, discs, edges));
+  const vector = ([us, vs], k, bits) => unitVector(...[us, vs].map((plane) => (plane[k] * 2) / (2 ** bits - 1) - 1));
+  const points = new Float32Array(POINT_FLOATS * count);
+  for (let k = 0; k < count; ++k) {
+    const at = POINT_FLOATS * k;
+    for (let axis = 0; axis < 3; ++axis) points[at + axis] = low[axis] + step * places[axis][k];
+    points[at + 3] = sizes ? smallest * Math.exp(sizes[k] * sizeStep) : 1;
+    if (k < discs) points.set(vector(normals, k, part.normalBits), at + 4);
+    if (k < discs && isBorder[k]) points.set(vector(onward, k, part.edgeBits), at + 7);
+  }
+  const colors = part.hasColors ? colorPlanes(reader, count, 1, null, count) : new Uint8Array(4 * count).fill(255);
+  return { points, colors };
 }

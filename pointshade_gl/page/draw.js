@@ -16,6 +16,7 @@ class Drawing {
   constructor(gl, programs, things, data) {
     Object.assign(this, { gl, things, data, size: [0, 0], seen: "", shadowsOf: "" });
     this.painter = new Painter(gl, programs);
+    this.clouds = new CloudPainter(gl, programs, this.painter);
     const materials = things.map((thing) => thing.material);
     this.materials = makeTexture(gl, "rgba32f", 1, materials.length, new Float32Array(materials.flat()));
     for (const thing of things.filter((one) => one.kind === "points")) {
@@ -100,6 +101,10 @@ class Drawing {
 
   drawShadow(thing, { camera, pose, near, first }, side) {
     const warp = warpOf(thing, camera, pose, near), box = [...first, side, side];
+    if (thing.kind === "cloud") {
+      this.clouds.addShadow(this.shadows, box, thing, { camera, pose, near });
+      return;
+    }
     if (thing.kind === "mesh") {
       this.painter.drawMesh(this.shadows, box, "meshes/mesh.vert", "meshes/mesh_shadow.frag", thing, { ...warp, normal_view: normalView(warp.view) });
       return;
@@ -137,8 +142,10 @@ class Drawing {
     gl.clearBufferfv(gl.COLOR, 1, [0, 0, 0, 0]);
     gl.clearBufferfv(gl.DEPTH, 0, [1]);
     this.things.forEach((thing, k) => {
-      const inputs = { ...warpOf(thing, camera, pose, near), material_number: shadings[k] === "edl" ? -1 - k : k + 1 };
-      if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
+      const material_number = shadings[k] === "edl" ? -1 - k : k + 1, inputs = { ...warpOf(thing, camera, pose, near), material_number };
+      const is_lit = !NOT_LIT.includes(shadings[k]);
+      if (thing.kind === "cloud") this.clouds.addSurface(this.surfaces, this.size, thing, { camera, pose, near }, { material_number, is_lit });
+      else if (thing.kind === "mesh") this.addMesh(thing, inputs, shadings[k], pose, lamps);
       else this.addPoints(thing, inputs, shadings[k], pose, lamps);
     });
   }

@@ -52,13 +52,13 @@ def draw_cell(
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
 ) -> Cell:
-    """Show a frame, several frames of one thing, or a scene in a notebook: the light is under the mouse.
+    """Show a frame, several frames of one thing, a scene or a cloud in a notebook: the light is under the mouse.
 
     As the last line of a cell it shows itself.
 
     Parameters
     ----------
-    source : Frame, sequence of Frame, Scene, path or RenderRequest
+    source : Frame, sequence of Frame, Scene, PointCloud, path or RenderRequest
         What is shown, as `render` takes it.
     height : int
         Of the cell, CSS pixels; it is as wide as the notebook.

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from ..files.access.atomic_write import check_place, written_whole
 from ..files.access.written_suffixes import PAGES, check_suffix
+from ..gpu.clouds.cloud_objects import PlacedCloud
+from ..gpu.drawables import Drawable
 from ..gpu.meshes.mesh_objects import PlacedMesh
 from ..messages.formatting import option, shown
 from ..messages.notes import Note, print_note, taken_by
@@ -26,22 +28,23 @@ from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
 from ..scene.option_fields import takes
+from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
+from .cloud_parts import cloud_part
 from .contents import surfaces_of
 from .page_scene import Showing, look_of
 from .parts import QUALITIES, Part, Quality, QualityName, encoded, mesh_part, surface_part
 from .picture_coding import pack
-from .reduced_frames import reduced
+from .reduced_frames import cloud_points, reduced
 from .shaders import shader_texts
-from .unsupported import check_shown
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "draw.js",
-    "controls.js",
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "clouds.js",
+    "draw.js", "controls.js",
 )  # fmt: skip
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
@@ -60,7 +63,7 @@ def write_page(
     progress: Progress | None = None,
     **options: Unpack[RequestOptions],
 ) -> None:
-    """Write a frame, several frames of one thing or a scene as one HTML file, in which the light can be moved.
+    """Write a frame, several frames of one thing, a scene or a cloud as one HTML file, in which the light can be moved.
 
     The file asks for nothing from outside. It needs a browser with WebGL 2 (all since 2023); others show a picture.
     Depths and normals are those that `render` draws with: "auto" smooths noise in the page, too. Where something cannot
@@ -74,13 +77,15 @@ def write_page(
     ----------
     path : path
         The file, .html or .htm; it is written completely or not at all.
-    source : Frame, sequence of Frame, Scene, path or RenderRequest
+    source : Frame, sequence of Frame, Scene, PointCloud, path or RenderRequest
         What is shown, as `render` takes it.
     quality : {"exact", "small"}
-        "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees. "small": about a third
-        smaller, colours as JPEG, depths to 10 millionths, normals to 0.25 degrees.
+        "exact": colours without loss, depths to 0.5 millionths, normals to 0.02 degrees, of clouds an even sample of up
+        to 250 000 points. "small": about a third smaller, colours as JPEG, depths to 10 millionths, normals to 0.25
+        degrees, half as many points.
     largest : int
-        Pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth.
+        Pixels a side that depths and colours may have; of larger ones the page has every second, third, ... depth. Its
+        square is the most points of clouds.
     title : str, optional
         What the page calls itself; None is the name of a path, or "pointshade".
     progress : callable, optional
@@ -129,11 +134,11 @@ def draw_page(
         raise TypeError(f"title must be a text, got {shown(title)}")
     with taken_by(notes):
         request = RenderRequest.of(source, **options)
-        whole, request = request, replace(request, source=reduced(check_shown(request.source), largest))
+        whole, request = request, replace(request, source=reduced(request.source, largest, QUALITIES[quality].points))
         if isinstance(request.finish.exposure, str) and request.source is not whole.source:  # whose noise is another
             renderer.draw(whole)
             request = replace(request, finish=replace(request.finish, exposure=renderer.exposure))
-        showing, count = arranged(request), Count(progress)
+        showing, count = replace(arranged(request), points=cloud_points(whole.source)), Count(progress)
 
         def drawn(done: int, all: int) -> None:
             count.all = all + _surfaces_in(showing.scene)
@@ -161,8 +166,9 @@ def arranged(request: RenderRequest) -> Showing:
     """Return what a page shows first."""
     scene = Scenes().of(request)
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
-    if isinstance(request.source, Scene):
-        return Showing(scene, scene, camera, seen, STRAIGHT, lights, "phong", request.finish)
+    if isinstance(request.source, Scene | PointCloud):
+        shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
+        return Showing(scene, scene, camera, seen, STRAIGHT, lights, shading, request.finish)
     frame = scene.things[0].content.frame
     home, turns = (frame.pose, request.turns) if request.pose is None else (seen, STRAIGHT)
     return Showing(frame, scene, camera, home, turns, lights, request.look.shading, request.finish)
@@ -176,12 +182,21 @@ def _surfaces_in(scene: Scene) -> int:
 
 def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[Part]:
     """The things of the scene."""
+    own = {} if showing.shading == "phong" else {"shading": "phong"}  # the page's shading is that of a thing alone
     with renderer.prepared(showing.scene, showing.camera, showing.home) as things:
         for placed, thing in things.items():
-            meshes = [mesh_part(thing, quality)] if isinstance(thing, PlacedMesh) else []
-            for head, body in meshes or (surface_part(surface, quality) for surface in surfaces_of(thing)):
+            for head, body in _parts_of(thing, quality):
                 axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
-                yield head | look_of(placed) | {"axes": axes.tolist()}, body
+                yield head | look_of(placed) | own | {"axes": axes.tolist()}, body
+
+
+def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:
+    if isinstance(thing, PlacedMesh):
+        yield mesh_part(thing, quality)
+    elif isinstance(thing, PlacedCloud):
+        yield cloud_part(thing, quality)
+    else:
+        yield from (surface_part(surface, quality) for surface in surfaces_of(thing))
 
 
 def _filled(title: str, still: NDArray[np.uint8], data: dict[str, Any], body: bytes) -> str:

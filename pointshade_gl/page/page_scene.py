@@ -30,6 +30,7 @@ class Showing:
 
     home  (4, 4) pose of that camera
     turn  yaw, pitch and dolly by which the page's first picture is seen from elsewhere
+    points  of all clouds, before some were left out
     """
 
     source: Frame | Scene
@@ -40,6 +41,7 @@ class Showing:
     lights: Sequence[Light]
     shading: str
     finish: Finish
+    points: int = 0
 
     @property
     def stage(self) -> Stage:
@@ -80,7 +82,7 @@ class Showing:
             "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
             "background": self._background(),
-            "leftOut": list(left_out(self.scene, self.lights, self.finish)),
+            "leftOut": list(left_out(self.scene, self.lights, self.finish, self.points)),
         }
 
     def start(self, stage: Stage) -> State:

@@ -20,16 +20,18 @@ class Quality(NamedTuple):
 
     depth_step   depths are kept to half of this share of them
     normal_bits  of each of two coordinates
-    jpeg         quality of the colours; None keeps them without loss
+    jpeg         quality of the colours of frames and meshes; None keeps them without loss
+    points       of all clouds together, at most
     """
 
     depth_step: float
     normal_bits: int
     jpeg: int | None
+    points: int
 
 
 QualityName = Literal["exact", "small"]
-QUALITIES = {"exact": Quality(1e-6, 14, None), "small": Quality(2e-5, 10, 95)}
+QUALITIES = {"exact": Quality(1e-6, 14, None, 250_000), "small": Quality(2e-5, 10, 95, 125_000)}
 
 
 def surface_part(surface: Surface, quality: Quality) -> Part:

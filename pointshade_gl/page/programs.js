@@ -73,6 +73,7 @@ function makeTexture(gl, format, width, height, data = null, filter = gl.NEAREST
     rgba8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE],
     rgba16f: [gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT],
     rgba32f: [gl.RGBA32F, gl.RGBA, gl.FLOAT],
+    r32f: [gl.R32F, gl.RED, gl.FLOAT],
     r16f: [gl.R16F, gl.RED, gl.FLOAT],
     r32i: [gl.R32I, gl.RED_INTEGER, gl.INT],
     depth: [gl.DEPTH_COMPONENT24, gl.DEPTH_COMPONENT, gl.UNSIGNED_INT],

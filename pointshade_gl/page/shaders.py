@@ -10,6 +10,8 @@ ENTRIES = (
     "fullscreen.vert", "points/splats.vert", "points/splats.frag", "points/rims.vert", "points/rims.frag",
     "points/resolve_surfaces.frag", "shading/light.frag", "shading/shadow.frag", "surface/hidden_planes.frag",
     "meshes/mesh.vert", "meshes/mesh.frag", "meshes/mesh_lit.vert", "meshes/mesh_lit.frag", "meshes/mesh_shadow.frag",
+    "clouds/splat.vert", "clouds/depth.frag", "clouds/front.frag", "clouds/blend.frag", "clouds/resolve.frag",
+    "clouds/ball.frag",
 )  # fmt: skip
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 _COMMENT = re.compile(r"[ \t]*//[^\n]*")

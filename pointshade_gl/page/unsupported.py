@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
-from ..scene.frame import Frame
+from ..messages.formatting import counted
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.point_cloud import PointCloud
@@ -12,17 +12,12 @@ from ..scene.point_object import PointObject
 from ..scene.render_settings import Finish
 
 
-def check_shown(source: Frame | Sequence[Frame] | Scene | PointCloud) -> Frame | Sequence[Frame] | Scene:
-    """Return what a page is to show. Raises ValueError for what no page shows."""
-    things = source.things if isinstance(source, Scene) else ()
-    if isinstance(source, PointCloud) or any(isinstance(p.content, PointCloud) for p in things):
-        raise ValueError("a page shows no point clouds yet: write a picture or a film of them")
-    return source
-
-
-def left_out(scene: Scene, lights: Iterable[Light], finish: Finish) -> Iterator[str]:
-    """Of a scene under these lights, finished like this."""
+def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int) -> Iterator[str]:
+    """Of a scene under these lights, finished like this. points: of its clouds, before some were left out."""
     objects = [p.content for p in scene.things if isinstance(p.content, PointObject)]
+    shown = sum(len(p.content) for p in scene.things if isinstance(p.content, PointCloud))
+    if shown < points:
+        yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
         yield "the ground and its shadows are in the still picture only"
     if any(light.is_soft for light in lights):

@@ -2,7 +2,8 @@
 
 async function takeThings(gl, reader, heads) {
   const things = [];
-  for (const head of heads) things.push(await (head.kind === "mesh" ? takeMesh : takePoints)(gl, reader, head));
+  const takers = { mesh: takeMesh, points: takePoints, cloud: takeCloud };
+  for (const head of heads) things.push(await takers[head.kind](gl, reader, head));
   return things;
 }
 

@@ -46,8 +46,8 @@ def _seen(placed: Placed, eye: Eye) -> tuple[float, float]:
     return float(len(np.unique(cells)) * CELL**2), float(np.count_nonzero(inside) / len(some))
 
 
-def points_at(cloud: PointCloud, level: int) -> NDArray[np.int64] | None:
-    """Return which points of a cloud a level has, in order; None for all. Each level is part of the one before."""
+def points_at(cloud: PointCloud, level: float) -> NDArray[np.int64] | None:
+    """Return which points of a cloud a level has, in order; None for all. Each level is part of those below it."""
     if level == 0:
         return None
     random = np.random.default_rng(SEED)

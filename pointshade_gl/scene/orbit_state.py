@@ -27,7 +27,7 @@ from ..messages.validation import (
 from .appearance import NOT_LIT, Look
 from .camera import Camera, orbit_pose
 from .light import Light, at_upper_left
-from .orbit_target import Stage
+from .orbit_target import VERTICAL, Axis, Stage
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # radians from the viewer's direction: straight behind, left and right would meet
@@ -105,7 +105,7 @@ class State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""
         return replace(self, look=replace(self.look, **changes))
 
-    def orbited(self, dx: float, dy: float, smaller_side: float) -> State:
+    def orbited(self, dx: float, dy: float, smaller_side: float, axis: Axis = VERTICAL) -> State:
         """Return the state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.
 
         In light mode the light stays with the viewer, otherwise with the object.
@@ -113,7 +113,11 @@ class State:
         yaw = (self.yaw - dx / smaller_side * DEGREES + 180) % 360 - 180
         pitch = min(max(self.pitch + dy / smaller_side * DEGREES, -89.0), 89.0)
         turned = replace(self, yaw=yaw, pitch=pitch)
-        return turned if self.light_mode else turned.with_light_direction(_turn(turned).T @ _turn(self) @ self.towards)
+        return (
+            turned
+            if self.light_mode
+            else turned.with_light_direction(_turn(turned, axis).T @ _turn(self, axis) @ self.towards)
+        )
 
     def panned(self, dx: float, dy: float, focal: float) -> State:
         """Return the state after a drag by (dx, dy) pixels; the picture's focal length is in pixels."""
@@ -127,7 +131,7 @@ class State:
         """Return a state with the same picture and light, whose orbits turn around another point in front of the
         viewer: (3,), view axes."""
         x, y, z = check_point(point, "pivot")
-        turned = _turn(self) @ ((x, y, z) - self.seen_pivot(stage))
+        turned = _turn(self, stage.axis) @ ((x, y, z) - self.seen_pivot(stage))
         middle = stage.pivot / stage.pivot[2]
         pivot = tuple(map(float, self.pivot + turned))
         pan = float(x / z - middle[0]), float(y / z - middle[1])
@@ -184,11 +188,11 @@ class State:
 
     def seen_middle(self, stage: Stage) -> NDArray[np.float64]:
         """(3,) the object's middle, view axes: the light moves around it."""
-        return self.seen_pivot(stage) - _turn(self).T @ self.pivot
+        return self.seen_pivot(stage) - _turn(self, stage.axis).T @ self.pivot
 
     def pose(self, stage: Stage) -> NDArray[np.float64]:
         """(4, 4) of the viewer, to the axes of the frame's camera."""
-        turn = _turn(self)
+        turn = _turn(self, stage.axis)
         pose = np.eye(4)
         pose[:3, :3] = stage.upright @ turn @ stage.upright
         pose[:3, 3] = stage.upright @ (stage.pivot + self.pivot - turn @ self.seen_pivot(stage))
@@ -241,5 +245,5 @@ def marker_place(state: State, stage: Stage, camera: Camera) -> Pair:
     return middle[0] + state.light_at[0] * rim, middle[1] + state.light_at[1] * rim
 
 
-def _turn(state: State) -> NDArray[np.float64]:
-    return orbit_pose(None, (0, 0, 1), state.yaw, state.pitch)[:3, :3]
+def _turn(state: State, axis: Axis) -> NDArray[np.float64]:
+    return orbit_pose(None, (0, 0, 1), state.yaw, state.pitch, upright=axis)[:3, :3]

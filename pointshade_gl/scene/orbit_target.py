@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,10 @@ from numpy.typing import NDArray
 from .frame import Frame
 from .frame_arrays import probing_step
 from .graph import Scene
+from .point_cloud import PointCloud
+
+Axis = tuple[float, float, float]
+VERTICAL: Axis = (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -19,11 +23,13 @@ class Stage:
     pivot    (3,) the object's middle, as the frame's own camera sees it
     radius   the light's distance from the pivot
     upright  (3, 3) from the camera's axes to view axes and back: with a negative fy the camera's y points up
+    axis     (3,) that yaw turns about, view axes: the picture's vertical, or the up of point clouds
     """
 
     pivot: NDArray[np.float64]
     radius: float
     upright: NDArray[np.float64]
+    axis: Axis = VERTICAL
 
     @classmethod
     def of(cls, frame: Frame | Scene) -> Stage:
@@ -43,7 +49,7 @@ class Stage:
 
     def is_as(self, other: Stage) -> bool:
         """Return whether two stages are the same."""
-        return self.radius == other.radius and all(
+        return (self.radius, self.axis) == (other.radius, other.axis) and all(
             np.array_equal(*both) for both in ((self.pivot, other.pivot), (self.upright, other.upright))
         )
 
@@ -52,4 +58,8 @@ class Stage:
         pose, (centre, radius) = np.asarray(scene.pose), scene.bounds
         pivot = pose[:3, :3].T @ (centre - pose[:3, 3])
         pivot = np.array([0.0, 0.0, max(pivot[2], 0.1 * radius)])  # what the camera looks at stays in the middle
-        return cls(pivot, min(radius, float(pivot[2])), np.eye(3))
+        stage = cls(pivot, min(radius, float(pivot[2])), np.eye(3))
+        if any(isinstance(p.content, PointCloud) for p in scene.things):
+            x, y, z = pose[:3, :3].T @ scene.upright
+            return replace(stage, axis=(float(x), float(y), float(z)))
+        return stage

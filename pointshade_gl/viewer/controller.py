@@ -24,6 +24,7 @@ class Surroundings:
     scale          pixels are so much smaller than usual
     total          how many frames the timeline is for; None: it has no bar
     is_scene       a scene is shown, whose objects have looks of their own
+    has_clouds     there are point clouds among them
     """
 
     camera: Camera | None
@@ -32,6 +33,7 @@ class Surroundings:
     scale: float = 1.0
     total: int | None = None
     is_scene: bool = False
+    has_clouds: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ def controller(control: Control, place: Surroundings, event: Event, is_taken: bo
     if event.kind == "key":
         if is_taken:
             return control, ()
-        state, effects = press_key(control.now, place.is_scene, event.key, event.ctrl, event.shift)
+        state, effects = press_key(control.now, place.is_scene, event.key, event.ctrl, event.shift, place.has_clouds)
         return control.with_state(state), (*effects, Remember())
     if event.kind == "text":
         return control, ()

@@ -14,9 +14,10 @@ from ..files.access.file_name_patterns import COLOR_SUFFIXES, DEPTH_SUFFIXES, ON
 from ..files.access.folder_listing import Item
 from ..files.frames.frame_files import load_frame
 from ..files.pictures.picture_heads import is_deep_grey
-from ..files.sources import check_posed, is_scene, load_any, open_source
+from ..files.sources import check_posed, is_cloud, is_scene, load_any, open_source
 from ..messages.formatting import option, shown
 from ..messages.validation import check_fps, items_of
+from ..scene.cloud_scene import scene_of
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
@@ -113,12 +114,16 @@ def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
 def read_dropped(paths: Sequence[str]) -> Dropped:
     """Read what was dropped onto a window, as if `pointshade view` had been given it.
 
-    paths  a folder, a depth file or a scene; or the files of one frame: depth, colour, camera; or several folders
+    paths  a folder, a depth file, a scene or point clouds; or the files of one frame: depth, colour, camera; or several
+           folders
 
     Raises ValueError, TypeError or OSError for anything else.
     """
     if not paths:
         raise ValueError("the name of what was dropped cannot be read")
+    if all(map(is_cloud, paths)):
+        clouds: list[Any] = [load_any(path) for path in paths]
+        return Dropped(scene_of(*clouds, names=[Path(path).stem for path in paths]), (), tuple(paths), {})
     if len(paths) == 1:
         return Dropped((load_any if is_scene(paths[0]) else open_source)(paths[0]), (), tuple(paths), {})
     if all(Path(path).is_dir() for path in paths):
@@ -149,7 +154,7 @@ def _files_of(paths: list[Path]) -> dict[str, Any]:
 def check_sources(source: Any, others: Any, views: Any) -> list[Any]:
     """The others in a list. Raises TypeError or ValueError for what cannot be shown, or not as it is asked for."""
     if not isinstance(source, Frame | Scene | Iterable) or isinstance(source, str | bytes):
-        raise TypeError(f"source must be a Frame, a Scene or an iterable of frames, got {shown(source)}")
+        raise TypeError(f"source must be a Frame, a Scene, a PointCloud or an iterable of frames, got {shown(source)}")
     for other in [others] if (found := items_of(others)) is None else found:
         if found is None or not isinstance(other, Frame | Iterable) or isinstance(other, str | bytes):
             raise TypeError(f"others must be Frames or iterables of frames, got {shown(other)}")

@@ -140,6 +140,13 @@ class ShowFrame:
 
 
 @dataclass(frozen=True)
+class ResizePoints:
+    """Make the points of a scene's clouds so many times as large."""
+
+    factor: float
+
+
+@dataclass(frozen=True)
 class Open:
     """Show what files or folders hold."""
 
@@ -147,4 +154,6 @@ class Open:
 
 
 PlayEffect = Seek | StepFrames | ChangeRate | PlayCommand
-Effect = Command | PlayEffect | Scrub | ShowMessage | Remember | TakeLight | TurnAround | ShowFrame | Open
+Effect = (
+    Command | PlayEffect | Scrub | ShowMessage | Remember | TakeLight | TurnAround | ShowFrame | ResizePoints | Open
+)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..scene.appearance import SHADINGS
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
-from .events import ChangeRate, Command, Effect, PlayCommand, Seek, ShowMessage, StepFrames, TakeLight
+from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
 from .history import Moment
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
@@ -35,6 +35,7 @@ class Key(NamedTuple):
     says      what the help says about them
     do        gives the state after one of them was pressed, and what else is to be done
     of_frame  they change the look of frames, which a scene's objects have of their own
+    of_cloud  they do something else for the clouds of a scene
     """
 
     names: tuple[str, ...]
@@ -42,15 +43,20 @@ class Key(NamedTuple):
     says: str
     do: Callable[[Moment, str], Answer]
     of_frame: bool = False
+    of_cloud: Callable[[Moment, str], Answer] | None = None
 
 
-def press_key(now: Moment, is_scene: bool, name: str, ctrl: bool = False, shift: bool = False) -> Answer:
+def press_key(
+    now: Moment, is_scene: bool, name: str, ctrl: bool = False, shift: bool = False, has_clouds: bool = False
+) -> Answer:
     """Return the state after a key, and what else is to be done; with Ctrl and Shift perhaps another key's."""
     chord = "CTRL+" * ctrl + "SHIFT+" * shift + name
     name = chord if chord in BY_NAME else name
     key = BY_NAME.get(name)
     if key is None:
         return now.state, ()
+    if has_clouds and key.of_cloud:
+        return key.of_cloud(now, name)
     return _say(OWN_LOOKS, now.state) if key.of_frame and is_scene else key.do(now, name)
 
 
@@ -94,10 +100,18 @@ def _compare(now: Moment, _: str) -> Answer:
     return _say("unlit, as photographed" if state.lit else again, replace(state, lit=not state.lit))
 
 
+def _factor(name: str) -> float:
+    return 1.25 if name in ("+", "=") else 1 / 1.25
+
+
+def _resize_clouds(now: Moment, name: str) -> Answer:
+    return now.state, (ResizePoints(_factor(name)),)
+
+
 def _resize_points(now: Moment, name: str) -> Answer:
     if now.state.look.splat == "mesh":
         return _say("a mesh has no point size", now.state)
-    factor = 1.25 if name in ("+", "=") else 1 / 1.25
+    factor = _factor(name)
     size = round(min(max(now.state.point_size * factor, SMALLEST), LARGEST), 2)
     size = 1.0 if abs(size - 1) < 0.1 else size
     end = {SMALLEST: ", the smallest", LARGEST: ", the largest"}.get(size, "")
@@ -147,7 +161,7 @@ KEYS = (
     Key(("1", "2", "3", "4", "5"), "1 to 5", "shading: none, flat, gouraud, phong, edl", _choose_shading),
     Key(("B",), "B", "compare with the unlit picture", _compare),
     Key(("N",), "N", "next normal estimator", _cycle_normals, of_frame=True),
-    Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True),
+    Key(("+", "=", "-"), "+ -", "point size", _resize_points, of_frame=True, of_cloud=_resize_clouds),
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
     Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),

@@ -25,7 +25,7 @@ MOUSE = (
     ("wheel", "zoom"),
     ("double click", "turn around this point, or the object's middle"),
     ("click, drag on the bar", "jump through a sequence"),
-    ("drop files", "open a folder, a depth file, a scene, or depth and colour"),
+    ("drop files", "open a folder, a depth file, a scene, clouds, or depth and colour"),
 )
 
 
@@ -134,7 +134,7 @@ class Mouse:
         last, mouse = self.last or now, replace(self, pressed=None, last=now)
         dx, dy = now[0] - last[0], now[1] - last[1]
         if self.drag == "orbit":
-            return mouse, state.orbited(dx, dy, min(camera.width, camera.height))
+            return mouse, state.orbited(dx, dy, min(camera.width, camera.height), stage.axis)
         if self.drag == "pan":
             return mouse, state.panned(dx, dy, camera.fx)
         if now == last or (self.drag != "light" and not state.light_mode):

@@ -6,7 +6,7 @@ from typing import Any
 
 from .events import Effect, Event
 from .history import Moment
-from .panel_sections import Facts, ViewsList, show_facts, show_light, show_nodes, show_points, show_surface
+from .panel_sections import Facts, ViewsList, show_clouds, show_facts, show_light, show_nodes, show_points, show_surface
 from .panel_widgets import Widgets
 from .picture import Picture
 from .window import Window
@@ -119,7 +119,7 @@ class Panel:
         now, taken = show_light(ui, now, facts)
         state = show_surface(ui, now.state, shown)
         state = show_points(ui, state, shown, has_room)
-        effects += [*taken, *show_nodes(ui, shown)]
+        effects += [*taken, *show_clouds(ui, shown, has_room), *show_nodes(ui, shown)]
         ui.note("Ctrl and a click on a number: type it")
         return now._replace(state=state), effects
 

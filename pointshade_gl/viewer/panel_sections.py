@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 
 from ..estimation.multi_view import is_primary
 from ..rendering.renderer import Renderer
-from ..scene.appearance import FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
+from ..scene.appearance import CLOUD_SPLATS, FLYING, FRAME_SPLATS, NOT_LIT, SHADINGS, Look, Material
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.noise import SENSORS
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
+from ..scene.point_cloud import CloudLook
+from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
 from .events import Effect, ShowFrame, TakeLight
 from .history import Moment
 from .lights import KINDS, as_kind, kind_of
@@ -217,6 +219,21 @@ def show_points(ui: Widgets, state: State, shown: Shown, opened: bool) -> State:
     ui.imgui.end_disabled()
     changes["point_size"] = None if is_mesh else look.point_size if size == state.point_size else size
     return state.with_look(**changes)
+
+
+def show_clouds(ui: Widgets, shown: Shown, opened: bool) -> list[Effect]:
+    """Show what is drawn of each point of a scene's clouds, as the first of them has it."""
+    clouds = clouds_of(shown)
+    if not clouds or not isinstance(shown, Scene) or not ui.section("points of clouds", opened):
+        return []
+    first, (number, unit) = clouds[0], size_of(clouds[0])
+    splat: Any = ui.choose("splat", first.splat, CLOUD_SPLATS, "What is drawn of a point: a disc, blended with those "
+                           "beside it into a surface; or a ball.")  # fmt: skip
+    low, high = (0.25, 8.0) if unit == "x" else (0.5, 32.0) if unit else (0.1 * number, 10 * number)
+    size = ui.slide("size", number, low, high, f"Radius, {UNITS[unit]} (+ and -).", True)
+    if splat != first.splat:
+        return [ShowFrame(restyled(shown, lambda _: CloudLook(splat=splat)))]
+    return [] if size == number else [ShowFrame(restyled(shown, lambda _: CloudLook(point_size=with_unit(size, unit))))]
 
 
 def _choose(ui: Widgets, name: str, value: Any, none: str, known: Iterable[str], why: str) -> Any:

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.camera import Camera
+from ..scene.graph import Scene
+from .clouds import resized
 from .controller import Answer, Control
 from .document import Document
-from .events import Command, Effect, PlayEffect, Remember, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
+from .events import Command, Effect, PlayEffect, Remember, ResizePoints, Scrub, Seek, ShowFrame, ShowMessage, TakeLight
 from .history import Moment
 from .keys import when_seen
 from .lights import taking, titles
@@ -80,6 +82,9 @@ class Session:
                 self._take_light(number)
             case ShowFrame(frame):
                 self.frame = frame
+            case ResizePoints(factor):
+                assert isinstance(self.frame, Scene), "only clouds of scenes are resized so"
+                self._follow(*resized(self.frame, factor))
             case Scrub(index):
                 self._wanted = index
             case _:

@@ -16,11 +16,14 @@ from ..messages.notes import Note, taken_by
 from ..messages.validation import check_flag, check_function, check_path, check_size, check_type, is_a
 from ..rendering.renderer import Renderer
 from ..scene.camera import Camera
+from ..scene.cloud_scene import scene_of
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
 from ..scene.option_fields import renamed
 from ..scene.orbit_state import State
+from ..scene.point_cloud import PointCloud
+from .clouds import clouds_of
 from .controller import Surroundings, controller, hides_pointer, is_for_timeline, turned_around
 from .document import Document, check_rates, check_sources
 from .events import Command, Effect, Event, Open, Remember, TurnAround
@@ -45,10 +48,10 @@ DISPLAY_RATE = 60.0  # pictures per second while on_frame is overridden
 
 
 class Viewer(Session):
-    """A window that shows a frame, a stream of frames or a scene; `run()` shows it until it is closed.
+    """A window that shows a frame, a stream of frames, a scene or a point cloud; `run()` shows it until it is closed.
 
     source  a Frame, a Sequence of frames (see `open_source`), anything else that `for frame in source:` accepts, or a
-            Scene with its own lights and shadows
+            Scene with its own lights and shadows; a PointCloud is shown as a scene
     title   of the window
     window_size  (width, height) of the window in screen coordinates; None: that of the frame
     state   what the window shows at first: view, light, look
@@ -77,7 +80,7 @@ class Viewer(Session):
     @renamed(window_size="size")
     def __init__(
         self,
-        source: Frame | Scene | Iterable[Frame],
+        source: Frame | Scene | PointCloud | Iterable[Frame],
         *,
         title: str = "pointshade",
         window_size: tuple[int, int] | None = None,
@@ -91,6 +94,7 @@ class Viewer(Session):
         command_line: CommandLine | None = None,
         notes: Note | None = None,
     ):
+        source = scene_of(source) if isinstance(source, PointCloud) else source
         others = check_sources(source, others, views)
         if not is_a(title, str):
             raise TypeError(f"title must be a text, got {shown(title)}")
@@ -225,7 +229,10 @@ class Viewer(Session):
     def _surroundings(self) -> Surroundings:
         width, height = self.window.picture_size
         total, is_scene = self.document.playing.total(self.frame), isinstance(self.frame, Scene)
-        return Surroundings(self.camera, width - self.panel_width, height, self.window.scale, total, is_scene)
+        has_clouds = bool(clouds_of(self.frame))
+        return Surroundings(
+            self.camera, width - self.panel_width, height, self.window.scale, total, is_scene, has_clouds
+        )
 
     @property
     def renderer(self) -> Renderer:

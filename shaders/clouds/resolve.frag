@@ -1,4 +1,7 @@
 #version 330 core
+#ifndef COARSE
+#define COARSE 0  // 1: the sums are half floats, too coarse for depth: it is that of the front surface
+#endif
 // The sums of blend.frag -> what the light pass reads, among the surfaces of other objects.
 #include "common/cloud_splat.glsl"
 
@@ -46,7 +49,8 @@ void main() {
     geometry /= colors.w;
     float certain = length(geometry.xyz);
     vec3 normal = is_lit && certain > 0.0 ? turned_as_beside(geometry.xyz / certain, geometry.w, pixel) : vec3(0.0);
-    surface = vec4(normal, 1.0 / geometry.w);
+    float inverse_depth = COARSE == 1 ? 1.0 / texelFetch(front, pixel, 0).r : geometry.w;
+    surface = vec4(normal, 1.0 / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
-    gl_FragDepth = 1.0 - near * geometry.w;
+    gl_FragDepth = 1.0 - near * inverse_depth;
 }

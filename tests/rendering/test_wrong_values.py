@@ -295,8 +295,8 @@ DRAWN = {
 }
 
 SHOWN = {
-    "nothing": (lambda: Viewer(None), TypeError, "source must be a Frame, a Scene or an iterable of frames, got None"),
-    "name": (lambda: Viewer("vase"), TypeError, "source must be a Frame, a Scene or an iterable of frames, got 'vase'"),
+    "nothing": (lambda: Viewer(None), TypeError, "source must be a Frame, a Scene, a PointCloud or an iterable of frames, got None"),
+    "name": (lambda: Viewer("vase"), TypeError, "source must be a Frame, a Scene, a PointCloud or an iterable of frames, got 'vase'"),
     "numbers": (lambda: Viewer([1, 2]), TypeError, "source must give Frames, got 1"),
     "empty": (lambda: Viewer([]), ValueError, "source has no frames|none of the 0 frames"),
     "title": (lambda: Viewer(FRAME, title=5), TypeError, "title must be a text, got 5"),

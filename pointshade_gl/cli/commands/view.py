@@ -14,7 +14,7 @@ from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ..command_words import words_of
-from ..inputs import as_scene, check_stream, load, load_others
+from ..inputs import are_clouds, as_scene, check_stream, load, load_clouds, load_others
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
 from ..output import announce
@@ -34,7 +34,7 @@ def view(
     views: Views = None,
     quiet: Quiet = False,
 ) -> None:
-    """Open a window where the light follows the mouse; H lists the keys.
+    """Open a window where the light follows the mouse; H lists the keys. It shows frames, scenes and point clouds.
 
     A folder with a sequence is played; with --views, or when M is pressed, frames of it are merged into one object.
     """
@@ -49,8 +49,8 @@ def view(
     lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)
-    rates = rates_from(window.fps, 1 + len(inputs))
     source, others = _read(frame, state.look, inputs, views)
+    rates = rates_from(window.fps, 1 + len(others))
     viewer = Viewer(
         source,
         title=f"pointshade: {' and '.join([str(frame.input or frame.depth or 'vase'), *inputs])}",
@@ -75,9 +75,13 @@ def _read(frame: FrameOptions, look: Look, inputs: Sequence[str], views: str | N
     """What INPUT names, and MORE."""
     if inputs and views:
         raise ValueError(f"several INPUTs are merged as they play: leave out {option('views')}")
+    plain = LookOptions().look()
+    look = replace(look, shading=plain.shading)  # that of scenes is the window's
+    if are_clouds(frame, inputs) and views is None:
+        return load_clouds(frame, look, plain, inputs), []
     source = load(frame, sequence=True, scene=not (views or inputs))
     others = load_others(frame, source, inputs)
-    source = as_scene(source, look, LookOptions().look())
+    source = as_scene(source, look, plain)
     check_stream(look, bool(others) or not isinstance(source, Frame))
     return source, others
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -54,6 +55,22 @@ class CloudPoints(Owner):
         with self._all_or_nothing():
             self.discs = self._buffers(vertices[:discs])
             self.others = self._buffers(vertices[discs:])
+
+    @contextmanager
+    def complete(self, cloud: PointCloud) -> Iterator[CloudPoints]:
+        """Have all points of this cloud, `cloud` or one that looks otherwise, on the GPU."""
+        if self.count == len(cloud):
+            yield self
+            return
+        whole = CloudPoints(self._context, cloud, 0)
+        try:
+            yield whole
+        finally:
+            whole.release()
+
+    def read(self) -> NDArray[Any]:
+        """Return (count,) of VERTEX."""
+        return np.frombuffer(b"".join(buffer.read() for buffer in self.discs + self.others), VERTEX)
 
     def draw(self, buffers: list[moderngl.Buffer], program: moderngl.Program, as_quads: bool) -> None:
         """Draw some of the points by a program of shaders/clouds/splat.vert. as_quads: by one with QUADS."""

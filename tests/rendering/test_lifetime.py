@@ -107,15 +107,16 @@ def test_copies_that_stay_are_not_uploaded_again(renderer):
 
 
 @pytest.mark.parametrize("options", [{}, {"samples": 2, "ground": (0, -1, 0)}], ids=["plain", "finished"])
-def test_frames_and_meshes_that_are_no_longer_shown_are_let_go(renderer, options):
+def test_frames_meshes_and_clouds_that_are_no_longer_shown_are_let_go(renderer, options):
     corners = np.array([[-0.5, -0.5, 1.2], [0.5, -0.5, 1.2], [0, 0.5, 1.2]])
     content = [small(seed) for seed in range(20)]
     mesh = ps.Mesh(corners, np.array([[0, 1, 2]]))
-    refs = [*map(weakref.ref, content), weakref.ref(mesh)]
+    cloud = ps.PointCloud(np.random.default_rng(0).uniform(1, 3, (200, 3)))
+    refs = [*map(weakref.ref, content), weakref.ref(mesh), weakref.ref(cloud)]
     scene = scene_of(content)
-    scene = ps.Scene((*scene.nodes, ps.Node(mesh)), camera=scene.camera)
+    scene = ps.Scene((*scene.nodes, ps.Node(mesh), ps.Node(cloud)), camera=scene.camera)
     renderer.render(scene, ps.Light(direction=(0, 0, 1), shadow=True), **options)
-    del content, mesh, scene
+    del content, mesh, cloud, scene
     renderer.render(small(99))
     gc.collect()
     assert [ref() for ref in refs if ref() is not None] == []
@@ -213,3 +214,18 @@ def test_a_new_renderer_in_another_process(renderer, work, start, answer):
     said = answers.get(timeout=20)
     child.join()
     assert answer in said
+
+
+@pytest.mark.parametrize("splat", ["disc", "ball"])
+def test_a_cloud_that_is_no_longer_drawn_leaves_nothing_on_the_gpu(renderer, splat):
+    """Neither its points nor what found their planes; however often it comes again."""
+    points = np.random.default_rng(0).uniform((-1, -1, 3), (1, 1, 5), (3000, 3))
+    with ps.Renderer() as renderer:
+        held = []
+        for _ in range(3):
+            renderer.render(ps.PointCloud(points, splat=splat), ps.Light(direction=(0, 1, 1), shadow=True))
+            drawn = alive(renderer)
+            renderer.render(ps.PointCloud(points, splat=splat).styled(point_size="5px"))
+            renderer.render(small())
+            held.append(alive(renderer))
+        assert held[0] == held[1] == held[2] and drawn["Buffer"] > held[0]["Buffer"]

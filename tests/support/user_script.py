@@ -109,7 +109,13 @@ scanned = ps.load_cloud("scan.laz", up="z", most=1_000_000, color_by="class", ma
 scanned = ps.load_cloud(folder / "scan.ply")
 of_points = point_cloud.sizes, point_cloud.confidence, point_cloud.origin, point_cloud.up, point_cloud.seen_from
 of_drawing = point_cloud.material, point_cloud.shading, point_cloud.splat, point_cloud.point_size
-of_place = point_cloud.corners, point_cloud.main_corners, point_cloud.radius_rule, point_cloud.up_direction
+of_place = (
+    point_cloud.corners,
+    point_cloud.main_corners,
+    point_cloud.radius_rule,
+    point_cloud.rough_spacing,
+    point_cloud.up_direction,
+)
 of_levels = point_cloud.points_known, point_cloud.thins, point_cloud.arrays, point_cloud.reach(0.5)
 balls = point_cloud.styled(splat="ball", point_size="3px", shading="edl")
 is_like = point_cloud.is_like(balls)

@@ -143,11 +143,9 @@ def _vertices(
     normals, colors, sizes = (_part(one, some) for one in (cloud.normals, cloud.colors, cloud.sizes))
     if _has_planes(cloud):
         order, _, planes, details, fit = find_planes(context, local, normals)
-        spacing = fit.spacing if fit else 0.0
-        alone: NDArray[np.bool_] = ~planes[:, :3].any(-1)
-        if len(local) < FEW:
-            alone, spacing = np.ones(len(local), np.bool_), min(spacing, cloud.rough_spacing)
-        planes[alone, 3] = np.minimum(planes[alone, 3], spacing)  # no neighbours tell how far apart such points are
+        few, spacing = len(local) < FEW, fit.spacing if fit else 0.0
+        alone = few | ~planes[:, :3].any(-1)  # no neighbours tell how far apart such points are
+        planes[alone, 3] = np.minimum(planes[alone, 3], min(spacing, cloud.rough_spacing) if few else spacing)
     else:
         order, planes, details, fit = np.arange(len(local)), np.zeros((len(local), 4), np.float32), None, None
     last = np.argsort(~planes[:, :3].any(-1), kind="stable")

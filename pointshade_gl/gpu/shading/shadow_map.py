@@ -52,6 +52,7 @@ class ShadowMap(Versioned, Owner):
         self._target.use()
         self._target.clear(depth=1.0, viewport=(*first, side, side))
         self._target.viewport = (*first, side, side)
+        confine(self._target, (*first, side, side))  # large points reach over a viewport
         self.raise_version()
         return Tile(self._target, first, side)
 

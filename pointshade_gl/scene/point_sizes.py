@@ -34,7 +34,8 @@ def check_look_size(size: Any) -> Any:
     name = option("point_size")
     if isinstance(size, str):
         if size != "fill" and not _is_cloud_size(size):
-            raise ValueError(f"{name} must be a number of source pixels, 'fill', or {_OF_CLOUD}, got {shown(size)}")
+            others = "a point cloud takes '3px' and '2x' (times the spacing), too"
+            raise ValueError(f"{name} must be a number of source pixels, or 'fill', got {shown(size)}: {others}")
     elif size is not None and is_single(size):
         size = check_float(size, f"{name} must be a number of source pixels, 0 or above", 0)
     return size

@@ -90,7 +90,10 @@ def things(tmp_path):
             "normals vase demo -o out.png",
             "there is one INPUT, got also demo: pass files as --depth FILE, --color FILE and",
         ),
-        ("render vase demo -o out.png", "more INPUTs must be folders of frames, got demo: pass files as --depth FILE"),
+        (
+            "render vase demo -o out.png",
+            "more INPUTs must be folders of frames, or point clouds, got demo: pass files as --depth FILE",
+        ),
         ("bench demo", "extra argument"),
         ("render --verbose", "there is no option --verbose; `pointshade render --help` lists the options"),
         ("render --rgb a.png", "there is no option --rgb (did you mean --color?)"),

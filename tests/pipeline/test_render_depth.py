@@ -82,7 +82,9 @@ def test_sizes_and_shapes_of_splats_count(renderer):
 
 
 def test_wrong_arguments_are_refused(renderer):
-    with pytest.raises(TypeError, match="frame must be a Frame, a sequence of frames, a Scene or a path, got 7"):
+    with pytest.raises(
+        TypeError, match="frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got 7"
+    ):
         renderer.render_depth(7)
     with pytest.raises(TypeError, match="camera must be a Camera"):
         renderer.render_depth(frames.sphere(), camera=(640, 480))

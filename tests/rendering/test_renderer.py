@@ -196,7 +196,10 @@ def test_a_hundred_lights_add_up(renderer):
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ((b"my_frame",), "frame must be a Frame, a sequence of frames, a Scene or a path, got b'my_frame'"),
+        (
+            (b"my_frame",),
+            "frame must be a Frame, a sequence of frames, a Scene, a PointCloud or a path, got b'my_frame'",
+        ),
         ((frames.sphere(), (1, 2, 3)), "light must be a Light or several of them, got 1"),
         ((ps.Scene(), "sun"), "light must be a Light or several of them, got 's'"),
     ],

@@ -189,7 +189,7 @@ class TestInfo:
     )
     def test_what_does_not_fit(self, tmp_path, words, says):
         (tmp_path / "a.ply").write_bytes(CLOUDS["a.ply"])
-        status, _, err = self.run(*words.format(cloud=tmp_path / "a.ply").split())
+        status, _, err = self.run(*(word.format(cloud=tmp_path / "a.ply") for word in words.split()))
         assert status and says in err and err.count("\n") == 1
 
     def test_other_commands_say_what_draws_it(self, tmp_path):

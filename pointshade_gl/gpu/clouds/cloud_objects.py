@@ -103,10 +103,7 @@ class FrontImage(Images):
     @cached_property
     def depth(self) -> moderngl.Texture:
         """1 - near/z of the nearest core of a disc."""
-        texture = self._allocate(self._context.depth_texture, self.size)
-        texture.compare_func = ""  # read as numbers
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return texture
+        return self._depth_texture()
 
     @cached_property
     def sums(self) -> tuple[moderngl.Texture, moderngl.Texture]:

@@ -39,6 +39,13 @@ class Images(Versioned, Owner):
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return texture
 
+    def _depth_texture(self) -> moderngl.Texture:
+        """Return a depth buffer that is read as numbers."""
+        texture = self._allocate(self._context.depth_texture, self.size)
+        texture.compare_func = ""  # read as numbers
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return texture
+
     def _framebuffer(self, *textures: moderngl.Texture, depth: Any = None) -> moderngl.Framebuffer:
         return self._allocate(self._context.framebuffer, textures, depth)
 

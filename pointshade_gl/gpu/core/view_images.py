@@ -31,10 +31,7 @@ class SplatImage(Images):
     @cached_property
     def depth(self) -> moderngl.Texture:
         """By the points rasteriser: 1 - near/z."""
-        texture = self._allocate(self._context.depth_texture, self.size)
-        texture.compare_func = ""  # read as numbers
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        return texture
+        return self._depth_texture()
 
     @cached_property
     def visible(self) -> moderngl.Framebuffer:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, Literal, TypedDict, cast, get_args
 
-from ..messages.formatting import option
-from ..messages.validation import LARGEST, Numbers, check_color, check_direction, check_float, check_number
+import numpy as np
+
+from ..messages.formatting import option, shown
+from ..messages.validation import LARGEST, Numbers, as_array, check_color, check_direction, check_float, check_number
 from .css_colors import linear_color
+from .environment import Environment
 from .option_fields import PICTURE, number_or_text, opt, option_class
+from .point_sizes import is_single
 from .sample_pattern import check_samples
 
 STILL, FILM = 16, 4  # samples of a picture of the command line; of each picture of a film, and of a point cloud
@@ -26,6 +30,10 @@ class FinishOptions(TypedDict, total=False):
     ground: bool | Numbers
     ground_height: float | None
     exposure: float | Metering
+    environment: Environment | Numbers | str | None
+    environment_intensity: float
+    environment_rotation: float | Numbers
+    ambient_occlusion: bool | float | None
 
 
 @option_class
@@ -91,6 +99,23 @@ class Finish:
         read=number_or_text,
         panel=PICTURE,
     )
+    environment: Environment | Numbers | str | None = opt(
+        None,
+        "light from all around, in place of the ambient light: an `Environment`, or what it takes. Surfaces reflect it "
+        "as they do the light of lamps. None is a scene's own, or none",
+    )
+    environment_intensity: float = opt(1.0, "factor on the environment")
+    environment_rotation: float | Numbers = opt(
+        0.0,
+        "degrees by which the environment is turned about up, counterclockwise seen from above; or (3, 3), the "
+        "rotation from world axes to those of the environment",
+    )
+    ambient_occlusion: bool | float | None = opt(
+        None,
+        "whether what is near hides a part of the ambient light and of the environment; a number is how far near "
+        "reaches, world units; True is the median depth. None is True where more than a tenth of the light is of "
+        "that kind",
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "samples", check_samples(self.samples))
@@ -98,6 +123,11 @@ class Finish:
         object.__setattr__(self, "ground", _check_ground(self.ground))
         object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
         object.__setattr__(self, "exposure", check_exposure(self.exposure))
+        object.__setattr__(self, "environment", check_environment(self.environment))
+        intensity = check_number(self.environment_intensity, option("environment_intensity"), 0)
+        object.__setattr__(self, "environment_intensity", intensity)
+        object.__setattr__(self, "environment_rotation", check_rotation(self.environment_rotation))
+        object.__setattr__(self, "ambient_occlusion", check_occlusion(self.ambient_occlusion))
 
     @property
     def behind(self) -> Vector | None:
@@ -128,6 +158,30 @@ def check_exposure(exposure: Any) -> float | Metering:
     return check_float(
         exposure, f"{option('exposure')} must be stops from -{STOPS:g} to {STOPS:g}, {words}", -STOPS, STOPS
     )
+
+
+def check_environment(environment: Any) -> Environment | None:
+    """Return an environment, or None. Raises TypeError or ValueError for anything else."""
+    return environment if isinstance(environment, Environment | None) else Environment(environment)
+
+
+def check_rotation(rotation: Any) -> float | tuple[Vector, Vector, Vector]:
+    """Return degrees, or the rows of a rotation. Raises TypeError or ValueError for anything else."""
+    if is_single(rotation):
+        return check_number(rotation, option("environment_rotation"), -LARGEST, LARGEST)
+    complaint = f"{option('environment_rotation')} must be degrees, or a rotation of shape (3, 3)"
+    matrix = as_array(rotation, complaint)
+    if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-3):
+        raise ValueError(f"{complaint}, got {shown(rotation)}")
+    return tuple(map(tuple, matrix.tolist()))
+
+
+def check_occlusion(occlusion: Any) -> bool | float | None:
+    """Return whether there is any, or its radius. Raises TypeError or ValueError for anything else."""
+    if isinstance(occlusion, bool | np.bool_ | None):
+        return None if occlusion is None else bool(occlusion)
+    radius = check_number(occlusion, option("ambient_occlusion"), 0)
+    return radius if radius > 0 else False
 
 
 def _check_background(background: str | Numbers | None) -> Vector | None:

@@ -18,6 +18,7 @@ from ..messages.formatting import counted
 from ..messages.validation import Numbers, check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
+from .environment import Environment
 from .light import Light, transformed
 from .mesh import Mesh
 from .node import Node, NodeOptions, check_nodes
@@ -48,6 +49,8 @@ class Scene(Value, Preview):
         Camera-to-world pose of that camera; None is the identity.
     ambient : (3,) float
         Linear RGB light from everywhere.
+    environment : Environment, optional
+        Light from all around, in place of the ambient light.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Scene(Value, Preview):
     camera: Camera | None = None
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     ambient: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    environment: Environment | None = None
 
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
@@ -70,6 +74,7 @@ class Scene(Value, Preview):
             camera: Camera | None = None,
             pose: Numbers | None = None,
             ambient: Numbers = ...,
+            environment: Environment | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -78,6 +83,8 @@ class Scene(Value, Preview):
         object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
         if self.camera is not None:
             check_type(self.camera, Camera, "scene camera")
+        if self.environment is not None:
+            check_type(self.environment, Environment, "scene environment")
         self._placed  # noqa: B018 - names the node that lies below itself
 
     def __repr__(self) -> str:

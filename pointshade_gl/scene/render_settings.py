@@ -8,9 +8,19 @@ from typing import Any, Literal, TypedDict, cast, get_args
 import numpy as np
 
 from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, Numbers, as_array, check_color, check_direction, check_float, check_number
+from ..messages.validation import (
+    LARGEST,
+    Numbers,
+    as_array,
+    check_color,
+    check_direction,
+    check_float,
+    check_number,
+    check_point,
+    is_a,
+)
 from .css_colors import linear_color
-from .environment import Environment
+from .environment import Environment, check_environment
 from .option_fields import PICTURE, number_or_text, opt, option_class
 from .point_sizes import is_single
 from .sample_pattern import check_samples
@@ -160,25 +170,22 @@ def check_exposure(exposure: Any) -> float | Metering:
     )
 
 
-def check_environment(environment: Any) -> Environment | None:
-    """Return an environment, or None. Raises TypeError or ValueError for anything else."""
-    return environment if isinstance(environment, Environment | None) else Environment(environment)
-
-
 def check_rotation(rotation: Any) -> float | tuple[Vector, Vector, Vector]:
     """Return degrees, or the rows of a rotation. Raises TypeError or ValueError for anything else."""
     if is_single(rotation):
         return check_number(rotation, option("environment_rotation"), -LARGEST, LARGEST)
     complaint = f"{option('environment_rotation')} must be degrees, or a rotation of shape (3, 3)"
     matrix = as_array(rotation, complaint)
-    if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-3):
+    is_rotation = matrix.shape == (3, 3) and np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-3)
+    if not is_rotation or np.linalg.det(matrix) < 0:
         raise ValueError(f"{complaint}, got {shown(rotation)}")
-    return tuple(map(tuple, matrix.tolist()))
+    x, y, z = (check_point(row, "row") for row in matrix)
+    return x, y, z
 
 
 def check_occlusion(occlusion: Any) -> bool | float | None:
     """Return whether there is any, or its radius. Raises TypeError or ValueError for anything else."""
-    if isinstance(occlusion, bool | np.bool_ | None):
+    if occlusion is None or is_a(occlusion, bool, np.bool_):
         return None if occlusion is None else bool(occlusion)
     radius = check_number(occlusion, option("ambient_occlusion"), 0)
     return radius if radius > 0 else False

@@ -114,6 +114,6 @@ def _block_means(picture: NDArray[Any], step: int, axis: int) -> NDArray[np.floa
     """Return the means of about so many rows or columns each."""
     length = picture.shape[axis]
     blocks = max(length // step, 1)
-    edges = np.arange(blocks + 1) * length // blocks
-    counts = np.diff(edges).reshape((-1, 1, 1) if axis == 0 else (-1, 1))
+    edges = np.array([k * length // blocks for k in range(blocks + 1)])
+    counts = (edges[1:] - edges[:-1]).reshape((-1, 1, 1) if axis == 0 else (-1, 1))
     return np.add.reduceat(picture, edges[:-1], axis, np.float64) / counts

@@ -18,6 +18,7 @@ from ..messages.formatting import counted
 from ..messages.validation import Numbers, check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
+from .environment import Environment, EnvironmentName, check_environment
 from .light import Light, transformed
 from .mesh import Mesh
 from .node import Node, NodeOptions, check_nodes
@@ -36,7 +37,7 @@ FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 @dataclass(frozen=True, eq=False)
 class Scene(Value, Preview):
-    """A scene: nodes with their content, a camera, and ambient light.
+    """A scene: nodes with their content, a camera, and light that belongs to no node.
 
     Parameters
     ----------
@@ -47,7 +48,9 @@ class Scene(Value, Preview):
     pose : (4, 4) float, optional
         Camera-to-world pose of that camera; None is the identity.
     ambient : (3,) float
-        Linear RGB light from everywhere.
+        Linear RGB light from everywhere, where there is no environment.
+    environment : Environment, optional
+        Light from all around, unless `render` is given another; or "sky", "studio", or a picture that it takes.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Scene(Value, Preview):
     camera: Camera | None = None
     pose: NDArray[np.float64] = field(default_factory=lambda: check_pose(None))
     ambient: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    environment: Environment | None = None
 
     if TYPE_CHECKING:  # what may be passed is more than what is kept
 
@@ -70,12 +74,14 @@ class Scene(Value, Preview):
             camera: Camera | None = None,
             pose: Numbers | None = None,
             ambient: Numbers = ...,
+            environment: Environment | Numbers | EnvironmentName | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
         object.__setattr__(self, "pose", check_pose(self.pose, "scene pose"))
         object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
+        object.__setattr__(self, "environment", check_environment(self.environment))
         if self.camera is not None:
             check_type(self.camera, Camera, "scene camera")
         self._placed  # noqa: B018 - names the node that lies below itself

@@ -23,14 +23,19 @@ LIGHT = Light(shadow=True, angle=12)  # from the viewer's upper left, unless oth
 def up_of(source: Frame | Scene) -> NDArray[np.float64]:
     """Return the direction that is up, (3,) unit, world: of a scene `Scene.upright`; of a frame, which has no known up
     direction, the normal of the floor that it shows, or up in its picture."""
+    return up_and_floor(source)[0]
+
+
+def up_and_floor(source: Frame | Scene) -> tuple[NDArray[np.float64], bool]:
+    """Return the direction of `up_of`, and whether it is that of a floor which a frame shows."""
     camera, pose = source.camera, np.asarray(source.pose)
     assert camera is not None, "only scenes without a frame have none"
     up = np.array([0, -np.sign(camera.fy), 0])
     if isinstance(source, Frame):
         floor = shown_floor(source, up, GUESSED)
-        return unit(pose[:3, :3] @ (up if floor is None else floor[:3]))
+        return unit(pose[:3, :3] @ (up if floor is None else floor[:3])), floor is not None
     up, upright = pose[:3, :3] @ up, upright_of(source)
-    return unit(up if upright is None else upright if upright @ up > 0 else -upright)
+    return unit(up if upright is None else upright if upright @ up > 0 else -upright), False
 
 
 def ground_under(scene: Scene, up: tuple[float, float, float], height: float | None = None) -> NDArray[np.float64]:

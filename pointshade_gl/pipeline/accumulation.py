@@ -16,11 +16,12 @@ from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables
 from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import LightSet
+from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs, environment_of
+from ..gpu.shading.view_visibility import plane_shift
 from ..messages.progress import Count
 from ..scene.render_settings import SIMPLE, Finish, Vector
 from ..scene.sample_pattern import at_sample
-from ..scene.visible_scene import VisibleScene
+from ..scene.visible_scene import VisibleScene, looking_distance
 from .frame_pass import FramePass
 from .light_setup import LightSetup
 
@@ -63,7 +64,15 @@ class Accumulator(FullscreenPasses):
         """Add up the samples. If the picture shows the same as the last one, only the missing ones are drawn."""
         sums, has_ground = target.samples, not isinstance(finish.ground, bool)
         eye = visible.eye.camera, visible.eye.pose.tobytes()
-        content = visible.scene, tuple(visible.lights), *eye, finish.ground, finish.ground_height, visible.gain
+        content = (
+            visible.scene,
+            tuple(visible.lights),
+            *eye,
+            finish.ground,
+            finish.ground_height,
+            visible.gain,
+            visible.surroundings,
+        )
         done = sums.count if sums.content == content and sums.count <= finish.samples else 0
         if not done:
             sums.clear(has_ground)
@@ -86,8 +95,16 @@ class Accumulator(FullscreenPasses):
     ) -> None:
         """Draw shadows on the ground where no surface is visible. Lights with shadows make `draw` keep surfaces."""
         ground = self._steps.run("ground", ground_under, visible.scene, up, height)
-        inputs = self._light.inputs(light_set.seen_from(visible.eye.pose)) | {"surface_map": target.surfaces.surface}
+        lighting, around = light_set.seen_from(visible.eye.pose), visible.surroundings
+        inputs = self._light.inputs(lighting) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
+        inputs |= around_inputs(lighting)
+        constants = environment_of(inputs) and {"ENVIRONMENT": 1}  # the ground is matt
+        inputs = {name: value for name, value in inputs.items() if name not in HIGHLIGHTS}
+        if around.occlusion:
+            constants |= {"VISIBILITY": 1}
+            inputs["radius"] = around.radius(looking_distance(visible.scene, visible.eye.pose))
+            inputs["shift"] = plane_shift(visible.sample)
         with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
-            shadows = self.fullscreen("shading/ground.frag")
+            shadows = self.fullscreen("shading/ground.frag", **constants)
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)

@@ -30,6 +30,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.render_settings import Metering
 from ..scene.shading_override import shaded
+from ..scene.surroundings import Surroundings
 from ..scene.visible_scene import VisibleScene, compose, is_alone
 from .accumulation import Accumulator
 from .gpu_scene import GpuScene
@@ -59,7 +60,7 @@ class ExposureMeter(FullscreenPasses):
         self._light = light
         self._light_setup = light_setup
         self._accumulator = accumulator
-        self._surfaces, self._lit = (self._keep(Fitted(context, Image)) for _ in range(2))
+        self._surfaces, self._visibility, self._lit = (self._keep(Fitted(context, Image)) for _ in range(3))
 
     def find(
         self, exposure: float | Metering, visible: VisibleScene, lights: Sequence[Light], drawables: Drawables
@@ -76,13 +77,16 @@ class ExposureMeter(FullscreenPasses):
             return 0.0  # the photograph itself
         first = alone.views[0] if isinstance(alone, ShownSet) else alone
         measure = partial(self._of_points, first) if isinstance(first, ShownPoints | ShownGrid) else self._of_scene
-        return self._steps.run("exposure", partial(self._measure, measure, is_guessed, drawables), scene, tuple(lights))
+        meter = partial(self._measure, measure, is_guessed, drawables)
+        return self._steps.run("exposure", meter, scene, tuple(lights), visible.surroundings)
 
     def _measure(
-        self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light]
-    ) -> float:
+        self, measure: Measure, is_guessed: bool, drawables: Drawables, scene: Scene, lights: Sequence[Light],
+        surroundings: Surroundings,
+    ) -> float:  # fmt: skip
         camera = check_type(scene.camera, Camera, "camera")
-        stops = stops_to_match(*measure(compose(scene, lights, _small(camera), np.asarray(scene.pose)), drawables))
+        seen = compose(scene, lights, _small(camera), np.asarray(scene.pose), surroundings)
+        stops = stops_to_match(*measure(seen, drawables))
         if is_guessed and stops:
             text = f"exposure {stops:+g} stops, to be as bright as the photograph"
             print_note(f"{text}: {option('exposure', 0)} leaves the lights as given")
@@ -94,19 +98,25 @@ class ExposureMeter(FullscreenPasses):
         """Return the light of a frame's points, and that of its photograph: `stops_to_match` takes them."""
         points, light_set = seen.points, self._light_setup.prepare(visible, drawables)
         small, viewer = _small(points.source), view_matrix(visible.eye.pose, points.pose)[:3, 3]
-        copy = self._surfaces.fit((small.width, small.height))
-        maps = {"surface_map": points.surface.texture}
-        self.fullscreen("points/surface_samples.frag").draw(copy.target, maps, cells=copy.size)
+        sample, size = self.fullscreen("points/surface_samples.frag"), (small.width, small.height)
+        copy, visibility = self._surfaces.fit(size), None
+        sample.draw(copy.target, {"copied_map": points.surface.texture}, cells=size)
+        if seen.visibility is not None:
+            copied = self._visibility.fit(size)
+            sample.draw(copied.target, {"copied_map": seen.visibility.texture}, cells=size)
+            visibility = copied.texture
 
-        def shine(colors: moderngl.Texture, lighting: Lighting, material: Material) -> np.ndarray:
+        def shine(
+            colors: moderngl.Texture, lighting: Lighting, material: Material, hides: moderngl.Texture | None = None
+        ) -> np.ndarray:
             lit = self._lit.fit(copy.size)
             empty(lit.target)
             strengths, place = np.array([material.strengths]), (viewer, points.scale)
             inputs = copy.texture, colors, small, lighting, strengths, place
-            self._light.draw(lit.target, *inputs, certainty=points.surface.certainty)
+            self._light.draw(lit.target, *inputs, certainty=points.surface.certainty, visibility=hides)
             return lit.read()
 
-        lit = shine(seen.colors.texture, light_set.seen_from(points.pose), visible.materials[0])
+        lit = shine(seen.colors.texture, light_set.seen_from(points.pose), visible.materials[0], visibility)
         return lit, shine(seen.textures.color, ALL_AROUND, OWN_COLORS)
 
     def _of_scene(self, visible: VisibleScene, _: Drawables) -> tuple[np.ndarray, np.ndarray]:
@@ -114,7 +124,8 @@ class ExposureMeter(FullscreenPasses):
         (camera, pose), lights = visible.eye[:2], visible.lights
         target = Target(self._context, (camera.width, camera.height))
         try:
-            views = (compose(one, lights, camera, pose) for one in (visible.scene, shaded(visible.scene, "none")))
+            scenes, around = (visible.scene, shaded(visible.scene, "none")), visible.surroundings
+            views = (compose(one, lights, camera, pose, around) for one in scenes)
             lit, own = (self._accumulator.read_light(target, one, self._gpu_scene.prepare(one)) for one in views)
         finally:
             self._steps.forget(of=[target, target.splats, target.surfaces])

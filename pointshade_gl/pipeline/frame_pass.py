@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
+import moderngl
 import numpy as np
 
 from ..gpu.clouds.cloud_objects import PlacedCloud
@@ -13,12 +15,13 @@ from ..gpu.core.view_images import SurfaceImage, Target
 from ..gpu.drawables import Drawable, Drawables, Objects
 from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import PlacedMesh, joined
-from ..gpu.points.point_objects import ShownPoints
+from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import Lighting, LightSet
-from ..scene.appearance import LIT_EARLY
+from ..gpu.shading.light_set import Lighting, LightSet, around_inputs
+from ..gpu.shading.view_visibility import ViewVisibilityPass
+from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
-from ..scene.visible_scene import VisibleScene, material_of
+from ..scene.visible_scene import VisibleScene, looking_distance, material_of
 
 
 class FramePass:
@@ -28,8 +31,9 @@ class FramePass:
     visible surfaces first, and each pixel is lit once.
     """
 
-    def __init__(self, steps: Steps, objects: Objects, light: LightPass):
+    def __init__(self, steps: Steps, objects: Objects, light: LightPass, view_visibility: ViewVisibilityPass):
         self._steps = steps
+        self._view_visibility = view_visibility
         self._objects = objects
         self._light = light
 
@@ -41,7 +45,7 @@ class FramePass:
             self._draw_single(target, canvas, single, visible, light_set)
         else:
             self.draw_surfaces(target, visible, drawables, light_set)
-            self._light_pixels(target, canvas, visible, light_set)
+            self._light_pixels(target, canvas, visible, light_set, self._materials(visible, drawables))
 
     def draw_lit_splats(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> bool:
         """Draw a single flat-shaded point object in one pass, lit in the vertex shader. Return whether it was drawn.
@@ -52,6 +56,8 @@ class FramePass:
         """
         thing, counts, points = _single(visible, drawables, light_set), self._steps.counts, self._objects.points
         if not isinstance(thing, ShownPoints) or thing.shading != "flat" or not points.can_light(thing.points):
+            return False
+        if light_set.around is not None or thing.visibility is not None:
             return False
         before = counts["lit splats"]
         inputs = self._light.inputs(light_set.seen_from(thing.points.pose))
@@ -72,49 +78,75 @@ class FramePass:
         if thing.shading != "phong":
             always("resolve", points.draw_picture, canvas, *looking)
         elif target.splats.version > before:
-            lights = self._light.inputs(light_set.seen_from(eye.pose), True)
+            lighting = light_set.seen_from(eye.pose)
+            lights = self._light.inputs(lighting, True) | around_inputs(lighting)
             lights["material"] = visible.materials[0].strengths
             always("resolve", points.draw_lit, canvas, *looking, lights)
         else:
             run("resolve", points.draw_surface, target.surfaces, *looking)
-            self._light_pixels(target, canvas, visible, light_set)
+            self._light_pixels(target, canvas, visible, light_set, visible.materials)
+
+    def _materials(self, visible: VisibleScene, drawables: Drawables) -> list[Material]:
+        """Return the materials by the numbers that surfaces have: of each object one where they hide each other."""
+        if not visible.surroundings.occlusion:
+            return visible.materials
+        return [material_of(visible.shown[first]) for first, _ in joined(drawables[p] for p in visible.shown)]
 
     def draw_surfaces(self, target: Target, visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> None:
         """Draw the visible surfaces of all objects (normal, depth, albedo), with the numbers of their materials.
 
         Those of objects with eye-dome lighting are negative.
         """
-        rows, materials = list(joined(drawables[p] for p in visible.shown)), visible.materials
-        shown = tuple(thing for _, thing in rows)
-        places = (1 + materials.index(material_of(visible.shown[first])) for first, _ in rows)
+        rows = list(joined(drawables[p] for p in visible.shown))
+        shown, materials = tuple(thing for _, thing in rows), visible.materials
+        places = [1 + materials.index(material_of(visible.shown[first])) for first, _ in rows]
+        if visible.surroundings.occlusion:
+            places = list(range(1, len(rows) + 1))
         numbers = tuple(-k if thing.shading == "edl" else k for k, thing in zip(places, shown, strict=True))
         early = any(map(_is_lit_as_drawn, shown))
         lighting = light_set.seen_from(visible.eye.pose) if early else None
-        self._steps.run("surfaces", self._fill_surfaces, target, target.surfaces, shown, numbers, visible.eye, lighting)
+        hides = bool(visible.surroundings.occlusion)
+        inputs = target.surfaces, shown, numbers, visible.eye, lighting, hides
+        self._steps.run("surfaces", self._fill_surfaces, target, *inputs)
 
     def _fill_surfaces(
         self, target: Target, surfaces: SurfaceImage, shown: tuple[Drawable, ...], numbers: tuple[int, ...], eye: Eye,
-        lighting: Lighting | None,
+        lighting: Lighting | None, hides: bool,
     ) -> None:  # fmt: skip
-        """lighting: for meshes that are lit as they are drawn"""
+        """lighting: for meshes that are lit as they are drawn; hides: what is near hides light from all around"""
+        surfaces.has_visibility = hides
         surfaces.clear()
         surfaces.has_eye_dome = any(number < 0 for number in numbers)
         surfaces.has_doubts = any(
             not isinstance(thing, PlacedMesh | PlacedCloud) and thing.has_doubts for thing in shown
         )
-        lights = self._light.inputs(lighting) if lighting else {}
+        several = len(shown) > 1
+        surfaces.knows_visibility = not several and not any(map(_sees_as_drawn, shown))
+        lights = self._light.inputs(lighting) | around_inputs(lighting) if lighting else {}
         for thing, number in zip(shown, numbers, strict=True):
             self._objects.add_surface(target, thing, eye, number, lights)
         surfaces.raise_version()
 
-    def _light_pixels(self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet) -> None:
-        """Light the visible surfaces onto the canvas."""
-        materials = np.array([material.strengths for material in visible.materials])
+    def _light_pixels(
+        self, target: Target, canvas: Canvas, visible: VisibleScene, light_set: LightSet, numbered: list[Material]
+    ) -> None:
+        """Light the visible surfaces onto the canvas. numbered: their materials."""
+        materials = np.array([material.strengths for material in numbered or [Material()]])
         lighting, surfaces = light_set.seen_from(visible.eye.pose), target.surfaces
         inputs = surfaces.surface, surfaces.albedo, visible.eye.camera, lighting, materials
-        marks = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}
+        marks: dict[str, Any] = {"has_doubts": surfaces.has_doubts, "has_eye_dome": surfaces.has_eye_dome}
+        if surfaces.has_visibility:
+            marks["visibility"] = self._visibility_of(surfaces, visible)
         with canvas.opened(surfaces.window) as image:
             self._steps.always("light", partial(self._light.draw, linear=canvas.linear, **marks), image, *inputs)
+
+    def _visibility_of(self, surfaces: SurfaceImage, visible: VisibleScene) -> moderngl.Texture:
+        """Return what the visible surfaces see of the light from all around."""
+        if surfaces.knows_visibility:
+            return surfaces.visibility
+        radius = visible.surroundings.radius(looking_distance(visible.scene, visible.eye.pose))
+        inputs = surfaces, visible.eye.camera, radius, visible.sample
+        return self._steps.run("view visibility", self._view_visibility.find, *inputs, of=surfaces)
 
 
 def _single(visible: VisibleScene, drawables: Drawables, light_set: LightSet) -> ShownPoints | ShownGrid | None:
@@ -134,3 +166,10 @@ def _is_lit_as_drawn(thing: Drawable) -> bool:
     if isinstance(thing, PlacedMesh):
         return thing.shading in LIT_EARLY
     return isinstance(thing, ShownGrid) and thing.shading == "flat"
+
+
+def _sees_as_drawn(thing: Drawable) -> bool:
+    """Return whether it is found in the view only what the object sees of the light from all around."""
+    if isinstance(thing, ShownSet):
+        return any(view.visibility is None for view in thing.views)
+    return not isinstance(thing, ShownPoints | ShownGrid) or thing.visibility is None

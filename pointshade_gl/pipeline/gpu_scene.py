@@ -30,7 +30,7 @@ from ..gpu.points.tiling import needs_tiles
 from ..gpu.points.view_consensus import ConsensusPass
 from ..gpu.surface.frame_store import DrawnPoints, FrameStore
 from ..messages.progress import Count
-from ..scene.appearance import LIT_EARLY, Look
+from ..scene.appearance import LIT_EARLY, NOT_LIT, Look
 from ..scene.cloud_levels import level_of
 from ..scene.frame import Frame
 from ..scene.level_of_detail import coarser, coarser_size, coarser_step, finer_camera
@@ -171,11 +171,15 @@ class GpuScene(Owner):
                 drawn = self.frames.complete(textures, frame, drawn, photo)
             if look.remove_highlights and p in alone:
                 textures.note_once("highlights", "alone", frame.camera, describe_missing_views())
+            visibility, around = None, visible.surroundings
+            if around.occlusion and look.shading not in NOT_LIT:
+                radius = around.radius(frame.scale * p.rigid_axes[1]) / p.rigid_axes[1]
+                visibility = self.frames.find_visibility(textures, drawn, radius)
             if look.splat == "mesh":
-                shown[p] = self._as_grid(p, drawn, textures)
+                shown[p] = self._as_grid(p, drawn, textures)._replace(visibility=visibility)
             else:
                 bridged = self.frames.bridge(textures, drawn) if p in alone and p in visible.casting else None
-                shown[p] = _as_splats(p, drawn, textures, step, bridged)
+                shown[p] = _as_splats(p, drawn, textures, step, bridged)._replace(visibility=visibility)
             count.step(p not in alone)
         return shown
 

@@ -15,8 +15,9 @@ from ..gpu.meshes.grid_objects import ShownGrid
 from ..gpu.meshes.mesh_objects import joined
 from ..gpu.points.point_objects import ShownPoints, ShownSet
 from ..gpu.points.tiles import TiledPoints
+from ..gpu.shading.environment_maps import EnvironmentMaps
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import LightSet
+from ..gpu.shading.light_set import AroundLookUp, LightSet
 from ..gpu.shading.shadow_map import ShadowMap
 from ..scene.appearance import LIT_EARLY, Material
 from ..scene.camera import Eye, view_matrix
@@ -38,21 +39,31 @@ class LightSetup(Owner):
     def _shadow_map(self) -> ShadowMap:
         return self._keep(ShadowMap(self._context))
 
+    @cached_property
+    def _environments(self) -> EnvironmentMaps:
+        return self._keep(EnvironmentMaps(self._context, self._steps))
+
     def prepare(self, visible: VisibleScene, drawables: Drawables) -> LightSet:
         """Return the lights, with the shadow map of those that cast shadows.
 
-        Spots and corners of meshes need a map even without shadows: only the shaders that look it up know them.
+        Spots, corners of meshes and a ground need a map even without shadows: only shaders that look it up know them.
         """
-        lights = visible.lights
+        lights, around = visible.lights, self._around(visible)
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
-        if not (early or any(light.shadow or light.is_spot for light in lights)):
-            return LightSet(lights, visible.scene.ambient, gain=visible.gain)
+        lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
+        if not (early or lies_under or any(light.shadow or light.is_spot for light in lights)):
+            return LightSet(lights, visible.scene.ambient, gain=visible.gain, around=around)
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:
             drawn = (thing for _, thing in joined(drawables[p] for p in visible.casting))
             shapes = tuple(map(shape_of, drawn))
             self._steps.run("shadows", self._fill_shadow_map, self._shadow_map, views, shapes)
-        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain)
+        return LightSet(lights, visible.scene.ambient, views, spans, self._shadow_map, visible.gain, around)
+
+    def _around(self, visible: VisibleScene) -> AroundLookUp | None:
+        """Return the environment of a picture, with highlights for its materials."""
+        exponents = [material.shininess for material in visible.materials if material.specular > 0]
+        return self._environments.find(visible.surroundings, exponents)
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):
@@ -84,5 +95,6 @@ class LightSetup(Owner):
         self._light.draw(
             light.target, points.surface.texture, thing.colors.texture, points.source, light_set.seen_from(points.pose),
             np.array([material.strengths]), (viewer, points.scale), certainty=points.surface.certainty,
+            visibility=thing.visibility and thing.visibility.texture,
         )  # fmt: skip
         light.raise_version()

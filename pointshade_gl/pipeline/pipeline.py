@@ -17,15 +17,18 @@ from ..gpu.points.point_objects import ShownPoints
 from ..gpu.points.rasterizers import Rasterizers
 from ..gpu.points.tiles import TiledPoints
 from ..gpu.shading.light_pass import LightPass
+from ..gpu.shading.view_visibility import ViewVisibilityPass
 from ..messages.progress import Count, Progress
 from ..messages.validation import check_function
 from ..scene.camera import Camera
+from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.placed import Matrix
 from ..scene.render_settings import SIMPLE, Finish
 from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
+from .around import surroundings_of
 from .exposure import ExposureMeter
 from .frame_pass import FramePass
 from .gpu_scene import GpuScene, merged_frames
@@ -48,7 +51,8 @@ class Pipeline:
         self.gpu_scene = GpuScene(context.gl, steps, self._objects)
         self._light = LightPass(context.gl)
         self._light_setup = LightSetup(context.gl, steps, self._objects, self._light)
-        self._frame_pass = FramePass(steps, self._objects, self._light)
+        self._view_visibility = ViewVisibilityPass(context.gl)
+        self._frame_pass = FramePass(steps, self._objects, self._light, self._view_visibility)
         self._accumulator = Accumulator(context.gl, steps, self._light, self._light_setup, self._frame_pass)
         setup = self.gpu_scene, self._light, self._light_setup, self._accumulator
         self._meter = ExposureMeter(context.gl, steps, *setup)
@@ -58,13 +62,16 @@ class Pipeline:
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
-        progress: Progress | None = None,
+        source: Frame | Scene | None = None, progress: Progress | None = None,
     ) -> Target:  # fmt: skip
         """Draw the scene under these lights, as a camera at a pose (4, 4) sees it.
 
+        source    of which the scene was made; None is the scene itself
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
         visible = compose(scene, lights, camera, pose)
+        around = surroundings_of(finish, source or scene, scene, lights, visible.materials, self.steps)
+        visible = visible._replace(surroundings=around)
         count = self._count(progress, visible, finish.samples)
         drawables = self.gpu_scene.prepare(visible, count)
         if self._drawn is not scene:
@@ -166,5 +173,13 @@ class Pipeline:
         if self._target is not None:
             self._target.release()
         self._target = self._drawn = None
-        for part in (self._meter, self._accumulator, self._light_setup, self._light, self.gpu_scene, self._objects):
+        for part in (
+            self._meter,
+            self._accumulator,
+            self._view_visibility,
+            self._light_setup,
+            self._light,
+            self.gpu_scene,
+            self._objects,
+        ):
             part.release()

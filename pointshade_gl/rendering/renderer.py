@@ -15,7 +15,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from ..estimation.ground_plane import up_of
+from ..estimation.ground_plane import up_and_floor
 from ..gpu.clouds.slabs import CloudNormals
 from ..gpu.context.context import Context
 from ..gpu.core.steps import Steps
@@ -257,12 +257,12 @@ class Renderer:
                 request.source, Scene | PointCloud
             ):  # whose lights were made for it
                 finish = replace(finish, exposure=0.0)
+            source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
             if finish.ground is True:
-                source = scene if isinstance(request.source, Scene | PointCloud) else scene.things[0].content.frame
-                finish = replace(finish, ground=tuple(self.steps.run("up", up_of, source)))
+                finish = replace(finish, ground=tuple(self.steps.run("up", up_and_floor, source)[0].tolist()))
             seen = request.seen_by(scene)
             with self._in_use():
-                return self._pipeline.draw(scene, lights, *seen, finish, progress).color
+                return self._pipeline.draw(scene, lights, *seen, finish, source, progress).color
 
     @takes(DepthOptions, *GROUPS, like=render)
     def render_depth(

@@ -75,7 +75,7 @@ def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
     lights = visible.lights
     if any(light.is_soft for light in lights):
         lights = [moved_light(light, k, visible.scene.bounds[0]) for light in lights]
-    return visible._replace(eye=visible.eye._replace(camera=camera), lights=lights)
+    return visible._replace(eye=visible.eye._replace(camera=camera), lights=lights, sample=k)
 
 
 def _across(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

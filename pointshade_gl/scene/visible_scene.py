@@ -17,6 +17,7 @@ from .mesh import Mesh
 from .placed import Placed
 from .point_object import PointObject
 from .rotation import moved
+from .surroundings import NOTHING_AROUND, Surroundings
 
 Matrix = NDArray[np.float64]
 
@@ -30,6 +31,8 @@ class VisibleScene(NamedTuple):
     shown: Sequence[Placed]  # in view
     casting: Sequence[Placed]  # may cast shadows; empty if no light casts any
     gain: float = 1.0  # factor on all light: the exposure
+    surroundings: Surroundings = NOTHING_AROUND
+    sample: int = 0  # of the picture
 
     @property
     def materials(self) -> list[Material]:
@@ -47,14 +50,16 @@ def _material(content: PointObject | Mesh) -> Material:
     return content.look.material if isinstance(content, PointObject) else content.material
 
 
-def compose(scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix) -> VisibleScene:
+def compose(
+    scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, surroundings: Surroundings = NOTHING_AROUND
+) -> VisibleScene:
     """Return what a camera at a pose (4, 4) sees of a scene under these lights."""
     things = scene.things
     eye = Eye.at_distance(camera, pose, looking_distance(scene, pose))
     shown = things if is_alone(things) else list(compress(things, in_view(*scene.boxes, eye)))
     casting = [p for p in things if p.node.shadow] if any(light.shadow for light in lights) else []
     lights = [at_upper_left(light, pose) for light in lights]
-    return VisibleScene(eye, lights, scene, shown, casting)
+    return VisibleScene(eye, lights, scene, shown, casting, surroundings=surroundings)
 
 
 def is_alone(things: Sequence[Placed]) -> bool:

@@ -15,6 +15,7 @@ uniform float material_number;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
+layout(location = 2) out vec4 visibility;  // share -1: not known
 
 // The mean normal at an outline: splats that lie behind it were turned to the viewer by mistake. What is nearer beside
 // the pixel belongs to the same surface.
@@ -50,6 +51,7 @@ void main() {
     float certain = length(geometry.xyz);
     vec3 normal = is_lit && certain > 0.0 ? turned_as_beside(geometry.xyz / certain, geometry.w, pixel) : vec3(0.0);
     float inverse_depth = COARSE == 1 ? 1.0 / texelFetch(front, pixel, 0).r : geometry.w;
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(normal, 1.0 / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
     gl_FragDepth = 1.0 - near * inverse_depth;

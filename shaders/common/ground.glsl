@@ -10,13 +10,13 @@ float ground_depth(vec3 ray, vec4 plane) {
 }
 
 // Share of the light that shadows take from a point of a matt white ground; n is its normal. A background behind a
-// black layer of this alpha looks as if the shadows fell on it.
+// black layer of this alpha looks as if the shadows fell on it. around: the light from all around, and what is left of it
 float shadow_alpha(
-    vec3 point, vec3 n, vec4 material, vec3 ambient, sampler2D lights, int count,
+    vec3 point, vec3 n, vec4 material, vec3 around, vec3 left, sampler2D lights, int count,
     sampler2D shadow_map, sampler2D views, mat3 to_world
 ) {
-    vec3 whole = material.x * ambient;
-    vec3 lost = vec3(0.0);
+    vec3 whole = around;
+    vec3 lost = around - left;
     for (int i = 0; i < count; ++i) {
         vec3 l;
         float share;

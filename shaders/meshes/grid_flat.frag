@@ -9,6 +9,7 @@
 #include "common/color.glsl"
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
+#include "shading/around.glsl"
 #include "meshes/visible_grid_point.glsl"
 
 uniform sampler2D color_map;
@@ -24,6 +25,7 @@ uniform float material_number;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
+layout(location = 2) out vec4 visibility;  // share -1: not known
 
 void main() {
     GridSeen seen = find_seen();
@@ -40,6 +42,8 @@ void main() {
     } else {
         lit = light_surface(place, eye, n, color, material, ambient, lights, light_count);
     }
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
+    if (ENVIRONMENT > 0) lit += light_from_around(vec4(OPEN * n, 1.0), normalize(-place), n, color, material, 0.0);
     surface = vec4(vec3(0.0), scale / seen.inverse_depth);
     albedo = vec4(lit, material_number);
     gl_FragDepth = 1.0 - near * seen.inverse_depth;

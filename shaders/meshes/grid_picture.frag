@@ -21,6 +21,7 @@
 #include "common/picture.glsl"
 #include "common/resolve.glsl"
 #include "common/toksvig.glsl"
+#include "shading/around.glsl"
 #include "meshes/visible_grid_point.glsl"
 
 uniform sampler2D color_map;  // sRGB, of any size; where light is interpolated, linear light
@@ -28,6 +29,7 @@ uniform sampler2D certainty_map;
 uniform sampler2D lights;
 uniform vec4 material;
 uniform vec3 ambient;
+uniform sampler2D visibility_map;
 uniform int light_count;
 uniform mat4 only_light;  // its row of `lights`
 
@@ -44,8 +46,13 @@ void main() {
         vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) / seen.inverse_depth;
         vec4 own = material;
         if (CERTAINTY == 1) own = widened(material, certainty_at(certainty_map, at, size));
-        if (ALONE == 1) light = light_surface_alone(point, eye, normal, light, own, ambient, only_light);
-        else light = light_surface(point, eye, normal, light, own, ambient, lights, light_count);
+        vec4 around = vec4(0.0);
+        if (VISIBILITY == 1) around = carried_visibility(visibility_map, at, size, mat3(view));
+        else if (ENVIRONMENT > 0) around = around_at(around, normal);
+        vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient, albedo = light;
+        if (ALONE == 1) light = light_surface_alone(point, eye, normal, albedo, own, everywhere, only_light);
+        else light = light_surface(point, eye, normal, albedo, own, everywhere, lights, light_count);
+        if (ENVIRONMENT > 0) light += light_from_around(around, normalize(-point), normal, albedo, own, 0.0);
     }
     color = vec4(LINEAR == 1 ? light : linear_to_srgb(light), 1.0);
 }

@@ -14,11 +14,13 @@ in float depth;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
+layout(location = 2) out vec4 visibility;  // share -1: not known
 
 void main() {
     vec3 n = normalize(target_normal);
     vec3 ray = vec3((gl_FragCoord.xy - 0.5 - target.zw) / target.xy, 1.0);
     if (dot(n, ray) > 0.0) n = -n;
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(is_lit ? n : vec3(0.0), depth);
     albedo = vec4(base_color * srgb_to_linear(texture(picture, texture_uv).rgb), material_number);
 }

@@ -13,8 +13,10 @@ in float depth;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
+layout(location = 2) out vec4 visibility;  // share -1: not known
 
 void main() {
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
     surface = vec4(0.0, 0.0, 0.0, depth);
     vec3 color = base_color * srgb_to_linear(texture(picture, texture_uv).rgb);
     albedo = vec4(color * diffuse + specular, material_number);

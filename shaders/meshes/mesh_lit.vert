@@ -4,6 +4,7 @@
 #endif
 // A mesh that is lit at its corners (gouraud) or once per triangle (flat: every corner is lit at the middle).
 #include "common/shadowed_lights.glsl"
+#include "common/surroundings.glsl"
 
 #if COPIES
 in mat4 view;               // node axes to target axes
@@ -22,6 +23,9 @@ uniform vec4 material;
 uniform sampler2D shadow_map;
 uniform sampler2D views;
 uniform mat3 to_world;
+uniform mat3 first_bands;  // of an environment, see surroundings.glsl; 0 without
+uniform mat3 second_bands;
+uniform mat3 third_bands;
 
 in vec3 position;
 in vec3 lit_at;  // the triangle's middle for flat
@@ -43,6 +47,7 @@ void main() {
     diffuse = light_surface_shadowed(
         lit_point, vec3(0.0), n, vec3(1.0), matt, ambient, lights, light_count, shadow_map, views, to_world
     );
+    diffuse += material.y * environment_light(vec4(OPEN * n, 1.0), first_bands, second_bands, third_bands);
     specular = light_surface_shadowed(
         lit_point, vec3(0.0), n, vec3(0.0), shiny, ambient, lights, light_count, shadow_map, views, to_world
     );

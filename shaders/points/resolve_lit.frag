@@ -16,6 +16,7 @@
 #include "common/color.glsl"
 #include "common/lights.glsl"
 #include "common/toksvig.glsl"
+#include "shading/around.glsl"
 #include "points/visible_point.glsl"
 
 uniform sampler2D color_map;  // sRGB, of any size
@@ -23,6 +24,7 @@ uniform sampler2D certainty_map;
 uniform sampler2D lights;
 uniform vec4 material;
 uniform vec3 ambient;
+uniform sampler2D visibility_map;
 uniform int light_count;
 uniform mat4 only_light;  // its row of `lights`
 
@@ -33,7 +35,8 @@ void main() {
     vec4 weight = seen_weights(seen, source);
     vec3 normal = mat3(view) * mix_normal(seen, weight);
     vec2 size = vec2(textureSize(surface_map, 0));
-    vec3 encoded = picture_at(color_map, color_position(seen, weight), size);
+    vec2 at = color_position(seen, weight);
+    vec3 encoded = picture_at(color_map, at, size);
     vec3 albedo = srgb_to_linear(encoded);
     vec3 point = pixel_ray(gl_FragCoord.xy - 0.5, target) * (1.0 / seen.inverse_depth);
     vec4 own = material;
@@ -43,8 +46,13 @@ void main() {
         own = widened(own, min(certainty, 1.0));
         if (certainty > 0.0) normal /= certainty;
     }
+    vec4 around = vec4(0.0);
+    if (VISIBILITY == 1) around = carried_visibility(visibility_map, at, size, mat3(view));
+    else if (ENVIRONMENT > 0) around = around_at(around, normal);
+    vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient;
     vec3 light;
-    if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, own, ambient, only_light);
-    else light = light_surface(point, vec3(0.0), normal, albedo, own, ambient, lights, light_count);
+    if (ALONE == 1) light = light_surface_alone(point, vec3(0.0), normal, albedo, own, everywhere, only_light);
+    else light = light_surface(point, vec3(0.0), normal, albedo, own, everywhere, lights, light_count);
+    if (ENVIRONMENT > 0) light += light_from_around(around, normalize(-point), normal, albedo, own, 0.0);
     color = vec4(LINEAR == 1 ? light : linear_to_srgb(min(light, 1.0)), 1.0);
 }

@@ -5,12 +5,16 @@
 #ifndef SHADING
 #define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
+#ifndef VISIBILITY
+#define VISIBILITY 0  // 1: it is known what the points see of the light from all around
+#endif
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some normals are uncertain
 #endif
 // What each pixel of the view shows -> what the light pass reads. SHADING 3 (phong): normal and albedo, interpolated.
 // 0 to 2 (as in resolve_picture.frag): the light itself, with normal 0, which means: already lit.
 #include "common/color.glsl"
+#include "common/surroundings.glsl"
 #include "common/toksvig.glsl"
 #include "points/visible_point.glsl"
 
@@ -19,16 +23,19 @@ uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D certainty_map;
 uniform float near;
 uniform float scale;  // of the object; the view does not contain it
+uniform sampler2D visibility_map;
 uniform float material_number;
 
 layout(location = 0) out vec4 surface;  // normal as long as it is certain, depth, both in target axes
 layout(location = 1) out vec4 albedo;   // linear; number of the material
+layout(location = 2) out vec4 visibility;  // bent normal, share; the share -1 where it is not known
 
 void main() {
     Seen seen = find_seen();
     vec2 size = vec2(textureSize(surface_map, 0));
     vec3 normal = vec3(0.0);
     vec3 linear = vec3(0.0);
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
     if (SHADING == 0) linear = srgb_to_linear(picture_at(color_map, vec2(seen.pixel), size));
     if (SHADING == 1) linear = texelFetch(light_map, seen.pixel, 0).rgb;
     if (SHADING == 2) linear = mix_light(seen, seen_weights(seen, source), light_map);
@@ -36,7 +43,9 @@ void main() {
         vec4 weight = seen_weights(seen, source);
         normal = mat3(view) * mix_normal(seen, weight);
         if (CERTAINTY == 1) normal *= certainty_at(certainty_map, seen.at, size);
-        linear = srgb_to_linear(picture_at(color_map, color_position(seen, weight), size));
+        vec2 at = color_position(seen, weight);
+        linear = srgb_to_linear(picture_at(color_map, at, size));
+        if (VISIBILITY == 1) visibility = carried_visibility(visibility_map, at, size, mat3(view));
     }
     surface = vec4(normal, scale / seen.inverse_depth);
     albedo = vec4(linear, material_number);

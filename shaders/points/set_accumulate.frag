@@ -2,6 +2,9 @@
 #ifndef LOOK_UP
 #define LOOK_UP 0
 #endif
+#ifndef VISIBILITY
+#define VISIBILITY 0  // 1: it is known what the points see of the light from all around
+#endif
 #ifndef SHADING
 #define SHADING 3  // one program for each model: software drivers run both sides of every branch
 #endif
@@ -9,12 +12,14 @@
 // resolve_surfaces.frag; none and phong add the picture's colours, flat and gouraud the points' light.
 #include "common/color.glsl"
 #include "common/parts.glsl"
+#include "common/surroundings.glsl"
 #include "points/set_visibility.glsl"
 
 uniform sampler2D surface_map;
 uniform sampler2D color_map;  // none and phong: sRGB, of any size
 uniform sampler2D light_map;  // flat and gouraud: the points' light, linear
 uniform sampler2D trust_map;
+uniform sampler2D visibility_map;
 uniform vec4 source;
 uniform vec4 target;
 uniform mat4 view;
@@ -24,6 +29,7 @@ uniform vec3 gain;         // of its exposure
 
 layout(location = 0) out vec4 geometry;  // normal of phong, target axes; by which share 1/z differs from the nearest splat's
 layout(location = 1) out vec4 albedo;    // linear; the weight
+layout(location = 2) out vec4 visibility;
 
 void main() {
     uint key = key_at(ivec2(gl_FragCoord.xy));
@@ -45,6 +51,8 @@ void main() {
     float across = off * share_across(seen.own.xyz, pixel, view, target);
     float weight = importance * trust.x * trust.y * agreement(across, band) * view_weight(seen, pixel, source, view, target);
     float total = weight + fallback_weight(across, band);
+    vec2 at = color_position(seen, corner);
+    visibility = VISIBILITY == 1 ? total * carried_visibility(visibility_map, at, size, mat3(view)) : vec4(0.0);
     geometry = vec4(total * normal, weight * off);
     albedo = vec4(total * gain * linear, total);
 }

@@ -5,6 +5,9 @@
 #ifndef AT_TARGET
 #define AT_TARGET 0  // 1: normals that were found in the view, on the depth that set_resolve_depth.frag makes
 #endif
+#ifndef VISIBILITY
+#define VISIBILITY 0  // 1: it is known what the points see of the light from all around
+#endif
 #ifndef CERTAINTY
 #define CERTAINTY 0  // 1: some frames have uncertain normals
 #endif
@@ -15,6 +18,7 @@
 
 uniform sampler2D geometry_map;
 uniform sampler2D albedo_map;
+uniform sampler2D visibility_map;  // its sums
 uniform sampler2D target_map;  // unit normal, depth (0: not known)
 uniform float others;         // frames less one
 uniform float near;
@@ -23,6 +27,7 @@ uniform float material_number;
 
 layout(location = 0) out vec4 surface;
 layout(location = 1) out vec4 albedo;
+layout(location = 2) out vec4 visibility;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -32,6 +37,8 @@ void main() {
     vec3 normal = geometry.xyz == vec3(0.0) ? vec3(0.0) : normalize(geometry.xyz / colors.w);  // weights may be tiny
     if (CERTAINTY == 1) normal *= mean_certainty(length(geometry.xyz / colors.w), others);
     if (AT_TARGET == 1) normal = target_normal(texelFetch(target_map, pixel, 0), normal);
+    visibility = vec4(0.0, 0.0, 0.0, -1.0);
+    if (VISIBILITY == 1) visibility = texel_at(visibility_map, pixel) / colors.w;
     surface = vec4(normal, scale / inverse_depth);
     albedo = vec4(colors.rgb / colors.w, material_number);
     gl_FragDepth = 1.0 - near * inverse_depth / scale;

@@ -30,6 +30,7 @@
 #include "common/shadowed_lights.glsl"
 #include "common/texels.glsl"
 #include "common/toksvig.glsl"
+#include "shading/around.glsl"
 
 uniform sampler2D surface_map;  // normal, depth (0: nothing); normal 0: already lit
 uniform sampler2D certainty_map;
@@ -42,6 +43,7 @@ uniform sampler2D materials;  // one per row
 uniform vec4 material;
 uniform sampler2D lights;
 uniform vec3 ambient;
+uniform sampler2D visibility_map;
 uniform int light_count;
 uniform mat4 only_light;  // its row of `lights`
 uniform sampler2D shadow_map;
@@ -61,7 +63,12 @@ void main() {
     if (POINTS == 0) albedo = texel_at(albedo_map, ivec2(pixel));
     if (POINTS == 1) albedo.rgb = srgb_to_linear(picture_at(color_map, pixel, vec2(textureSize(surface_map, 0))));
     vec4 own = material;
-    if (MATERIALS == 1) own = texelFetch(materials, ivec2(0, int(abs(albedo.a) + 0.5) - 1), 0);
+    float lobe = 0.0;
+    if (MATERIALS == 1) {
+        int row = int(abs(albedo.a) + 0.5) - 1;
+        own = texelFetch(materials, ivec2(0, row), 0);
+        if (ENVIRONMENT == 2) lobe = texelFetch(materials, ivec2(1, row), 0).x;
+    }
 
     vec3 normal = surface.xyz;
     if (CERTAINTY == 1) {
@@ -70,16 +77,25 @@ void main() {
         own = widened(own, min(certainty, 1.0));
         if (POINTS == 0 && certainty > 0.0) normal /= certainty;
     }
+    vec4 around = vec4(0.0);
+    if (VISIBILITY == 1) {
+        vec4 seen = texelFetch(visibility_map, ivec2(pixel), 0);
+        around = around_at(POINTS == 1 ? unpack_visibility(seen) : seen, normal);
+    } else if (ENVIRONMENT > 0) {
+        around = around_at(around, normal);
+    }
+    vec3 everywhere = VISIBILITY == 1 ? ambient * around.w : ambient;
     vec3 lit;
     if (SHADOWS == 1) {
         lit = light_surface_shadowed(
-            point, eye, normal, albedo.rgb, own, ambient, lights, light_count, shadow_map, views, to_world
+            point, eye, normal, albedo.rgb, own, everywhere, lights, light_count, shadow_map, views, to_world
         );
     } else if (ALONE == 1) {
-        lit = light_surface_alone(point, eye, normal, albedo.rgb, own, ambient, only_light);
+        lit = light_surface_alone(point, eye, normal, albedo.rgb, own, everywhere, only_light);
     } else {
-        lit = light_surface(point, eye, normal, albedo.rgb, own, ambient, lights, light_count);
+        lit = light_surface(point, eye, normal, albedo.rgb, own, everywhere, lights, light_count);
     }
+    if (ENVIRONMENT > 0) lit += light_from_around(around, normalize(eye - point), normal, albedo.rgb, own, lobe);
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
     if (EDL == 1 && albedo.a < 0.0) lit *= eye_dome(surface_map, ivec2(pixel), surface.w);
     color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(min(lit, 1.0)), 1.0);

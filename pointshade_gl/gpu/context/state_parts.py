@@ -11,7 +11,7 @@ import moderngl
 
 from .raw_gl import BLEND, DEPTH_TEST, GL, PROGRAM_POINT_SIZE
 
-UNITS = 7  # texture and image units from which our passes read, from 0 on
+UNITS = 8  # texture and image units from which our passes read, from 0 on
 UPLOAD_UNIT = UNITS  # through which moderngl uploads, while it is us who draw
 STORAGE_BUFFERS = 4  # bindings that our compute shaders use, from 0 on
 DRAW_BUFFERS = 8  # each has its own blending and colour mask

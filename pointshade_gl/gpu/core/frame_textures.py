@@ -14,7 +14,7 @@ from ...messages.notes import print_note
 from ...scene.camera import Camera
 from ...scene.frame import Frame
 from ...scene.noise import Choice, Noise
-from .images import R32F, Box, Image, Images, check_size, empty
+from .images import R32F, RGBA8, Box, Image, Images, check_size, empty
 
 CELL = 16  # pixels along a side for which the certainty of normals is found together
 NEUTRAL = np.full((1, 1, 3), 204, np.uint8)  # light grey: the colour of a frame without colours
@@ -150,6 +150,14 @@ class PointSurface(Image):
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
         return self._framebuffer(texture)
+
+    @cached_property
+    def visibility(self) -> Image:
+        """What the points see of the light from all around: see shaders/common/surroundings.glsl."""
+        image = self._keep(Image(self._context, self.size, RGBA8))
+        image.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        image.texture.repeat_x = image.texture.repeat_y = False
+        return image
 
     @cached_property
     def triangles(self) -> Image:

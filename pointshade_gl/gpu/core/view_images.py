@@ -44,6 +44,8 @@ class SurfaceImage(Images):
 
     has_doubts = False
     has_eye_dome = False
+    has_visibility = False  # what can hide light from all around is looked at
+    knows_visibility = True  # of all surfaces
 
     @cached_property
     def surface(self) -> moderngl.Texture:
@@ -62,13 +64,31 @@ class SurfaceImage(Images):
         return self._texture(4, "f4")
 
     @cached_property
-    def target(self) -> moderngl.Framebuffer:
-        return self._framebuffer(self.surface, self.albedo)
+    def visibility(self) -> moderngl.Texture:
+        """RGBA32F: bent normal, target axes, and the share of the light from all around that arrives, -1 where that is
+        not known: see shaders/common/surroundings.glsl."""
+        return self._texture(4, "f4")
 
-    @cached_property
+    @property
+    def target(self) -> moderngl.Framebuffer:
+        return self._drawn_to(False)
+
+    @property
     def shared_target(self) -> moderngl.Framebuffer:
         """The same with a depth buffer, for several objects."""
-        return self._framebuffer(self.surface, self.albedo, depth=self._depth)
+        return self._drawn_to(True)
+
+    @cached_property
+    def _targets(self) -> dict[tuple[bool, bool], moderngl.Framebuffer]:
+        """By whether they have visibility, and a depth buffer."""
+        return {}
+
+    def _drawn_to(self, is_shared: bool) -> moderngl.Framebuffer:
+        key = self.has_visibility, is_shared
+        if key not in self._targets:
+            textures = (self.surface, self.albedo, *((self.visibility,) if self.has_visibility else ()))
+            self._targets[key] = self._framebuffer(*textures, depth=self._depth if is_shared else None)
+        return self._targets[key]
 
     @cached_property
     def _depth(self) -> moderngl.Renderbuffer:
@@ -125,14 +145,15 @@ class Target(Images):
 
     sums  what several frames add up to (16 bits lose the smallest weights), see set_accumulate.frag: normal, and by
           how much 1/z differs from the nearest splat's, times the weights; linear albedo times the weights, and their
-          sum
+          sum; and visibility times the weights, which `sums_without` has not
     """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]):
         super().__init__(context, size)
         self.splats = self._keep(SplatImage(context, size))
         self.surfaces = self._keep(SurfaceImage(context, size))
-        self.sums = self._keep(Image(context, size, RGBA32F, RGBA32F))
+        self.sums = self._keep(Image(context, size, RGBA32F, RGBA32F, RGBA32F))
+        self.sums_without = self._keep(Image(context, size, RGBA32F, RGBA32F))
         self.samples = self._keep(SampleSums(context, size))
 
     @cached_property

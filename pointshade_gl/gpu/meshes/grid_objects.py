@@ -14,6 +14,7 @@ from ..core.frame_textures import Colors, FrameTextures
 from ..core.images import Fitted, Image, depth_tested, empty
 from ..core.passes import FullscreenPass, FullscreenPasses
 from ..core.view_images import SplatImage, SurfaceImage, Target
+from ..shading.light_set import environment_of
 from ..shading.shadow_map import Tile
 from .grid_depths import ComputedDepths, DrawnDepths, Grid
 
@@ -29,6 +30,12 @@ class ShownGrid(NamedTuple):
     shading: str
     light: Image | None  # of the points, for gouraud shading
     material: tuple[float, float, float, float] | None  # for flat shading, which is lit as it is drawn
+    visibility: Image | None = None  # what its points see of the light from all around, if something may hide it
+
+    @property
+    def is_shaded(self) -> bool:
+        """Return whether it is lit when its visible surfaces are known."""
+        return self.shading == "phong"
 
     @property
     def has_doubts(self) -> bool:
@@ -70,7 +77,7 @@ class GridObjects(FullscreenPasses):
 
     def draw_lit(self, canvas: Canvas, splats: SplatImage, shown: ShownGrid, eye: Eye, lights: dict[str, Any]) -> None:
         """Draw the picture of a mesh, lit in the same pass: for phong. lights: inputs of shaders/common/lights.glsl."""
-        constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+        constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights), **environment_of(lights)}
         inputs = lights | self._inputs(splats, shown, eye)
         passed = self._pass("meshes/grid_picture.frag", shown, **constants)
         with canvas.opened(splats.window) as image:
@@ -79,6 +86,7 @@ class GridObjects(FullscreenPasses):
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownGrid, eye: Eye) -> None:
         """Draw the surfaces of a mesh that is alone, for the light pass."""
         surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
+        surfaces.has_visibility, surfaces.knows_visibility = shown.visibility is not None, True
         empty(surfaces.target, splats.window)
         own = {"scale": 1.0, "material_number": 1.0, "near": eye.near}
         self._pass("meshes/grid.frag", shown).draw(surfaces.target, {}, **self._inputs(splats, shown, eye) | own)
@@ -95,7 +103,8 @@ class GridObjects(FullscreenPasses):
         inputs |= {"scale": scale, "material_number": float(number), "near": eye.near / scale}
         if shown.shading == "flat":
             inputs |= lights | {"material": shown.material}
-            passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, SHADOWS=int("shadow_map" in lights))
+            constants = {"SHADOWS": int("shadow_map" in lights), **environment_of(lights)}
+            passed = self.fullscreen("meshes/grid_flat.frag", self._look_up, **constants)
         else:
             passed = self._pass("meshes/grid.frag", shown)
         with depth_tested(self._context, shared, splats.window):
@@ -107,6 +116,8 @@ class GridObjects(FullscreenPasses):
         inputs = shown.points.maps() | shown.points.way(eye) | {"color_map": colors}
         if shown.has_doubts:
             inputs["certainty_map"] = shown.points.surface.certainty
+        if shown.is_shaded and shown.visibility is not None:
+            inputs["visibility_map"] = shown.visibility.texture
         if not self._look_up:
             return inputs | {"window_depths": splats.depth, "near": eye.near / shown.points.scale}
         splats.nearest.bind_to_storage_buffer(0)
@@ -114,6 +125,7 @@ class GridObjects(FullscreenPasses):
 
     def _pass(self, fragment: str, shown: ShownGrid, **constants: int) -> FullscreenPass:
         constants |= {"SHADING": shader_model(shown.shading)} | ({"CERTAINTY": 1} if shown.has_doubts else {})
+        constants |= {"VISIBILITY": 1} if shown.is_shaded and shown.visibility is not None else {}
         return self.fullscreen(fragment, self._look_up, **constants)
 
     def add_shadow(self, tile: Tile, grid: Grid, eye: Eye) -> None:

@@ -19,6 +19,7 @@ from ..core.memory import Owner, check_memory
 from ..core.passes import set_inputs
 from ..core.programs import build_program
 from ..core.view_images import SurfaceImage
+from ..shading.light_set import DARK, HIGHLIGHTS
 from ..shading.shadow_map import Tile
 
 CORNER = "position", "normal", "uv"
@@ -83,7 +84,9 @@ class MeshObjects(Owner):
         inputs |= {"picture": buffers.picture}
         if mesh.shading in ("flat", "gouraud"):
             array = buffers.arrays["lit"]
-            inputs |= lights | {"material": mesh.material.strengths}
+            inputs |= DARK.inputs | lights | {"material": mesh.material.strengths}
+            for name in HIGHLIGHTS:  # corners have no highlights of an environment
+                inputs.pop(name, None)
         else:
             array = buffers.arrays["surface"]
             inputs["is_lit"] = mesh.shading not in NOT_LIT

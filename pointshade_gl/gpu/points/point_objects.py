@@ -58,6 +58,7 @@ class ShownPoints(NamedTuple):
     colors: Colors
     light: Image | None  # of the points themselves, for flat and gouraud shading
     shading: str
+    visibility: Image | None = None  # what they see of the light from all around, if something may hide it
 
     @property
     def has_doubts(self) -> bool:
@@ -151,6 +152,7 @@ class PointObjects(FullscreenPasses):
     def draw_surface(self, surfaces: SurfaceImage, splats: SplatImage, shown: ShownPoints, eye: Eye) -> None:
         """Draw the surfaces that the light pass reads from rasterised splats: for phong."""
         surfaces.window, surfaces.has_doubts, surfaces.has_eye_dome = splats.window, shown.has_doubts, False
+        surfaces.has_visibility, surfaces.knows_visibility = shown.visibility is not None, True
         self._resolve.draw_surfaces(surfaces.target, self._looking(splats, shown, eye), 1)
         surfaces.raise_version()
 
@@ -168,13 +170,14 @@ class PointObjects(FullscreenPasses):
         trusts = [trust.texture for trust in points.trusts]
         gains = [tuple(gain.tolist()) for gain in consensus.gains]
         parts = list(map(Part, looking, trusts, windows, shown.importances.tolist(), gains))
-        self._merge.add_up(target.sums, parts, consensus.band)
+        sums = target.sums if target.surfaces.has_visibility else target.sums_without
+        self._merge.add_up(sums, parts, consensus.band)
         look_up, normals = looking[0].look_up, None
         if shown.estimator:
-            normals = self._target_normals.find(target.sums, splats, look_up, eye.camera, shown.estimator)
+            normals = self._target_normals.find(sums, splats, look_up, eye.camera, shown.estimator)
         inputs = {"near": eye.near, "scale": points.scale, "material_number": float(number)}
         inputs |= {"others": len(parts) - 1} if shown.has_doubts else {}
-        self._merge.draw_surfaces(target, look_up, inputs, normals)
+        self._merge.draw_surfaces(target, sums, look_up, inputs, normals)
 
     def _draw_set(self, image: SplatImage, points: PointSet, eye: Eye, primary: np.ndarray) -> list[Box]:
         parts = [
@@ -219,7 +222,8 @@ class PointObjects(FullscreenPasses):
         colors = shown.colors.texture if shown.light is None else shown.light.texture
         view, near = carried(points.pose, points.scale, eye), eye.near / points.scale
         where = points.source, splats, eye.camera, view, self._rasterizer(points).look_up, near
-        return Looking(points.surface.texture, colors, *where, shown.shading, points.surface.certainty)
+        visibility = shown.visibility and shown.visibility.texture
+        return Looking(points.surface.texture, colors, *where, shown.shading, points.surface.certainty, visibility)
 
     def _rasterizer(self, points: Points) -> PointSplatPass | ComputeSplatPass:
         return self._rasterizers.choose(points.sizes, points.splat)

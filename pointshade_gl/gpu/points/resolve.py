@@ -14,6 +14,7 @@ from ..core.images import depth_tested, empty
 from ..core.passes import FullscreenPasses
 from ..core.programs import source_and_target
 from ..core.view_images import SplatImage
+from ..shading.light_set import environment_of
 
 
 class Looking(NamedTuple):
@@ -29,6 +30,7 @@ class Looking(NamedTuple):
     near: float  # source units: the splats' depth is 1 - near/z
     shading: str
     certainty: moderngl.Texture | None  # of the frame's normals
+    visibility: moderngl.Texture | None  # what its points see of the light from all around
 
     def maps(self) -> dict[str, moderngl.Texture]:
         """Return the textures of the frame by the names of the shaders' samplers."""
@@ -53,7 +55,7 @@ class ResolvePass(FullscreenPasses):
         """Draw the picture, lit in the same pass, for phong. lights: the inputs of light_surface."""
         with canvas.opened(looking.splats.window) as image:
             inputs = lights | looking.way()
-            constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights)}
+            constants = {"LINEAR": int(canvas.linear), "ALONE": int("only_light" in lights), **environment_of(lights)}
             self._draw("points/resolve_lit.frag", image, looking, inputs, **constants)
 
     def draw_surfaces(
@@ -81,6 +83,8 @@ class ResolvePass(FullscreenPasses):
         textures = looking.maps()
         if looking.shading == "phong" and looking.certainty is not None:
             constants["CERTAINTY"], textures["certainty_map"] = 1, looking.certainty
+        if looking.shading == "phong" and looking.visibility is not None:
+            constants["VISIBILITY"], textures["visibility_map"] = 1, looking.visibility
         if looking.look_up:
             looking.splats.nearest.bind_to_storage_buffer(0)
             inputs["target_size"] = looking.splats.size

@@ -38,27 +38,30 @@ class SetMergePass(FullscreenPasses):
         empty(sums.target, parts[0].looking.splats.window)
         for number, part in enumerate(parts):
             looking = part.looking
-            maps = looking.maps() | {"trust_map": part.trust}
+            maps, constants = looking.maps() | {"trust_map": part.trust}, {"SHADING": shader_model(looking.shading)}
+            if looking.visibility is not None:
+                maps["visibility_map"], constants["VISIBILITY"] = looking.visibility, 1
             inputs = key_inputs(looking.splats, looking.look_up) | looking.way()
             inputs |= {"band": band, "importance": part.importance, "gain": part.gain}
             confine(sums.target, part.window)
-            shading = shader_model(looking.shading)
-            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, SHADING=shading)
+            part_pass = self.fullscreen("points/set_accumulate.frag", looking.look_up, **constants)
             with self._adding.on() if number else nullcontext():  # the first finds zeros
                 part_pass.draw(sums.target, maps, **inputs)
         confine(sums.target, None)
 
     def draw_surfaces(
-        self, target: Target, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None
+        self, target: Target, sums: Image, look_up: bool, inputs: dict[str, Any], normals: moderngl.Texture | None
     ) -> None:
         """Divide the sums, and draw the resulting surfaces among those of other objects.
 
         inputs   near, scale, material_number; and others, the number of frames less one, if normals are uncertain
         normals  estimated in the view; None takes the mean of the frames'
         """
-        maps = {"geometry_map": target.sums.textures[0], "albedo_map": target.sums.textures[1]}
+        names = "geometry_map", "albedo_map", "visibility_map"
+        maps = dict(zip(names, sums.textures, strict=False))  # the last one only where it is needed
         maps |= {} if normals is None else {"target_map": normals}
         constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int("others" in inputs)}
+        constants["VISIBILITY"] = int("visibility_map" in maps)
         merged = self.fullscreen("points/set_resolve.frag", look_up, **constants)
         with depth_tested(self._context, target.surfaces.shared_target, target.splats.window):
             merged.draw(target.surfaces.shared_target, maps, **key_inputs(target.splats, look_up), **inputs)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...scene.camera import Camera
 from ..core.passes import FullscreenPasses, data_texture
-from .light_set import Lighting
+from .light_set import Lighting, around_inputs, environment_of
 
-KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL"  # constants of light.frag
+KINDS = "POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY"  # constants of light.frag
 SURELY_HELD = 1024  # rows of a texture, by every driver
 
 
@@ -35,6 +35,7 @@ class LightPass(FullscreenPasses):
         has_doubts: bool = False,
         certainty: moderngl.Texture | None = None,
         has_eye_dome: bool = False,
+        visibility: moderngl.Texture | None = None,
     ) -> None:
         """Light surfaces (unit normal, depth) with their albedo, both as the camera sees them, into the image's
         scissor.
@@ -45,19 +46,22 @@ class LightPass(FullscreenPasses):
         linear     pixels stay linear, too
         has_doubts  the normals of pixels are as long as they are certain
         certainty   of the normals of points, see shaders/common/toksvig.glsl
+        visibility  what is seen of the light from all around: see shaders/common/surroundings.glsl
         has_eye_dome  some pixels have negative material numbers: see shaders/common/eye_dome.glsl
         """
         eye, scale = (np.zeros(3), 1.0) if points is None else points
-        inputs = self.inputs(lighting, True)
+        inputs = self.inputs(lighting, True) | around_inputs(lighting)
         inputs |= {"intrinsics": camera.intrinsics, "eye": tuple(eye.tolist())}
         if len(materials) > 1:
-            inputs["materials"] = self._table("materials", materials[:, None])
+            inputs["materials"] = self._table("materials", _with_lobes(materials, lighting))
         else:
             inputs["material"] = tuple(materials[0].tolist())
         if points is not None:
             inputs["scale"] = scale
         if certainty is not None:
             inputs["certainty_map"] = certainty
+        if visibility is not None:
+            inputs["visibility_map"] = visibility
         doubtful = has_doubts or certainty is not None
         alone = "only_light" in inputs
         kind = (
@@ -68,8 +72,10 @@ class LightPass(FullscreenPasses):
             alone,
             doubtful,
             has_eye_dome,
+            visibility is not None,
         )
-        light = self.fullscreen("shading/light.frag", **dict(zip(KINDS, map(int, kind), strict=True)))
+        constants = dict(zip(KINDS, map(int, kind), strict=True)) | environment_of(inputs)
+        light = self.fullscreen("shading/light.frag", **constants)
         colors = "albedo_map" if points is None else "color_map"
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 
@@ -79,7 +85,7 @@ class LightPass(FullscreenPasses):
 
         may_be_alone  a single light without shadows becomes `only_light`
         """
-        rows, ambient, shadows = lighting
+        rows, ambient, shadows = lighting[:3]
         if may_be_alone and len(rows) == 1 and shadows is None:
             return {"only_light": rows[0, :4].tobytes(), "ambient": ambient}
         inputs: dict[str, Any] = {"lights": self._table("lights", rows), "light_count": len(rows), "ambient": ambient}
@@ -105,3 +111,12 @@ class LightPass(FullscreenPasses):
         for table in self._tables.values():
             table.release()
         super().release()
+
+
+def _with_lobes(materials: np.ndarray, lighting: Lighting) -> np.ndarray:
+    """Return (m, n, 4) rows of materials, with the numbers of their maps of an environment."""
+    lobes = lighting.around and lighting.around.lobes
+    if not lobes:
+        return materials[:, None]
+    numbers = [(lobes.nearest(shininess), 0.0, 0.0, 0.0) for *_, shininess in materials]
+    return np.stack([materials, np.array(numbers)], 1)

@@ -27,6 +27,7 @@ from .normals import Estimator, SurfacePass
 from .source_colors import SourceColors
 from .streams import Streams
 from .upsampling import UpsamplePass
+from .visibility import VisibilityPass
 
 BEYOND = 2.0  # times the farthest depth: where the photograph is seen that has no surface
 TOLD = 1e-4  # share of the pixels from which on it is worth a note
@@ -66,6 +67,10 @@ class FrameStore(Owner):
     @cached_property
     def _completion(self) -> CompletionPass:
         return self._keep(CompletionPass(self._context))
+
+    @cached_property
+    def _visibility(self) -> VisibilityPass:
+        return self._keep(VisibilityPass(self._context))
 
     @cached_property
     def _bridge(self) -> HiddenPlanesPass:
@@ -166,6 +171,12 @@ class FrameStore(Owner):
         bridged = self._fit(textures, "bridged", (camera.width, camera.height)).surface
         self._steps.run("bridge", self._bridge.run, points.surface, points.camera, bridged, of=textures)
         return bridged
+
+    def find_visibility(self, textures: FrameTextures, points: DrawnPoints, radius: float) -> Image:
+        """Return what the points see of the light from all around. radius: of what may hide it, in the frame's unit."""
+        inputs = points.surface, points.camera, radius, points.surface.visibility
+        self._steps.run("visibility", self._visibility.run, *inputs, of=textures)
+        return points.surface.visibility
 
     def _fit(
         self, textures: FrameTextures, name: Literal["large", "completed", "bridged"], size: tuple[int, int]

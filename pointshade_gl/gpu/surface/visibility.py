@@ -1,0 +1,50 @@
+"""Finds how much of the light from all around reaches the points of a frame, and from where."""
+
+from __future__ import annotations
+
+import math
+
+import moderngl
+
+from ...scene.camera import Camera
+from ..context.software_driver import wants_software
+from ..core.frame_textures import PointSurface
+from ..core.images import Fitted, Image, confine
+from ..core.passes import FullscreenPasses
+
+POINTS = 400_000  # for about so many the planes are searched, and for the rest of a frame the results mixed:
+POINTS_ON_CPU = 80_000  # of 640x480 every second one
+
+
+class VisibilityPass(FullscreenPasses):
+    """Looks at the neighbours of points (shaders/common/visibility.glsl)."""
+
+    def __init__(self, context: moderngl.Context):
+        super().__init__(context)
+        self._planes, self._means = (self._keep(Fitted(context, Image)) for _ in range(2))
+
+    def run(self, surface: PointSurface, camera: Camera, radius: float, visibility: Image) -> None:
+        """Write the visibility of a frame's points.
+
+        camera  that took the frame, at the surface's size
+        radius  how far things may be that hide light, in the frame's unit
+        """
+        stride = visibility_stride(self._context, surface.size)
+        size = -(-surface.size[0] // stride), -(-surface.size[1] // stride)
+        planes, means = self._planes.fit(size), self._means.fit(size)
+        left, top, width, height = surface.window
+        some = left // stride, top // stride, -(-width // stride) + 1, -(-height // stride) + 1
+        for image, window in ((planes, some), (means, some), (visibility, surface.window)):
+            confine(image.target, window)
+        common = {"surface_map": surface.texture, "intrinsics": camera.intrinsics, "stride": stride}
+        self.fullscreen("surface/visible_in_plane.frag").draw(planes.target, {}, radius=radius, **common)
+        self.fullscreen("surface/mean_visible.frag").draw(means.target, {"plane_map": planes.texture}, **common)
+        final = self.fullscreen("surface/visibility.frag")
+        final.draw(visibility.target, {"mean_map": means.texture}, **common)
+        visibility.raise_version()
+
+
+def visibility_stride(context: moderngl.Context, size: tuple[int, int]) -> int:
+    """Return which pixels of a picture look at their neighbours: every one, every second one ..."""
+    points = POINTS_ON_CPU if wants_software(context) else POINTS
+    return max(round(math.sqrt(size[0] * size[1] / points)), 1)

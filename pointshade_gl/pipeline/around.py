@@ -1,0 +1,82 @@
+"""Finds what is around the objects of a picture: its environment, which way is up in it, and whether things hide it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..estimation.ground_plane import up_and_floor
+from ..gpu.core.steps import Steps
+from ..scene.appearance import Material
+from ..scene.frame import Frame
+from ..scene.graph import Scene
+from ..scene.light import Light, unit
+from ..scene.render_settings import Finish
+from ..scene.surroundings import Row, Surroundings
+
+MUCH = 0.1  # share of the light that comes from all around, above which it is worth looking at what hides it
+
+
+def surroundings_of(
+    finish: Finish, source: Frame | Scene, scene: Scene, lights: Sequence[Light], materials: Sequence[Material],
+    steps: Steps,
+) -> Surroundings:  # fmt: skip
+    """Return what is around a scene.
+
+    source  of which the scene was made, which tells where up is
+    """
+    environment = finish.environment or scene.environment
+    occlusion = finish.ambient_occlusion
+    if occlusion is None:
+        occlusion = environment is not None or any(_comes_from_around(scene, lights, one) for one in materials)
+    on_ground = finish.ground is not False
+    if environment is None:
+        return Surroundings(occlusion, on_ground=on_ground)
+    if finish.up is not None:
+        up, has_floor = np.array(finish.up), True
+    else:
+        up, has_floor = steps.run("up", up_and_floor, source)
+    floor = _row(up) if has_floor or on_ground else None
+    rotation = finish.environment_rotation
+    to_sky = rotation if isinstance(rotation, tuple) else standing(up, rotation, np.asarray(scene.pose))
+    return Surroundings(occlusion, environment, finish.environment_intensity, to_sky, floor, on_ground)
+
+
+def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row, Row]:
+    """Return the rotation (3, 3) from world axes to those of an environment that stands upright.
+
+    up       (3,) unit, world
+    degrees  by which it is turned about up, counterclockwise seen from above
+    pose     (4, 4) of the scene's own camera, which looks along -z of an environment that is not turned
+    """
+    back = -pose[:3, 2] + up * (pose[:3, 2] @ up)
+    if np.linalg.norm(back) < 1e-6:
+        back = pose[:3, 1] - up * (pose[:3, 1] @ up)
+    z = unit(back)
+    x = np.cross(up, z)
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    rows = [cosine * x - sine * z, up, sine * x + cosine * z]
+    return tuple(_row(one) for one in rows)  # type: ignore[return-value]
+
+
+def _comes_from_around(scene: Scene, lights: Sequence[Light], material: Material) -> bool:
+    ambient = material.ambient * max(scene.ambient)
+    direct = material.diffuse * sum(_arriving(light, scene) for light in lights)
+    return ambient > MUCH * (ambient + direct) * (1 + 1e-6)
+
+
+def _arriving(light: Light, scene: Scene) -> float:
+    """Return how much of a light arrives in the middle of a scene."""
+    strength = light.intensity * max(light.color)
+    if light.position is None:
+        return strength
+    constant, linear, quadratic = light.attenuation
+    distance = float(np.linalg.norm(scene.bounds[0] - light.position))
+    return strength / max(constant + linear * distance + quadratic * distance * distance, 1e-9)
+
+
+def _row(vector: np.ndarray) -> Row:
+    x, y, z = np.asarray(vector, np.float64).tolist()
+    return x, y, z

@@ -1,0 +1,186 @@
+#include "common/camera.glsl"
+#include "common/texels.glsl"
+
+// How much of the light from all around reaches a point of a frame, and from where: as its neighbours hide it. In one plane
+// through the eye and the point, what they hide is marked in a mask of 32 sectors (Therrien, Levesque, Gilet, "Screen Space
+// Indirect Lighting with Visibility Bitmask", 2023); 16 neighbours look along 16 such planes, whose mean is the answer.
+
+const int SECTORS = 32;
+const int STEPS = 8;         // to each side
+const int PLANES = 4;        // along a side of the square of pixels that look along different planes
+const float THICK = 0.15;    // of the radius: what is behind a neighbour
+const float ON_PLANE = 0.01; // share of the depth by which neighbours lie on one surface
+
+// Where a pixel's plane lies, in turns of half a circle, and by how much its steps are shifted.
+vec2 plane_of(ivec2 pixel) {
+    return vec2(float((((pixel.x + pixel.y) & 3) << 2) + (pixel.x & 3)) / 16.0, float((pixel.y - pixel.x) & 3) / 4.0);
+}
+
+// Sectors from one place to another, both from 0 to 1 across the mask, as bits.
+uint sector_bits(float from, float to) {
+    int first = int(floor(min(from, to) * float(SECTORS) + 0.5));
+    int count = int(floor(max(from, to) * float(SECTORS) + 0.5)) - first;
+    if (count <= 0) return 0u;
+    return (0xFFFFFFFFu >> uint(SECTORS - count)) << uint(min(first, SECTORS - 1));
+}
+
+// Where a direction in the plane lies across the mask: in equal steps of the sine of its angle to the normal. Its parts
+// along the normal and across it, of any length; below the surface it is at an end, that of its side of the eye's ray.
+float sector_place(vec2 direction, float end) {
+    float across = direction.y * inversesqrt(max(dot(direction, direction), 1e-20));
+    return direction.x > 0.0 ? 0.5 + 0.5 * across : end;
+}
+
+// How many bits are set in each group of four, each in its own four bits.
+uint bits_in_fours(uint bits) {
+    uint pairs = bits - ((bits >> 1u) & 0x55555555u);
+    return (pairs & 0x33333333u) + ((pairs >> 2u) & 0x33333333u);
+}
+
+// A plane through the eye and a point, and what is hidden in it.
+struct Plane {
+    vec2 way;      // in the picture
+    vec3 across;   // along the surface; the normal's part in the plane is m
+    vec3 m;
+    float share;   // of the normal that lies in the plane
+    vec2 behind;   // what an occluder hides behind it, as parts along m and across
+    vec2 tilt;     // of both towards the side, at right angles to the eye's ray
+    uint hidden;
+};
+
+Plane plane_through(ivec2 pixel, vec3 point, vec3 n, vec4 intrinsics, float radius) {
+    vec3 v = normalize(-point);
+    float angle = plane_of(pixel).x * 3.14159265;
+    vec2 way = vec2(cos(angle), sin(angle));
+    vec3 along = vec3(way / intrinsics.xy, 0.0);
+    vec3 t = normalize(along - v * dot(along, v));
+    vec2 normal = vec2(dot(n, v), dot(n, t));
+    float share = length(normal);
+    normal = share > 0.0 ? normal / share : vec2(1.0, 0.0);
+    vec3 m = normal.x * v + normal.y * t, across = normal.x * t - normal.y * v;
+    return Plane(way, across, m, share, radius * THICK * vec2(normal.x, -normal.y), vec2(normal.y, normal.x), 0u);
+}
+
+// Where step k of a plane lies in the picture; reach: the radius there, pixels.
+vec2 step_place(ivec2 pixel, ivec2 texel, Plane plane, int k, float reach) {
+    float i = float(k >> 1), far = (i + plane_of(pixel).y) / float(STEPS);
+    float offset = max(far * far * reach, 1.5 + i);
+    return floor(vec2(texel) + ((k & 1) == 0 ? offset : -offset) * plane.way + 0.5);
+}
+
+// The sectors that something hides, away from the point, at step k.
+uint hidden_by(vec3 away, Plane plane, int k) {
+    float end = float(1 - (k & 1));
+    vec2 front = vec2(dot(away, plane.m), dot(away, plane.across));
+    return sector_bits(sector_place(front, end), sector_place(front - plane.behind, end));
+}
+
+// What a plane sees: the sum of its visible directions, weighted by the cosine to the normal, and of their weights.
+vec4 sum_of_plane(Plane plane) {
+    uint open = bits_in_fours(~plane.hidden);
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < 8; ++k) {
+        float sine = (float(k) - 3.5) / 4.0;
+        vec2 direction = vec2(sqrt(1.0 - sine * sine), sine);
+        float weight = float((open >> uint(4 * k)) & 15u) * abs(dot(direction, plane.tilt));
+        sum += weight * vec4(direction.x * plane.m + direction.y * plane.across, 1.0);
+    }
+    return sum * plane.share / 16.0;
+}
+
+// What one plane through a pixel sees. surface_map: unit normal and depth, own: those of the point at a texel of it;
+// radius: how far occluders may be; pixel decides which plane it is.
+vec4 visible_in_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
+    Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
+    float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
+    vec2 last = vec2(textureSize(surface_map, 0) - 1);
+    int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
+    for (int k = 0; k < steps; ++k) {
+        vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
+        float z = abs(texel_at(surface_map, ivec2(place)).w);
+        vec3 away = pixel_ray(place, intrinsics) * z - point;
+        bool counts = z > 0.0 && place == at && dot(away, away) < radius * radius;
+        plane.hidden |= counts ? hidden_by(away, plane, k) : 0u;
+    }
+    return own.w != 0.0 ? sum_of_plane(plane) : vec4(0.0);
+}
+
+// The visibility of a point that stands alone, from its one plane: the mean of many, along other planes, is its own.
+vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * own.w;
+    vec4 open = sum_of_plane(plane_through(pixel, point, own.xyz, intrinsics, radius));
+    vec4 sum = visible_in_plane(surface_map, pixel, texel, own, intrinsics, radius);
+    float share = open.w > 0.0 ? sum.w / open.w : 1.0;
+    vec3 bent = open.w > 0.0 ? (sum.xyz - open.xyz) / open.w : vec3(0.0);
+    return vec4(2.0 / 3.0 * own.xyz + bent, share);
+}
+
+// The same in a view of several objects, for which the sight of all but one is wanted: that of this number; 0 is none.
+// numbers_map: the object's number in w.
+vec4 visible_among(
+    sampler2D surface_map, sampler2D numbers_map, float number, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics,
+    float radius
+) {
+    own.xyz /= max(length(own.xyz), 1e-4);
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
+    Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
+    float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
+    vec2 last = vec2(textureSize(surface_map, 0) - 1);
+    int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
+    for (int k = 0; k < steps; ++k) {
+        vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
+        float z = abs(texel_at(surface_map, ivec2(place)).w);
+        vec3 away = pixel_ray(place, intrinsics) * z - point;
+        bool counts = z > 0.0 && place == at && dot(away, away) < radius * radius;
+        counts = counts && texel_at(numbers_map, ivec2(place)).w != number;
+        plane.hidden |= counts ? hidden_by(away, plane, k) : 0u;
+    }
+    return own.w != 0.0 ? sum_of_plane(plane) : vec4(0.0);
+}
+
+// The mean over the planes of a square of pixels, of those on the same surface. Of a picture with every `stride`-th pixel.
+vec4 mean_visible(sampler2D plane_map, sampler2D surface_map, ivec2 pixel, int stride, vec4 intrinsics) {
+    ivec2 size = textureSize(plane_map, 0), last = textureSize(surface_map, 0) - 1;
+    ivec2 texel = min(pixel * stride, last);
+    vec4 own = texel_at(surface_map, texel);
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
+    vec4 sum = vec4(0.0);
+    float total = 0.0;
+    int count = own.w != 0.0 ? PLANES * PLANES : 0;
+    for (int k = 0; k < count; ++k) {
+        ivec2 place = clamp(pixel + ivec2(k % PLANES, k / PLANES) - PLANES / 2, ivec2(0), size - 1);
+        ivec2 other = min(place * stride, last);
+        float z = abs(texel_at(surface_map, other).w);
+        float off = dot(own.xyz, pixel_ray(vec2(other), intrinsics) * z - point);
+        float weight = z > 0.0 && abs(off) < ON_PLANE * abs(own.w) ? 1.0 : 0.0;
+        sum += weight > 0.0 ? texel_at(plane_map, place) : vec4(0.0);
+        total += weight;
+    }
+    return sum / max(total, 1.0);
+}
+
+// The same of any pixel of the picture, from the means around it that belong to its surface: the bent normal (the mean
+// visible direction, as long as all agree: 2/3 where nothing is hidden, see surroundings.glsl), and the visible share.
+vec4 visibility_at(sampler2D mean_map, sampler2D surface_map, ivec2 texel, int stride, vec4 intrinsics) {
+    ivec2 last = textureSize(surface_map, 0) - 1, end = textureSize(mean_map, 0) - 1;
+    vec4 own = texel_at(surface_map, texel);
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
+    vec2 at = vec2(texel) / float(stride) + 0.5;  // a mean's middle is half a pixel before it
+    ivec2 low = ivec2(floor(at));
+    vec4 sum = vec4(0.0);
+    float total = 0.0;
+    int count = own.w != 0.0 ? 4 : 0;
+    for (int k = 0; k < count; ++k) {
+        ivec2 cell = low + ivec2(k & 1, k >> 1), place = clamp(cell, ivec2(0), end);
+        ivec2 other = min(place * stride, last);
+        float z = abs(texel_at(surface_map, other).w);
+        float off = dot(own.xyz, pixel_ray(vec2(other), intrinsics) * z - point) / (ON_PLANE * abs(own.w));
+        vec2 near = 1.0 - abs(at - vec2(cell));
+        float weight = z > 0.0 ? (near.x * near.y + 1e-3) / (1.0 + off * off * off * off) : 0.0;
+        sum += weight > 0.0 ? weight * texel_at(mean_map, place) : vec4(0.0);
+        total += weight;
+    }
+    if (total == 0.0 || sum.w <= 0.0) return vec4(2.0 / 3.0 * own.xyz, total > 0.0 ? 0.0 : 1.0);
+    return vec4(sum.xyz / sum.w, min(sum.w / total, 1.0));
+}

@@ -17,6 +17,7 @@ from .rendering.thread_renderer import (
 )
 from .scene.appearance import Look, Material
 from .scene.camera import Camera, orbit_pose
+from .scene.environment import Environment
 from .scene.frame import Frame
 from .scene.graph import Scene
 from .scene.light import Light
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from .files.frames.frame_files import load_frame
     from .files.gltf import load_scene, save_scene
     from .files.live_set import live_set
+    from .files.pictures.environment_files import load_environment
     from .files.pictures.picture_files import save_image
     from .files.realsense import RealSenseSource
     from .files.sources import open_source, prefetched
@@ -52,6 +54,7 @@ __all__ = [
     "Camera",
     "Cancelled",
     "ContextError",
+    "Environment",
     "Film",
     "Finish",
     "Frame",
@@ -72,6 +75,7 @@ __all__ = [
     "estimate_normals",
     "live_set",
     "load_cloud",
+    "load_environment",
     "load_frame",
     "load_scene",
     "open_source",
@@ -97,6 +101,7 @@ _LATER = {
     "RealSenseSource": ".files.realsense",
     "live_set": ".files.live_set",
     "load_cloud": ".files.clouds.load",
+    "load_environment": ".files.pictures.environment_files",
     "load_frame": ".files.frames.frame_files",
     "load_scene": ".files.gltf",
     "open_source": ".files.sources",

@@ -7,6 +7,7 @@ is passed over: a line that was torn, or one of a newer version.
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 import os
 import time
@@ -20,6 +21,7 @@ import numpy as np
 
 from ..files.access.atomic_write import check_place, sha256_of
 from ..messages.formatting import option
+from ..scene.environment import NAMES, Environment
 from .jobs import Done
 
 PATTERN = "manifest*.jsonl"
@@ -115,7 +117,10 @@ def is_whole(output: Path, entry: Entry | None, thoroughly: bool = False) -> boo
 
 
 def told(value: Any) -> Any:
-    """A value as JSON has it: of a dataclass the fields that are not their default."""
+    """A value as JSON has it: of a dataclass the fields that are not their default; of an environment what tells it
+    from others."""
+    if isinstance(value, Environment):
+        return value.name if value.name in NAMES else f"sha256:{hashlib.sha256(value.picture.tobytes()).hexdigest()}"
     if is_dataclass(value):
         plain = _defaults(type(value))
         return {name: one for name, one in _told_fields(value).items() if one != plain[name]}

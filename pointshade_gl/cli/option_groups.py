@@ -47,7 +47,7 @@ def typed(
     for one in listed:
         has, is_switch = option_of(one), one.default is False
         kind = has.kind if one.default is None or has.read else type(one.default)
-        names = [f"--{one.name.replace('_', '-')}"] if is_switch else []
+        names = [f"--{one.name.replace('_', '-')}", *filter(None, [has.short])] if is_switch or has.short else []
         default = None if defaults is None and not is_switch else (defaults or {}).get(one.name, one.default)
         how = {"panel": has.panel, "known": has.known, "was": has.was, "metavar": has.metavar}
         found.append((one.name, kind if is_switch else kind | None, said(has.help, *names, default=default, **how)))

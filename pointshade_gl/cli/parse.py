@@ -62,6 +62,13 @@ def pose_from(text: str) -> NDArray[np.float64]:
     return load_pose(text)
 
 
+def environment_from(text: str) -> Any:
+    """The environment of a name or a file. Raises OSError or ValueError."""
+    from ..files.pictures.environment_files import find_environment
+
+    return find_environment(text)
+
+
 def rates_from(text: str, count: int) -> list[float]:
     """Frames per second of each of `count` inputs: one number for all, or one for each."""
     expected = f"{option('fps')} must be a number of frames per second"

@@ -189,7 +189,7 @@ class Renderer:
         frame : Frame, sequence of Frame, Scene, path or RenderRequest
             What is drawn. A request has all other options.
         light : Light or sequence of Light, optional
-            None is the default Light.
+            None is the default Light; beside an environment, which is light itself, there is none.
         camera : Camera, optional
             Who looks; None is the frame's own camera, at the colours' size if they are larger than the depth. Its size
             is the picture's.

@@ -16,6 +16,7 @@ from ..messages.validation import Numbers, check_type, is_a
 from ..scene.appearance import ColorOptions, FormOptions, Look, LookOptions, Material, NamedOptions, SurfaceOptions
 from ..scene.camera import Camera
 from ..scene.cloud_scene import given_by, scene_of, styled
+from ..scene.environment import Environment, check_environment
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, check_lights
@@ -93,6 +94,8 @@ class RenderRequest:
                 raise TypeError(f"a request has all its options: leave out {', '.join(given)}")
             return source
         source = source if isinstance(source, Frame | Scene | PointCloud) else check_source(loaded(source))
+        if "environment" in given:
+            given["environment"] = _found(given["environment"])
         if isinstance(source, PointCloud):
             source = styled(source, {name: given.pop(name) for name in [*given] if name in _NAMES[Look]})
         look, view, finish = (_made_of(group, given) for group in GROUPS)
@@ -116,9 +119,17 @@ class RenderRequest:
         return cls(source, view.lights or None, look, camera, pose, STRAIGHT, view.finish)
 
     def lights_of(self, scene: Scene) -> tuple[Light, ...]:
-        """Return the lights: those given, else the scene's own; a ground has one that casts shadows."""
-        own = scene.lights or (GROUND_LIGHT if self.finish.ground else None)
-        return check_lights(own if self.lights is None else self.lights)
+        """Return the lights: those given, else the scene's own, else one, unless there is an environment; that of a
+        ground casts shadows."""
+        if self.lights is not None:
+            return check_lights(self.lights)
+        if scene.lights or self.environment_of(scene):
+            return scene.lights
+        return check_lights(GROUND_LIGHT if self.finish.ground else None)
+
+    def environment_of(self, scene: Scene) -> Environment | None:
+        """Return the light from all around: that given, else the scene's own, else none."""
+        return check_environment(self.finish.environment) or scene.environment
 
     def seen_by(self, scene: Scene) -> tuple[Camera, NDArray[np.float64]]:
         """Return who looks at the scene that was made of the source. Raises TypeError or ValueError."""
@@ -170,6 +181,15 @@ def loaded(source: Any) -> Any:
     from ..files.sources import load_any  # which imports the readers of all files
 
     return load_any(source)
+
+
+def _found(environment: Any) -> Any:
+    """Return the environment that a file or a name stands for."""
+    if not is_a(environment, str, PathLike):
+        return environment
+    from ..files.pictures.environment_files import find_environment  # which imports the readers of pictures
+
+    return find_environment(environment)
 
 
 def check_source(source: Any) -> Frame | Sequence[Frame] | Scene | PointCloud:

@@ -18,7 +18,7 @@ from ..messages.formatting import counted
 from ..messages.validation import Numbers, check_color, check_type
 from .bounds import sphere_round
 from .camera import Camera, check_pose
-from .environment import Environment
+from .environment import Environment, EnvironmentName, check_environment
 from .light import Light, transformed
 from .mesh import Mesh
 from .node import Node, NodeOptions, check_nodes
@@ -37,7 +37,7 @@ FOV = 45.0  # degrees from top to bottom, of a scene without a camera
 
 @dataclass(frozen=True, eq=False)
 class Scene(Value, Preview):
-    """A scene: nodes with their content, a camera, and ambient light.
+    """A scene: nodes with their content, a camera, and light that belongs to no node.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ class Scene(Value, Preview):
     pose : (4, 4) float, optional
         Camera-to-world pose of that camera; None is the identity.
     ambient : (3,) float
-        Linear RGB light from everywhere.
+        Linear RGB light from everywhere, where there is no environment.
     environment : Environment, optional
-        Light from all around, in place of the ambient light.
+        Light from all around, unless `render` is given another; or "sky", "studio", or a picture that it takes.
 
     Raises
     ------
@@ -74,17 +74,16 @@ class Scene(Value, Preview):
             camera: Camera | None = None,
             pose: Numbers | None = None,
             ambient: Numbers = ...,
-            environment: Environment | None = None,
+            environment: Environment | Numbers | EnvironmentName | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "nodes", check_nodes(self.nodes, "scene nodes"))
         object.__setattr__(self, "pose", check_pose(self.pose, "scene pose"))
         object.__setattr__(self, "ambient", check_color(self.ambient, "scene ambient"))
+        object.__setattr__(self, "environment", check_environment(self.environment))
         if self.camera is not None:
             check_type(self.camera, Camera, "scene camera")
-        if self.environment is not None:
-            check_type(self.environment, Environment, "scene environment")
         self._placed  # noqa: B018 - names the node that lies below itself
 
     def __repr__(self) -> str:

@@ -35,6 +35,7 @@ class Option:
     read     value of such a text
     place    among the options of its panel: those of place 0 come first
     was      its older name, which is understood, too
+    short    a second name on the command line, such as "--ao"
     """
 
     doc: str
@@ -46,6 +47,7 @@ class Option:
     read: Callable[[str], Any] | None = None
     place: int = 1
     was: str = ""
+    short: str = ""
 
 
 def opt(default: Any, doc: str, help: str = "", **more: Any) -> Any:

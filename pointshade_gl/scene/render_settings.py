@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass, fields, replace
+from os import PathLike
 from typing import Any, Literal, TypedDict, cast, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..messages.formatting import option, shown
-from ..messages.validation import LARGEST, Numbers, as_array, check_color, check_direction, check_float, check_number
+from ..messages.validation import (
+    LARGEST,
+    Numbers,
+    as_array,
+    check_color,
+    check_direction,
+    check_float,
+    check_number,
+    check_point,
+    is_a,
+)
 from .css_colors import linear_color
-from .environment import Environment
-from .option_fields import PICTURE, number_or_text, opt, option_class
+from .environment import NAMES, Environment, check_environment
+from .option_fields import LIGHT, PICTURE, number_or_text, opt, option_class
 from .point_sizes import is_single
 from .sample_pattern import check_samples
 
@@ -20,6 +33,7 @@ STOPS = 32.0  # of exposure, at most
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
 METERINGS: tuple[Metering, ...] = get_args(Metering)
+_OCCLUSION = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
 
 
 class FinishOptions(TypedDict, total=False):
@@ -30,10 +44,22 @@ class FinishOptions(TypedDict, total=False):
     ground: bool | Numbers
     ground_height: float | None
     exposure: float | Metering
-    environment: Environment | Numbers | str | None
+    environment: Environment | Numbers | str | PathLike[str] | None
     environment_intensity: float
     environment_rotation: float | Numbers
     ambient_occlusion: bool | float | None
+
+
+def occlusion_of(text: str) -> bool | float | None:
+    """Return the value of `ambient_occlusion` for a text of the command line. Raises ValueError."""
+    if text in _OCCLUSION:
+        return _OCCLUSION[text]
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{option('ambient_occlusion')} takes {', '.join(_OCCLUSION)} or metres, got {shown(text)}"
+        ) from None
 
 
 @option_class
@@ -99,22 +125,44 @@ class Finish:
         read=number_or_text,
         panel=PICTURE,
     )
-    environment: Environment | Numbers | str | None = opt(
+    environment: Environment | Numbers | str | PathLike[str] | None = opt(
         None,
-        "light from all around, in place of the ambient light: an `Environment`, or what it takes. Surfaces reflect it "
-        "as they do the light of lamps. None is a scene's own, or none",
+        'light from all around, in place of the ambient light of materials: "sky" or "studio", a file with a picture '
+        "of the whole sphere (see `load_environment`; a Finish itself takes no files), an `Environment`, or what that "
+        "takes. Surfaces reflect it as they reflect lamps: diffuse * albedo * irradiance / pi, and specular * "
+        "2 / (shininess + 1) * the mean radiance in a lobe of this shininess round the mirrored ray, so that specular "
+        "(shininess + 1) / 2 mirrors it. It stands upright where up is known from a floor in the frame, up in its "
+        "picture or the world's y in a scene; below a floor or a ground it is hidden. There are no lamps beside it, "
+        "unless a light is given or a scene has its own. None is a scene's own, or none",
+        f"Light from all around, in place of ambient light: {', '.join(NAMES)}, or a picture of the whole sphere (.hdr,"
+        " .exr, .jpg, .png). Without --light there are no lamps beside it, except a scene's own.",
+        metavar="NAME|FILE",
+        known=NAMES,
+        panel=LIGHT,
     )
-    environment_intensity: float = opt(1.0, "factor on the environment")
+    environment_intensity: float = opt(
+        1.0, "factor on the environment", "Factor on the environment's light.", metavar="N", panel=LIGHT
+    )
     environment_rotation: float | Numbers = opt(
         0.0,
         "degrees by which the environment is turned about up, counterclockwise seen from above; or (3, 3), the "
         "rotation from world axes to those of the environment",
+        "Degrees by which the environment is turned, counterclockwise seen from above.",
+        metavar="DEG",
+        panel=LIGHT,
     )
     ambient_occlusion: bool | float | None = opt(
         None,
-        "whether what is near hides a part of the ambient light and of the environment; a number is how far near "
-        "reaches, world units; True is the median depth. None is True where more than a tenth of the light is of "
-        "that kind",
+        "whether what is near hides a part of the ambient light and of the environment, never of lamps; a number is "
+        "how far near reaches, world units; True is the median depth. None is True where more than a tenth of the "
+        "light is of that kind",
+        "Whether what is near hides a part of ambient light and environment; M: how far near reaches, metres. Default:"
+        " auto, which is yes where they are more than a tenth of the light.",
+        metavar="auto|yes|no|M",
+        known=tuple(_OCCLUSION),
+        read=occlusion_of,
+        short="--ao",
+        panel=LIGHT,
     )
 
     def __post_init__(self) -> None:
@@ -160,28 +208,40 @@ def check_exposure(exposure: Any) -> float | Metering:
     )
 
 
-def check_environment(environment: Any) -> Environment | None:
-    """Return an environment, or None. Raises TypeError or ValueError for anything else."""
-    return environment if isinstance(environment, Environment | None) else Environment(environment)
-
-
 def check_rotation(rotation: Any) -> float | tuple[Vector, Vector, Vector]:
     """Return degrees, or the rows of a rotation. Raises TypeError or ValueError for anything else."""
     if is_single(rotation):
         return check_number(rotation, option("environment_rotation"), -LARGEST, LARGEST)
     complaint = f"{option('environment_rotation')} must be degrees, or a rotation of shape (3, 3)"
     matrix = as_array(rotation, complaint)
-    if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-3):
+    is_rotation = matrix.shape == (3, 3) and np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-3)
+    if not is_rotation or np.linalg.det(matrix) < 0:
         raise ValueError(f"{complaint}, got {shown(rotation)}")
-    return tuple(map(tuple, matrix.tolist()))
+    x, y, z = (check_point(row, "row") for row in matrix)
+    return x, y, z
 
 
 def check_occlusion(occlusion: Any) -> bool | float | None:
     """Return whether there is any, or its radius. Raises TypeError or ValueError for anything else."""
-    if isinstance(occlusion, bool | np.bool_ | None):
+    if occlusion is None or is_a(occlusion, bool, np.bool_):
         return None if occlusion is None else bool(occlusion)
     radius = check_number(occlusion, option("ambient_occlusion"), 0)
     return radius if radius > 0 else False
+
+
+def with_environment_turned(finish: Finish, degrees: float, turn: NDArray[np.float64] | None = None) -> Finish:
+    """Return a finish with its environment turned further, in degrees counterclockwise seen from above.
+
+    turn  (3, 3) the same in world axes, for a rotation that is a matrix; None is about the environment's own up
+    """
+    if isinstance(finish.environment_rotation, float):
+        return replace(finish, environment_rotation=(finish.environment_rotation + degrees) % 360)
+    before = np.asarray(finish.environment_rotation)
+    if turn is not None:
+        return replace(finish, environment_rotation=before @ turn.T)
+    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    back = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+    return replace(finish, environment_rotation=back @ before)
 
 
 def _check_background(background: str | Numbers | None) -> Vector | None:

@@ -11,6 +11,7 @@ from .camera import orbit_pose
 from .frame import Frame
 from .graph import Scene
 from .light import Light, transformed
+from .render_settings import with_environment_turned
 from .view import View, upright_of
 
 TURN = 75  # pictures of a turn: three seconds at 25 per second
@@ -26,11 +27,16 @@ def views_of_turn(frame: Frame | Scene, view: View, what: str, count: int) -> It
 
 
 def with_light_turned(view: View, frame: Frame | Scene, degrees: float) -> View:
-    """Return the view after its lights moved around the pivot: from the front to the right, behind, and to the left."""
+    """Return the view after its lights moved around the pivot: from the front to the right, behind, and to the left.
+    An environment turns with them; beside it there are no others than those given."""
     frame = frame.framed() if isinstance(frame, Scene) else frame
     pose, pivot = np.asarray(frame.pose), frame.pivot
     turn = orbit_pose(pose, pivot, degrees, upright=upright_of(frame)) @ np.linalg.inv(pose)
-    lights = view.lights or (frame.lights if isinstance(frame, Scene) else [])
+    scene = frame if isinstance(frame, Scene) else Scene()
+    lights, finish = view.lights or scene.lights, view.finish
+    if finish.environment is not None or scene.environment is not None:
+        finish = with_environment_turned(finish, degrees, turn[:3, :3])
+        return replace(view, lights=[transformed(light, turn) for light in lights], finish=finish)
     start = pivot + frame.scale * pose[:3, :3] @ _FRONT
     own = Light(position=tuple(start), shadow=view.finish.ground is not False)
     return replace(view, lights=[transformed(light, turn) for light in lights or [own]])

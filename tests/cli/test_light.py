@@ -1,4 +1,4 @@
-"""`--light` on the command line: everything that a Light has in Python, in words."""
+"""`--light` and `--environment` on the command line: everything that they have in Python, in words."""
 
 import dataclasses
 
@@ -8,7 +8,11 @@ from PIL import Image
 
 import pointshade_gl as ps
 from pointshade_gl.cli import light_words as cli_light
+from pointshade_gl.cli.command_words import words_of
 from pointshade_gl.cli.light_words import light_from
+from pointshade_gl.cli.picture_options import EnvironmentOptions
+
+from ..support.radiance_files import mantissas, radiance_file
 
 AT = (-0.5, -0.7, 0.2)
 
@@ -141,3 +145,67 @@ def test_the_window_starts_with_the_shadows_that_were_asked_for(display, typed, 
     monkeypatch.setattr(Viewer, "run", run)
     assert typed(f"view {line} --window-size 64x48")[0] == 0
     assert seen == [(shadows, True)]  # the key S has something to switch on
+
+
+def finish_of(typed, monkeypatch, words):
+    """The Finish that a command line asks for, instead of a picture."""
+    seen = []
+
+    def draw(self, request, **options):
+        seen.append(request)
+        return np.zeros((2, 2, 4), np.uint8)
+
+    monkeypatch.setattr(ps.Renderer, "render", draw)
+    code, _, errors = typed(f"render vase {words} -o a.png")
+    assert code == 0, errors
+    return seen[0]
+
+
+def test_light_from_all_around_is_typed(typed, monkeypatch, tmp_path):
+    request = finish_of(typed, monkeypatch, "--environment sky --environment-rotation -30 --environment-intensity 2")
+    assert request.finish.environment is ps.Environment.of("sky") and request.lights is None
+    assert (request.finish.environment_rotation, request.finish.environment_intensity) == (-30, 2)
+    (tmp_path / "a.hdr").write_bytes(radiance_file(mantissas(np.full((4, 8, 3), 0.5))))
+    request = finish_of(typed, monkeypatch, "--environment a.hdr --light 0,-1,0 --ground")
+    assert (request.finish.environment.picture == 0.5).all() and len(request.lights) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "value"),
+    [("", None), ("--ao auto", None), ("--ao yes", True), ("--ambient-occlusion no", False), ("--ao .25", 0.25)],
+)
+def test_ambient_occlusion_has_a_short_name(typed, monkeypatch, words, value):
+    found = finish_of(typed, monkeypatch, words).finish.ambient_occlusion
+    assert found == value and type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("--ao maybe", "--ambient-occlusion takes auto, yes, no or metres, got 'maybe'"),
+        ("--ao -1", "--ambient-occlusion must be a number from 0 to 1e+18, got -1.0"),
+        ("--environment skyy", "--environment must be sky or studio, or a file such as studio.hdr: 'skyy' does not "
+         "exist (did you mean sky?)"),
+        ("--environment a.hdr", "a.hdr is not a picture"),
+        ("--environment sky --environment-intensity -1", "--environment-intensity must be a number from 0"),
+        ("--environmen sky", "did you mean --environment"),
+    ],
+)  # fmt: skip
+def test_what_is_no_light_from_all_around_is_told_in_one_line(typed, tmp_path, words, sentence):
+    (tmp_path / "a.hdr").write_text("hello")
+    code, _, errors = typed(f"render vase {words} -o a.png")
+    assert code == 2 and sentence in errors and len(errors.splitlines()) == 1
+
+
+def test_the_words_of_a_finish_make_it_again():
+    for finish in (
+        ps.Finish(environment="sky", environment_rotation=30, ambient_occlusion=True),
+        ps.Finish(environment="studio", environment_intensity=0.5, ambient_occlusion=1.0),
+        ps.Finish(ambient_occlusion=False),
+        ps.Finish(),
+    ):
+        options = EnvironmentOptions.of(finish)
+        assert ps.Finish(**options.chosen()) == finish
+        assert (finish == ps.Finish()) == (words_of(options) == [])
+    unsaid = ps.Finish(environment=np.ones((2, 4, 3)), environment_rotation=np.eye(3))
+    assert words_of(EnvironmentOptions.of(unsaid)) == []

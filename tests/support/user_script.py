@@ -60,6 +60,12 @@ mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=
 of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
 vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
 brighter = ps.Finish(exposure=1.5), ps.Finish(exposure="auto")
+environment = ps.Environment(np.ones((4, 8, 3)), name="dim")
+environments = [ps.load_environment(folder / "studio.hdr", max_pixels=1e8), ps.Environment([[[1, 1, 1]]])]
+skies = environment.of("studio"), ps.Environment.of("sky"), environment.picture[0, 0], environment.name
+around = ps.Finish(environment="sky", environment_intensity=2, environment_rotation=90, ambient_occlusion=True)
+others = ps.Finish(environment=environment, environment_rotation=np.eye(3), ambient_occlusion=0.2)
+of_around = finish.environment, finish.environment_intensity, finish.environment_rotation, finish.ambient_occlusion
 view = ps.View([light], matrix, picture_size="half", look=look, finish=finish)
 views = ps.View((light, sun), yaw=10, pitch=5, dolly=0.1, picture_size=(640, 480)), ps.View(pose=rows)
 of_view = view.lights, view.pose, view.yaw, view.pitch, view.dolly, view.picture_size, view.look, view.finish
@@ -80,7 +86,8 @@ node = ps.Node(point_object, "vase", rows, [ps.Node(light)], visible=True, shado
 group = ps.Node([mesh, light], transform=matrix, children=(node,)), ps.Node((mesh, light)), ps.Node()
 of_node = node.content, node.name, node.transform[:3, 3], node.children, node.visible, node.shadow, node.title
 scene = ps.Scene([node], camera, pose=rows, ambient=[1, 1, 1])
-empty = ps.Scene(), ps.Scene((node, *group), None, matrix, np.ones(3))
+empty = ps.Scene(), ps.Scene((node, *group), None, matrix, np.ones(3), environment)
+below_a_sky = ps.Scene(environment="sky"), ps.Scene(environment=np.ones((4, 8, 3))), scene.environment
 of_scene = scene.nodes, scene.camera, scene.pose[:3, 3], scene.ambient, scene.bounds, scene.extent, scene.scale
 lights, names, boxes = scene.lights, scene.light_names, scene.boxes
 placed, things, count = list(scene.placed()), scene.things, scene.points_known
@@ -98,6 +105,8 @@ picture = ps.render(
 )
 picture = ps.render(scene, samples=16, background="#102030", ground=(0, 1, 0), ground_height=0.1)
 picture = ps.render(folder, yaw=10, pitch=5, dolly=0.1, splat="footprint", noise="1.5mm", background=[0, 0, 1])
+picture = ps.render(frame, environment=folder / "a.hdr", environment_rotation=30, ambient_occlusion=False)
+picture = ps.render(scene, environment="studio.exr", environment_intensity=0.5, ambient_occlusion=0.1)
 picture = ps.render(frame, temporal=True, unlight=True, remove_highlights=True, flying="keep", max_depth_step=0.05)
 picture_depth = ps.render_depth(frame, camera, np.eye(4), "star", upsample="vote")
 normals = ps.estimate_normals(frame, "plane-fit-5", noise=0.01, max_depth_step="3%", flying="snap")
@@ -216,6 +225,11 @@ ps.render(frame, flyng="snap")  # wrong
 ps.render(frame, background=3)  # wrong
 ps.render(frame, ground="down")  # wrong
 ps.render(frame, samples="many")  # wrong
+ps.render(frame, environment=3)  # wrong
+ps.render(frame, ambient_occlusion="yes")  # wrong
+ps.Environment("sky")  # wrong
+ps.Environment.of("night")  # wrong
+ps.Scene(environment="night")  # wrong
 ps.render(frame, camera="wide")  # wrong
 ps.render(frame, light="sun")  # wrong
 ps.render(3)  # wrong

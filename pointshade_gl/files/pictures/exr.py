@@ -22,12 +22,29 @@ _LONGEST = 2**20  # bytes of the list of channels
 
 def read_exr(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[Any]:
     """(h, w) depth from an EXR picture. Raises ValueError for a broken or too large one, and without the extra."""
+    channels = _read_channels(path, max_pixels)
+    return channels[_pick_channel(channels, str(path))]
+
+
+def read_exr_colors(path: FilePath, max_pixels: float = MAX_PIXELS) -> NDArray[np.float32]:
+    """(h, w, 3) linear RGB from an EXR picture; grey is repeated. Raises ValueError as `read_exr`, and without both."""
+    channels = _read_channels(path, max_pixels)
+    layers = [key[:-1] for key in channels if key.endswith("R")]
+    for layer in sorted(layers, key=len):  # "", then such as "ViewLayer.Combined."
+        if layer[-1:] in ("", ".") and all(f"{layer}{one}" in channels for one in "GB"):
+            return np.stack([channels[f"{layer}{one}"] for one in "RGB"], -1).astype(np.float32)
+    if len(channels) != 1:
+        raise ValueError(f"{path} has the channels {', '.join(channels)}: expected R, G and B")
+    return np.repeat(next(iter(channels.values()))[..., None], 3, -1).astype(np.float32)
+
+
+def _read_channels(path: FilePath, max_pixels: float) -> dict[str, NDArray[Any]]:
+    """The arrays of a picture, by the names of its channels. Raises ValueError."""
     library = import_extra("OpenEXR", "exr", f"{path} is an EXR picture")
     _check_header(path, max_pixels)
     broken = naming(path, "is a broken or truncated EXR picture")  # for RuntimeError, ValueError and TypeError
     with broken, library.File(str(path), separate_channels=True) as file:
-        channels = {name: channel.pixels for name, channel in file.channels().items()}
-        return np.array(channels[_pick_channel(channels, str(path))])
+        return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
 
 def check_exr(path: FilePath) -> None:

@@ -53,6 +53,11 @@ class Environment(Value):
     def __post_init__(self) -> None:
         object.__setattr__(self, "picture", frozen(reduced(_checked(self.picture))))
 
+    def __repr__(self) -> str:
+        """`Environment(256x128 pixels, 'sky')`."""
+        height, width = self.picture.shape[:2]
+        return f"Environment({width}x{height} pixels{self.name and f', {self.name!r}'})"
+
     @staticmethod
     def of(name: EnvironmentName) -> Environment:
         """Return one that is made by formula, the same object each time.

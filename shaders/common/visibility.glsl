@@ -8,7 +8,7 @@
 const int SECTORS = 32;
 const int STEPS = 8;         // to each side
 const int PLANES = 4;        // along a side of the square of pixels that look along different planes
-const float THICK = 0.15;    // of the radius: what is behind a neighbour
+const float THICK = 0.2;    // of the radius: what is behind a neighbour
 const float ON_PLANE = 0.01; // share of the depth by which neighbours lie on one surface
 
 // Where a pixel's plane lies, in turns of half a circle, and by how much its steps are shifted.
@@ -68,6 +68,15 @@ vec2 step_place(ivec2 pixel, ivec2 texel, Plane plane, int k, float reach) {
     return floor(vec2(texel) + ((k & 1) == 0 ? offset : -offset) * plane.way + 0.5);
 }
 
+// What a ray meets of a surface that is seen at a place of the picture, and goes on as a plane beyond its border; far away
+// if it meets nothing.
+vec3 met_at(vec4 surface, vec2 place, vec2 at, vec4 intrinsics) {
+    vec3 ray = pixel_ray(at, intrinsics);
+    float z = abs(surface.w);
+    if (place != at) z *= dot(surface.xyz, pixel_ray(place, intrinsics)) / dot(surface.xyz, ray);
+    return z > 0.0 ? ray * z : vec3(1e10);
+}
+
 // The sectors that something hides, away from the point, at step k.
 uint hidden_by(vec3 away, Plane plane, int k) {
     float end = float(1 - (k & 1));
@@ -75,22 +84,32 @@ uint hidden_by(vec3 away, Plane plane, int k) {
     return sector_bits(sector_place(front, end), sector_place(front - plane.behind, end));
 }
 
-// What a plane sees: the sum of its visible directions, weighted by the cosine to the normal, and of their weights.
-vec4 sum_of_plane(Plane plane) {
-    uint open = bits_in_fours(~plane.hidden);
+// The sum of some directions of a plane, weighted by the cosine to the normal, and of their weights.
+vec4 sum_of_sectors(Plane plane, uint sectors) {
+    uint fours = bits_in_fours(sectors);
     vec4 sum = vec4(0.0);
     for (int k = 0; k < 8; ++k) {
         float sine = (float(k) - 3.5) / 4.0;
         vec2 direction = vec2(sqrt(1.0 - sine * sine), sine);
-        float weight = float((open >> uint(4 * k)) & 15u) * abs(dot(direction, plane.tilt));
+        float weight = float((fours >> uint(4 * k)) & 15u) * abs(dot(direction, plane.tilt));
         sum += weight * vec4(direction.x * plane.m + direction.y * plane.across, 1.0);
     }
     return sum * plane.share / 16.0;
 }
 
-// What one plane through a pixel sees. surface_map: unit normal and depth, own: those of the point at a texel of it;
-// radius: how far occluders may be; pixel decides which plane it is.
-vec4 visible_in_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
+// The same of all directions of a plane: their weights alone.
+float weight_of_plane(Plane plane) {
+    float sum = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        float sine = (float(k) + 0.5) / 4.0, cosine = sqrt(1.0 - sine * sine);
+        sum += abs(dot(vec2(cosine, sine), plane.tilt)) + abs(dot(vec2(cosine, -sine), plane.tilt));
+    }
+    return sum * plane.share / 4.0;
+}
+
+// What hides light along one plane through a pixel. surface_map: unit normal and depth; own: those of the point at a texel
+// of it; radius: how far occluders may be; pixel decides which plane it is. Surfaces go on beyond the picture.
+Plane look_along(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
     vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
     Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
     float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
@@ -98,27 +117,15 @@ vec4 visible_in_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own,
     int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
     for (int k = 0; k < steps; ++k) {
         vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
-        float z = abs(texel_at(surface_map, ivec2(place)).w);
-        vec3 away = pixel_ray(place, intrinsics) * z - point;
-        bool counts = z > 0.0 && place == at && dot(away, away) < radius * radius;
-        plane.hidden |= counts ? hidden_by(away, plane, k) : 0u;
+        vec3 away = met_at(texel_at(surface_map, ivec2(place)), place, at, intrinsics) - point;
+        plane.hidden |= dot(away, away) < radius * radius ? hidden_by(away, plane, k) : 0u;
     }
-    return own.w != 0.0 ? sum_of_plane(plane) : vec4(0.0);
+    return plane;
 }
 
-// The visibility of a point that stands alone, from its one plane: the mean of many, along other planes, is its own.
-vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
-    vec3 point = pixel_ray(vec2(texel), intrinsics) * own.w;
-    vec4 open = sum_of_plane(plane_through(pixel, point, own.xyz, intrinsics, radius));
-    vec4 sum = visible_in_plane(surface_map, pixel, texel, own, intrinsics, radius);
-    float share = open.w > 0.0 ? sum.w / open.w : 1.0;
-    vec3 bent = open.w > 0.0 ? (sum.xyz - open.xyz) / open.w : vec3(0.0);
-    return vec4(2.0 / 3.0 * own.xyz + bent, share);
-}
-
-// The same in a view of several objects, for which the sight of all but one is wanted: that of this number; 0 is none.
-// numbers_map: the object's number in w.
-vec4 visible_among(
+// The same in a view of several objects, of which one does not count: that of this number; 0 is none. numbers_map: the
+// object's number in w.
+Plane look_among(
     sampler2D surface_map, sampler2D numbers_map, float number, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics,
     float radius
 ) {
@@ -127,20 +134,35 @@ vec4 visible_among(
     Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
     float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
     vec2 last = vec2(textureSize(surface_map, 0) - 1);
-    int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
+    int steps = own.w != 0.0 ? 2 * STEPS : 0;
     for (int k = 0; k < steps; ++k) {
         vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
-        float z = abs(texel_at(surface_map, ivec2(place)).w);
-        vec3 away = pixel_ray(place, intrinsics) * z - point;
-        bool counts = z > 0.0 && place == at && dot(away, away) < radius * radius;
-        counts = counts && texel_at(numbers_map, ivec2(place)).w != number;
+        vec3 away = met_at(texel_at(surface_map, ivec2(place)), place, at, intrinsics) - point;
+        bool counts = dot(away, away) < radius * radius && texel_at(numbers_map, ivec2(place)).w != number;
         plane.hidden |= counts ? hidden_by(away, plane, k) : 0u;
     }
-    return own.w != 0.0 ? sum_of_plane(plane) : vec4(0.0);
+    return plane;
 }
 
-// The mean over the planes of a square of pixels, of those on the same surface. Of a picture with every `stride`-th pixel.
-vec4 mean_visible(sampler2D plane_map, sampler2D surface_map, ivec2 pixel, int stride, vec4 intrinsics) {
+// What is left when a share of the light is hidden that comes from these directions: the bent normal, the share.
+vec4 without(vec4 hidden, vec3 n) {
+    float share = clamp(1.0 - hidden.w, 0.0, 1.0);
+    if (share < 1e-3) return vec4(2.0 / 3.0 * n, 0.0);
+    vec3 bent = (2.0 / 3.0 * n - hidden.xyz) / share;
+    return vec4(bent / max(length(bent), 1.0), share);
+}
+
+// The visibility of a point that stands alone, from its one plane: the mean of many, along other planes, is its own.
+vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
+    Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius);
+    return without(sum_of_sectors(plane, plane.hidden) / max(weight_of_plane(plane), 1e-4), own.xyz);
+}
+
+// What is hidden, from the planes of a square of pixels, of those on the same surface: the sum of the directions and of their
+// weights, by the weight of the planes. Of a picture with every `stride`-th pixel.
+vec4 mean_hidden(
+    sampler2D plane_map, sampler2D weight_map, sampler2D surface_map, ivec2 pixel, int stride, vec4 intrinsics
+) {
     ivec2 size = textureSize(plane_map, 0), last = textureSize(surface_map, 0) - 1;
     ivec2 texel = min(pixel * stride, last);
     vec4 own = texel_at(surface_map, texel);
@@ -153,15 +175,14 @@ vec4 mean_visible(sampler2D plane_map, sampler2D surface_map, ivec2 pixel, int s
         ivec2 other = min(place * stride, last);
         float z = abs(texel_at(surface_map, other).w);
         float off = dot(own.xyz, pixel_ray(vec2(other), intrinsics) * z - point);
-        float weight = z > 0.0 && abs(off) < ON_PLANE * abs(own.w) ? 1.0 : 0.0;
-        sum += weight > 0.0 ? texel_at(plane_map, place) : vec4(0.0);
-        total += weight;
+        bool counts = z > 0.0 && abs(off) < ON_PLANE * abs(own.w);
+        sum += counts ? texel_at(plane_map, place) : vec4(0.0);
+        total += counts ? texel_at(weight_map, place).r : 0.0;
     }
-    return sum / max(total, 1.0);
+    return total > 0.0 ? sum / total : vec4(0.0);
 }
 
-// The same of any pixel of the picture, from the means around it that belong to its surface: the bent normal (the mean
-// visible direction, as long as all agree: 2/3 where nothing is hidden, see surroundings.glsl), and the visible share.
+// The visibility of any pixel of the picture, from the means around it that belong to its surface.
 vec4 visibility_at(sampler2D mean_map, sampler2D surface_map, ivec2 texel, int stride, vec4 intrinsics) {
     ivec2 last = textureSize(surface_map, 0) - 1, end = textureSize(mean_map, 0) - 1;
     vec4 own = texel_at(surface_map, texel);
@@ -181,6 +202,5 @@ vec4 visibility_at(sampler2D mean_map, sampler2D surface_map, ivec2 texel, int s
         sum += weight > 0.0 ? weight * texel_at(mean_map, place) : vec4(0.0);
         total += weight;
     }
-    if (total == 0.0 || sum.w <= 0.0) return vec4(2.0 / 3.0 * own.xyz, total > 0.0 ? 0.0 : 1.0);
-    return vec4(sum.xyz / sum.w, min(sum.w / total, 1.0));
+    return without(total > 0.0 ? sum / total : vec4(0.0), own.xyz);
 }

@@ -1,5 +1,5 @@
 #version 330 core
-// The means of mean_visible.frag in a view, and what frames know of their points -> the visibility of all of them.
+// The means of mean_hidden.frag in a view, and what frames know of their points -> the visibility of all of them.
 #include "common/surroundings.glsl"
 #include "common/visibility.glsl"
 

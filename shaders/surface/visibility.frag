@@ -1,5 +1,5 @@
 #version 330 core
-// The means of mean_visible.frag -> the visibility of each point of a frame.
+// What mean_hidden.frag found -> the visibility of each point of a frame.
 #include "common/surroundings.glsl"
 #include "common/visibility.glsl"
 

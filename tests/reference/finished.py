@@ -10,11 +10,15 @@ from pointshade_gl.estimation.ground_plane import seen_ground
 from pointshade_gl.scene.camera import Eye
 from pointshade_gl.scene.render_settings import Finish
 from pointshade_gl.scene.sample_pattern import at_sample
+from pointshade_gl.scene.surroundings import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.visible_scene import VisibleScene
 
+from .around import around_of
 from .camera import pixel_ray
 from .ground import ground_depth, shadow_alpha
 from .sample_mean import developed
+from .surroundings import OPEN, environment_light
+from .visibility import seen_from_plane
 
 F = np.float32
 
@@ -38,9 +42,13 @@ def draw_ground(
     rows: np.ndarray,
     shadow_map: np.ndarray,
     views: np.ndarray,
+    surroundings: Surroundings = NOTHING_AROUND,
+    surface_map: np.ndarray | None = None,
+    sample: int = 0,
+    distance: float = 1.0,
 ) -> np.ndarray:
     """(h, w) alpha of the shadows on the ground (4,) where nothing is seen in an image; rows (n, 5, 4) as `light_rows`
-    makes them."""
+    makes them. surface_map (h, w, 4): what is seen, which hides light from all around in this sample."""
     v, u = np.nonzero(image[..., 3] == 0)
     ray = pixel_ray(np.stack([u, v], -1).astype(F), np.array(eye.camera.intrinsics, F))
     plane = np.array(seen_ground(ground, eye.pose), F)
@@ -49,7 +57,18 @@ def draw_ground(
     point, n = (ray * depth[:, None])[met], np.broadcast_to(plane[:3], (met.sum(), 3))
     to_world = eye.pose[:3, :3].astype(F)
     alpha = np.zeros(image.shape[:2], F)
-    alpha[v[met], u[met]] = shadow_alpha(
-        point, n, material, np.ones(3, F), rows, len(rows), shadow_map, views, to_world
-    )
+    whole = np.concatenate([OPEN * n, np.ones_like(n[:, :1])], -1)
+    seen = whole
+    if surroundings.occlusion:
+        assert surface_map is not None
+        texel, own = np.stack([u, v], -1)[met], np.concatenate([n, depth[met, None]], -1).astype(F)
+        pixel, intrinsics = texel + np.array([sample % 4, sample // 4 % 4]), np.array(eye.camera.intrinsics, F)
+        seen = seen_from_plane(surface_map, pixel, texel, own, intrinsics, surroundings.radius(distance))
+    around = around_of(surroundings, 1.0, eye.pose)
+    if around is None:
+        light = material[0] * np.ones(3, F), material[0] * seen[:, 3:] * np.ones(3, F)
+    else:
+        bands = around.bands.reshape(3, 3, 3)
+        light = tuple(material[1] * environment_light(one, *bands) for one in (whole, seen))
+    alpha[v[met], u[met]] = shadow_alpha(point, n, material, *light, rows, len(rows), shadow_map, views, to_world)
     return alpha

@@ -21,15 +21,16 @@ def shadow_alpha(
     point: np.ndarray,
     n: np.ndarray,
     material: np.ndarray,
-    ambient: np.ndarray,
+    around: np.ndarray,
+    left: np.ndarray,
     lights: np.ndarray,
     count: int,
     shadow_map: np.ndarray,
     views: np.ndarray,
     to_world: np.ndarray,
 ) -> np.ndarray:
-    whole = np.broadcast_to(material[0] * ambient, point.shape)
-    lost = np.zeros_like(point)
+    whole = np.broadcast_to(around, point.shape)
+    lost = np.broadcast_to(around - left, point.shape)
     for row in lights[:count]:
         light, l, share = sent_light(row, point, n, shadow_map, views, to_world)  # noqa: E741
         light = light * (material[1] * np.maximum(dot(n, l), F(0)))

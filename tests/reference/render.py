@@ -19,8 +19,10 @@ from pointshade_gl.scene.node import Node
 from pointshade_gl.scene.point_object import PointObject
 from pointshade_gl.scene.render_settings import SIMPLE, Finish
 from pointshade_gl.scene.shadow_cameras import ShadowView, Span, shadow_views
+from pointshade_gl.scene.surroundings import NOTHING_AROUND, Surroundings
 from pointshade_gl.scene.visible_scene import VisibleScene
 
+from .around import around_of, light_from_around, visibility_map
 from .camera import pixel_ray
 from .color import srgb_to_linear
 from .eye_dome import eye_dome
@@ -39,12 +41,13 @@ from .rasterizers import (
     single_splats,
     source_ids,
 )
-from .resolve import mix_light, seen_weights
+from .resolve import color_position, mix_light, seen_weights
 from .resolve_pass import seen_by_depth, seen_by_id, surface_map_of, surfaces
 from .rim_marks import mark_rim
 from .shadowed_lights import light_surface_shadowed
+from .surroundings import carried_visibility, unpack_visibility
 from .toksvig import certainty_at, widened
-from .vectors import texel
+from .vectors import normalize, texel
 
 F = np.float32
 
@@ -56,6 +59,7 @@ class LightSet(NamedTuple):
     spans: Sequence[Span | None]  # of each one's views
     views: Sequence[ShadowView]
     shadow_map: np.ndarray | None
+    surroundings: Surroundings = NOTHING_AROUND
 
 
 class Splatted(NamedTuple):
@@ -67,6 +71,7 @@ class Splatted(NamedTuple):
     rasterizer: str
     merge: float
     certainty: np.ndarray | None = None  # of the normals, see toksvig.py
+    visibility: np.ndarray | None = None  # (h, w, 4), see around.py
 
     def certainty_at(self, at: np.ndarray) -> np.ndarray | None:
         """(n, 1) at positions (n, 2); None where nobody doubts."""
@@ -84,29 +89,38 @@ def render(
     merge: float = MERGE,
     finish: Finish = SIMPLE,
     certainty: np.ndarray | None = None,
+    surroundings: Surroundings = NOTHING_AROUND,
+    stride: int = 1,
 ) -> np.ndarray:
     """The result of Renderer.render, (h, w, 4) uint8; normals (h, w, 3) with 0 where missing, certainty of these."""
     marked = mark_rim(frame.depth, pixel_grid(frame.depth), frame.camera.intrinsics)
-    points = Splatted(frame, surface_map_of(normals, marked), look, rasterizer, merge, certainty)
+    surface_map, seen = surface_map_of(normals, marked), None
+    if surroundings.occlusion:
+        radius = surroundings.radius(frame.scale)
+        seen = visibility_map(surface_map, np.array(frame.camera.intrinsics, F), radius, stride)
+    points = Splatted(frame, surface_map, look, rasterizer, merge, certainty, seen)
     lights = [at_upper_left(light, eye.pose) for light in lights]
-    shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), ())
+    shot = VisibleScene(eye, lights, Scene((Node(PointObject(frame)),)), (), (), surroundings=surroundings)
     return finished(lambda sample: draw_sample(points, sample, finish), shot, finish)
 
 
 def draw_sample(points: Splatted, shot: VisibleScene, finish: Finish) -> tuple[np.ndarray, np.ndarray]:
     """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w), the alpha of the ground elsewhere."""
     eye, lamps, material = shot.eye, hung_up(shot.lights, points), points.look.material
-    image = draw_splats(points, eye, lamps)
+    lamps = lamps._replace(surroundings=shot.surroundings)
+    image, seen = draw_splats(points, eye, lamps)
     alpha = np.zeros(image.shape[:2], F)
-    if finish.up is not None and lamps.shadow_map is not None:
+    if finish.up is not None and (lamps.shadow_map is not None or shot.surroundings.occlusion):
         rows, strengths = light_rows(lamps.lights, eye.pose, lamps.spans), np.array(material.strengths, F)
         plane, views = ground_under(shot.scene, finish.up, finish.ground_height), view_rows(lamps.views, eye.pose)
-        alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views)
+        distance = points.frame.scale
+        extra = shot.surroundings, seen, shot.sample, distance
+        alpha = draw_ground(image, plane, eye, strengths, rows, lamps.shadow_map, views, *extra)
     return image, alpha
 
 
-def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
-    """(h, w, 4) float32: linear light and 1 where something is seen."""
+def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w, 4) float32: linear light and 1 where something is seen; and (h, w, 4), normals of phong and depths."""
     frame, surface_map, look, rasterizer, *_ = points
     source, depth, camera = frame.camera, frame.depth, eye.camera
     view = view_matrix(frame.pose, eye.pose).astype(F)
@@ -117,8 +131,9 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
     else:
         target_pixel, seen = seen_by_depth(nearest(pairs, camera), surface_map, source, camera, view)
     image = np.zeros((camera.height, camera.width, 4), F)
+    shown = np.zeros_like(image)
     u, v = target_pixel.T
-    image[v, u, 3] = 1
+    image[v, u, 3], shown[v, u, 3] = 1, 1 / seen.inverse_depth.ravel()
     if look.shading in ("none", "edl"):
         colors = picture_at(picture, seen.pixel.astype(F), np.array(depth.shape[::-1], F))
         image[v, u, :3] = srgb_to_linear(colors)
@@ -128,15 +143,20 @@ def draw_splats(points: Splatted, eye: Eye, lamps: LightSet) -> np.ndarray:
             image[v, u, :3] *= eye_dome(depths, target_pixel, depths[v, u, 3])[:, None]
     elif look.shading == "phong":
         surface, albedo = surfaces(seen, picture, source, view)
+        shown[v, u] = surface
         axes = camera, np.zeros(3, F), lamps, eye.pose
-        certainty = points.certainty_at(seen.at)
-        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, *axes, look, certainty)
+        certainty, visibility = points.certainty_at(seen.at), None
+        if points.visibility is not None:
+            at = color_position(seen, seen_weights(seen, np.array(source.intrinsics, F)))
+            size = np.array(depth.shape[::-1], F)
+            visibility = carried_visibility(points.visibility, at, size, view[:3, :3])
+        image[v, u, :3] = light(target_pixel.astype(F), surface, albedo, *axes, look, certainty, visibility)
     else:
         light_map = light_points(points, picture, viewer_in(frame.pose, eye), lamps)
         weights = seen_weights(seen, np.array(source.intrinsics, F))
         is_flat = look.shading == "flat"
         image[v, u, :3] = texel(light_map, seen.pixel) if is_flat else mix_light(seen, weights, light_map)
-    return image
+    return image, shown
 
 
 def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
@@ -146,7 +166,7 @@ def viewer_in(pose: np.ndarray, eye: Eye) -> np.ndarray:
 
 def carried_pairs(points: Splatted, eye: Eye) -> Pairs:
     """What the splats cover in a view: of every pixel by itself, or for the compute rasteriser of blocks on a plane."""
-    frame, surface_map, look, rasterizer, merge, _ = points
+    frame, surface_map, look, rasterizer, merge, *_ = points
     depth, normals = surface_map[..., 3], surface_map[..., :3]
     view = view_matrix(frame.pose, eye.pose).astype(F)
     if rasterizer == "points":
@@ -238,18 +258,26 @@ def light(
     axes: np.ndarray,
     look: Look,
     certainty: np.ndarray | None = None,
+    visibility: np.ndarray | None = None,
 ) -> np.ndarray:
     """Linear light (n, 3) of surfaces (n, 4), unit normal and depth, which these pixels (n, 2) of the camera show.
 
-    viewer (3,) in the axes of the camera, whose pose `axes` is; certainty (n, 1) of the normals
+    viewer (3,) in the axes of the camera, whose pose `axes` is; certainty (n, 1) of the normals; visibility (n, 4)
     """
     strengths, rows = np.array(look.material.strengths, F), light_rows(lamps.lights, axes, lamps.spans)
     strengths = strengths if certainty is None else widened(strengths, certainty)
     point = pixel_ray(pixel, np.array(camera.intrinsics, F)) * surface[:, 3:]
-    common = point, viewer, surface[:, :3], albedo, strengths, np.ones(3, F), rows, len(rows)
+    around = around_of(lamps.surroundings, look.material.shininess, axes)
+    ambient = np.full(3, around is None, F) * (F(1) if visibility is None else visibility[:, 3:])
+    common = point, viewer, surface[:, :3], albedo, strengths, ambient, rows, len(rows)
     if lamps.shadow_map is None:
-        return light_surface(*common)
-    return light_surface_shadowed(*common, lamps.shadow_map, view_rows(lamps.views, axes), axes[:3, :3].astype(F))
+        lit = light_surface(*common)
+    else:
+        turn = axes[:3, :3].astype(F)
+        lit = light_surface_shadowed(*common, lamps.shadow_map, view_rows(lamps.views, axes), turn)
+    if around is None:
+        return lit
+    return lit + light_from_around(around, visibility, normalize(viewer - point), surface[:, :3], albedo, strengths)
 
 
 def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamps: LightSet) -> np.ndarray:
@@ -261,5 +289,6 @@ def light_points(points: Splatted, picture: np.ndarray, viewer: np.ndarray, lamp
     albedo = srgb_to_linear(picture_at(picture, pixel, np.array(depth.shape[::-1], F)))
     result = np.zeros((*depth.shape, 3), F)
     axes, certainty = (frame.camera, viewer, lamps, frame.pose), points.certainty_at(pixel)
-    result[v, u] = light(pixel, surface, albedo, *axes, points.look, certainty)
+    visibility = None if points.visibility is None else unpack_visibility(points.visibility[v, u])
+    result[v, u] = light(pixel, surface, albedo, *axes, points.look, certainty, visibility)
     return result

@@ -5,10 +5,10 @@ from __future__ import annotations
 import moderngl
 
 from ...scene.camera import Camera
-from ..core.images import RGBA32F, Fitted, Image
+from ..core.images import R32F, RGBA32F, Fitted, Image
 from ..core.passes import FullscreenPasses
 from ..core.view_images import SurfaceImage
-from ..surface.visibility import visibility_stride
+from ..surface.visibility import plane_maps, visibility_stride
 
 
 class ViewVisibilityPass(FullscreenPasses):
@@ -16,7 +16,8 @@ class ViewVisibilityPass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._planes, self._means = (self._keep(Fitted(context, Image)) for _ in range(2))
+        self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
+        self._means = self._keep(Fitted(context, Image))
         self._whole = self._keep(Fitted(context, Image, RGBA32F))
 
     def find(self, surfaces: SurfaceImage, camera: Camera, radius: float, sample: int) -> moderngl.Texture:
@@ -29,10 +30,10 @@ class ViewVisibilityPass(FullscreenPasses):
         size = -(-surfaces.size[0] // stride), -(-surfaces.size[1] // stride)
         planes, means, whole = self._planes.fit(size), self._means.fit(size), self._whole.fit(surfaces.size)
         common = {"surface_map": surfaces.surface, "intrinsics": camera.intrinsics, "stride": stride}
-        along = self.fullscreen("surface/visible_in_plane.frag", OBJECTS=1)
+        along = self.fullscreen("surface/hidden_in_plane.frag", OBJECTS=1)
         own = {"numbers_map": surfaces.albedo, "visibility_map": surfaces.visibility}
         along.draw(planes.target, own, radius=radius, shift=plane_shift(sample), **common)
-        self.fullscreen("surface/mean_visible.frag").draw(means.target, {"plane_map": planes.texture}, **common)
+        self.fullscreen("surface/mean_hidden.frag").draw(means.target, plane_maps(planes), **common)
         maps = {"mean_map": means.texture, "visibility_map": surfaces.visibility}
         self.fullscreen("shading/view_visibility.frag").draw(whole.target, maps, **common)
         return whole.texture

@@ -9,7 +9,7 @@ import moderngl
 from ...scene.camera import Camera
 from ..context.software_driver import wants_software
 from ..core.frame_textures import PointSurface
-from ..core.images import Fitted, Image, confine
+from ..core.images import R32F, RGBA32F, Fitted, Image, confine
 from ..core.passes import FullscreenPasses
 
 POINTS = 400_000  # for about so many the planes are searched, and for the rest of a frame the results mixed:
@@ -21,7 +21,8 @@ class VisibilityPass(FullscreenPasses):
 
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
-        self._planes, self._means = (self._keep(Fitted(context, Image)) for _ in range(2))
+        self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
+        self._means = self._keep(Fitted(context, Image))
 
     def run(self, surface: PointSurface, camera: Camera, radius: float, visibility: Image) -> None:
         """Write the visibility of a frame's points.
@@ -37,11 +38,16 @@ class VisibilityPass(FullscreenPasses):
         for image, window in ((planes, some), (means, some), (visibility, surface.window)):
             confine(image.target, window)
         common = {"surface_map": surface.texture, "intrinsics": camera.intrinsics, "stride": stride}
-        self.fullscreen("surface/visible_in_plane.frag").draw(planes.target, {}, radius=radius, **common)
-        self.fullscreen("surface/mean_visible.frag").draw(means.target, {"plane_map": planes.texture}, **common)
+        self.fullscreen("surface/hidden_in_plane.frag").draw(planes.target, {}, radius=radius, **common)
+        self.fullscreen("surface/mean_hidden.frag").draw(means.target, plane_maps(planes), **common)
         final = self.fullscreen("surface/visibility.frag")
         final.draw(visibility.target, {"mean_map": means.texture}, **common)
         visibility.raise_version()
+
+
+def plane_maps(planes: Image) -> dict[str, moderngl.Texture]:
+    """Return what hidden_in_plane.frag found, by the names of the samplers that read it."""
+    return dict(zip(("plane_map", "weight_map"), planes.textures, strict=True))
 
 
 def visibility_stride(context: moderngl.Context, size: tuple[int, int]) -> int:

@@ -44,10 +44,17 @@ float highlight_strength(vec4 material) {
     return material.z * 2.0 / (material.w + 1.0);
 }
 
-// The share of a highlight's lobe that is not hidden: both it and what a point sees are taken for caps of the sphere. The
-// lobe of exponent s has about the angle of a cap with the same mean cosine, (s + 1)/(s + 2).
-float highlight_visibility(vec4 visibility, vec3 n, vec3 mirrored, float shininess) {
-    return visibility.w;
+// The share of a highlight's lobe that is not hidden. Both the lobe and what a point sees are taken for caps of the sphere,
+// which overlap (Oat, Sander, "Ambient Aperture Lighting", 2007): the lobe for one of its mean cosine, (s + 1)/(s + 2), the
+// other for one round the bent normal with the cosine-weighted share (Jimenez et al., "Practical Realtime Strategies for
+// Accurate Indirect Occlusion", 2016).
+float highlight_visibility(vec4 visibility, vec3 mirrored, float shininess) {
+    float far = max(length(visibility.xyz), 1e-4);
+    float open = sqrt(clamp(1.0 - visibility.w, 0.0, 1.0)), lobe = shininess / (shininess + 2.0);  // cosines
+    float wide = acos(open), narrow = acos(lobe);
+    float apart = acos(clamp(dot(visibility.xyz, mirrored) / far, -1.0, 1.0));
+    float covered = 1.0 - smoothstep(abs(wide - narrow), wide + narrow + 1e-4, apart);
+    return covered * min((1.0 - open) / (1.0 - lobe), 1.0);
 }
 
 // The mean radiance of an environment in a lobe around a direction, in the environment's axes. lobe_map: pictures of the

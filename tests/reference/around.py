@@ -76,5 +76,5 @@ def light_from_around(
     if not np.any(material[..., 2] > 0):
         return light
     mirrored = F(2) * dot(n, v) * n - v
-    strength = highlight_strength(material) * highlight_visibility(visibility, n, mirrored, material[..., 3])
+    strength = highlight_strength(material) * highlight_visibility(visibility, mirrored, material[..., 3])
     return light + np.reshape(strength, (-1, 1)) * texture_of_lobes(around.lobes, mirrored @ around.to_sky.T, 0, 1)

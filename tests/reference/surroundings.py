@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .vectors import length
+from .vectors import dot, length
 
 F = np.float32
 OPEN = F(2) / F(3)
@@ -50,10 +50,15 @@ def highlight_strength(material: np.ndarray) -> np.ndarray:
     return material[..., 2] * F(2) / (material[..., 3] + F(1))
 
 
-def highlight_visibility(
-    visibility: np.ndarray, n: np.ndarray, mirrored: np.ndarray, shininess: np.ndarray
-) -> np.ndarray:
-    return visibility[..., 3]
+def highlight_visibility(visibility: np.ndarray, mirrored: np.ndarray, shininess: np.ndarray) -> np.ndarray:
+    far = np.maximum(length(visibility[..., :3]), F(1e-4))[..., 0]
+    opened = np.sqrt(np.clip(F(1) - visibility[..., 3], F(0), F(1)))
+    lobe = np.asarray(shininess / (shininess + F(2)), F)
+    wide, narrow = np.arccos(opened), np.arccos(lobe)
+    apart = np.arccos(np.clip(dot(visibility[..., :3], mirrored)[..., 0] / far, F(-1), F(1)))
+    low, high = np.abs(wide - narrow), wide + narrow + F(1e-4)
+    t = np.clip((apart - low) / (high - low), F(0), F(1))
+    return (F(1) - t * t * (F(3) - F(2) * t)) * np.minimum((F(1) - opened) / (F(1) - lobe), F(1))
 
 
 def texture_of_lobes(lobe_map: np.ndarray, direction: np.ndarray, lobe: int, lobes: int) -> np.ndarray:

@@ -8,6 +8,7 @@ from .vectors import length
 
 F = np.float32
 OPEN = F(2) / F(3)
+NARROWEST, LEAST = F(0.8), F(0.3)
 
 
 def pack_visibility(visibility: np.ndarray) -> np.ndarray:
@@ -35,14 +36,14 @@ def carried_visibility(visibility_map: np.ndarray, at: np.ndarray, size: np.ndar
 
 def environment_light(visibility: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
     """first, second and third: (3, 3), each row a colour."""
-    mean = np.clip(length(visibility[..., :3]), F(1e-4), F(1))
-    d = visibility[..., :3] / mean
+    far = np.maximum(length(visibility[..., :3]), F(1e-4))
+    mean, d = np.minimum(far, NARROWEST), visibility[..., :3] / far
     wide = np.maximum(F(1.5) * mean / (F(2) - mean) - F(0.5), F(0))
     x, y, z = (d[..., k : k + 1] for k in range(3))
     along = first[1] * x + first[2] * y + second[0] * z
     across = second[1] * (x * y) + second[2] * (y * z) + third[0] * (x * z)
     across = across + third[1] * (F(3) * z * z - F(1)) + third[2] * (x * x - y * y)
-    return visibility[..., 3:] * np.maximum(first[0] + mean * along + wide * across, F(0))
+    return visibility[..., 3:] * np.maximum(first[0] + mean * along + wide * across, LEAST * first[0])
 
 
 def highlight_strength(material: np.ndarray) -> np.ndarray:

@@ -27,7 +27,6 @@ from ..messages.validation import check_choice, check_count, check_path, is_a
 from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
-from ..scene.light import check_lights
 from ..scene.option_fields import takes
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
@@ -168,7 +167,6 @@ def arranged(request: RenderRequest) -> Showing:
     """Return what a page shows first."""
     scene = Scenes().of(request)
     lights, (camera, seen) = request.lights_of(scene), request.seen_by(scene)
-    lights = lights or check_lights(None)  # beside an environment: the mouse holds one
     if isinstance(request.source, Scene | PointCloud):
         shading = request.source.shading if isinstance(request.source, PointCloud) else "phong"
         return Showing(scene, scene, camera, seen, STRAIGHT, lights, shading, request.finish)

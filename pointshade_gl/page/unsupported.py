@@ -20,8 +20,6 @@ def left_out(scene: Scene, lights: Iterable[Light], finish: Finish, points: int)
         yield f"of {counted(points, 'point')} an even sample is drawn, {counted(shown, 'point')}"
     if finish.ground:
         yield "the ground and its shadows are in the still picture only"
-    if finish.environment is not None or scene.environment is not None:
-        yield "light from all around is in the still picture only, ambient light and a lamp take its place"
     if any(light.is_soft for light in lights):
         yield "lights have no size: their shadows are hard"
     if any(one.look.splat == "mesh" for one in objects):

@@ -21,7 +21,7 @@ from ..scene.orbit_target import Stage
 from ..scene.placed import Placed
 from ..scene.render_settings import Finish
 from ..scene.srgb import linear_to_srgb
-from ..scene.surroundings import NOTHING_AROUND, Surroundings
+from ..scene.surroundings import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
 from ..scene.visible_scene import is_alone, material_of
 from .unsupported import left_out
 
@@ -119,7 +119,7 @@ class Showing:
     def _around(self) -> dict[str, Any]:
         """The light from all around, in home axes."""
         around, turn = self.around, np.array(self.around.to_sky) @ self.home[:3, :3]
-        found: dict[str, Any] = {"occlusion": around.occlusion}
+        found: dict[str, Any] = {"occlusion": around.occlusion if around.occlusion < FAR_AS_SEEN else True}
         if around.environment is None:
             return found
         picture, up = around.environment.picture, around.floor_in_sky

@@ -16,7 +16,7 @@ from ..gpu.core.view_images import Target
 from ..gpu.drawables import Drawables
 from ..gpu.output.resolve_samples import ResolveSamplesPass
 from ..gpu.shading.light_pass import LightPass
-from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs, environment_of
+from ..gpu.shading.light_set import HIGHLIGHTS, LightSet, around_inputs
 from ..gpu.shading.view_visibility import plane_shift
 from ..messages.progress import Count
 from ..scene.render_settings import SIMPLE, Finish, Vector
@@ -99,12 +99,12 @@ class Accumulator(FullscreenPasses):
         inputs = self._light.inputs(lighting) | {"surface_map": target.surfaces.surface}
         inputs |= {"intrinsics": visible.eye.camera.intrinsics, "plane": seen_ground(ground, visible.eye.pose)}
         inputs |= around_inputs(lighting)
-        constants = environment_of(inputs) and {"ENVIRONMENT": 1}  # the ground is matt
+        constants = {"ENVIRONMENT": 1} if around.environment else {}  # the ground is matt
         inputs = {name: value for name, value in inputs.items() if name not in HIGHLIGHTS}
         if around.occlusion:
             constants |= {"VISIBILITY": 1}
             inputs["radius"] = around.radius(looking_distance(visible.scene, visible.eye.pose))
             inputs["shift"] = plane_shift(visible.sample)
         with self._develop.canvas(target.samples.ground).opened((0, 0, *target.size)) as image:
-            shadows = self.fullscreen("shading/ground.frag", **constants)
+            shadows = self.fullscreen("shading/ground.frag", None, **constants)
             shadows.draw(image, {}, material=visible.materials[0].strengths, **inputs)

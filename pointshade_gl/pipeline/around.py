@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 
 from ..estimation.ground_plane import up_and_floor
 from ..gpu.core.steps import Steps
 from ..scene.appearance import Material
+from ..scene.environment import Environment
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light, unit
 from ..scene.render_settings import Finish
-from ..scene.surroundings import Row, Surroundings
+from ..scene.surroundings import FAR_AS_SEEN, Row, Surroundings
 
-AS_IN_GLTF = np.diag(
-    [1.0, -1.0, -1.0, 1.0]
-)  # pose of who looks along -z: a scene's own environment has the world's axes
+AS_IN_GLTF = np.diag([1.0, -1, -1, 1])  # pose of who looks along -z: a scene's own environment has the world's axes
 MUCH = 0.1  # share of the light that comes from all around, above which it is worth looking at what hides it
 
 
@@ -30,10 +30,11 @@ def surroundings_of(
 
     source  of which the scene was made, which tells where up is
     """
-    environment = finish.environment or scene.environment
-    occlusion = finish.ambient_occlusion
-    if occlusion is None:
-        occlusion = environment is not None or any(_comes_from_around(scene, lights, one) for one in materials)
+    environment = cast("Environment | None", finish.environment) or scene.environment
+    wanted = finish.ambient_occlusion
+    if wanted is None:
+        wanted = environment is not None or any(_comes_from_around(scene, lights, one) for one in materials)
+    occlusion = FAR_AS_SEEN if wanted is True else float(wanted)
     on_ground = finish.ground is not False
     if environment is None:
         return Surroundings(occlusion, on_ground=on_ground)
@@ -42,7 +43,7 @@ def surroundings_of(
     else:
         up, has_floor = steps.run("up", up_and_floor, source)
     floor = _row(up) if has_floor or on_ground else None
-    rotation = finish.environment_rotation
+    rotation = cast("float | tuple[Row, Row, Row]", finish.environment_rotation)
     facing = AS_IN_GLTF if environment is scene.environment else np.asarray(scene.pose)
     to_sky = rotation if isinstance(rotation, tuple) else standing(up, rotation, facing)
     return Surroundings(occlusion, environment, finish.environment_intensity, to_sky, floor, on_ground)

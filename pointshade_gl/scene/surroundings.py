@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from .environment import Environment
 
+FAR_AS_SEEN = math.inf
 Row = tuple[float, float, float]
 AS_IT_IS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -16,8 +18,8 @@ AS_IT_IS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 class Surroundings(NamedTuple):
     """The light from all around.
 
-    occlusion    whether what is near hides some of it; a number is how far near reaches, world units, and True the
-                 distance of what is seen
+    occlusion    how far things may be that hide some of it, world units; FAR_AS_SEEN is the distance of what is seen,
+                 0 is no occlusion
     environment  where it comes from; None is the scene's ambient light
     intensity    factor on the environment
     to_sky       (3, 3) rotation from world axes to the environment's
@@ -25,7 +27,7 @@ class Surroundings(NamedTuple):
     floor        (3,) unit, world: the normal of a floor that hides what is below; None without one
     """
 
-    occlusion: bool | float = False
+    occlusion: float = 0.0
     environment: Environment | None = None
     intensity: float = 1.0
     to_sky: tuple[Row, Row, Row] = AS_IT_IS
@@ -39,7 +41,7 @@ class Surroundings(NamedTuple):
 
     def radius(self, distance: float) -> float:
         """Return how far things may be that hide light, world units. distance: of what is seen."""
-        return distance if self.occlusion is True else float(self.occlusion)
+        return distance if self.occlusion == FAR_AS_SEEN else self.occlusion
 
 
 NOTHING_AROUND = Surroundings()

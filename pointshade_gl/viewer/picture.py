@@ -27,6 +27,7 @@ class Picture:
 
     now    view, lights and look
     shown  the frame, the views or the scene
+    plays  whether the next frame comes by itself
     exposure  as of Finish: found for the first picture, then the same, so that light is seen to become more or less
     """
 
@@ -34,6 +35,7 @@ class Picture:
     shown: Shown
     camera: Camera
     exposure: float | Metering = "sensor"
+    plays: bool = False
 
     @property
     def content(self) -> tuple[Any, ...]:
@@ -55,7 +57,9 @@ class Picture:
     def request(self, samples: int = 1) -> RenderRequest:
         """Return what a renderer is asked for."""
         state, shown, lights = self.now.state, self.shown, self.lights
-        plain = {"background": None, "ground": False, "ground_height": None}
+        plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
+        if samples == 1 and state.finish.ambient_occlusion is None and (self.plays or isinstance(shown, Scene)):
+            plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
         finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
         if isinstance(shown, Scene):
             shown = without_environment(shown) if finish.environment is None and shown.environment else shown

@@ -250,7 +250,9 @@ class Viewer(Session):
         return self._seen_by(camera) if (camera := self.camera) else None
 
     def _seen_by(self, camera: Camera) -> Picture:
-        return Picture(self.moment, self.frame, camera, self.document.exposure)
+        playback = self.document.playing.playback
+        plays = playback is not None and not playback.is_paused
+        return Picture(self.moment, self.frame, camera, self.document.exposure, plays)
 
     @property
     def panel_width(self) -> int:

@@ -18,6 +18,7 @@ STAGES = {".vert": 0x8B31, ".frag": 0x8B30, ".comp": 0x91B9}
 COMPILE_STATUS = 0x8B81
 PRECISION = "".join(f"precision highp {kind};\n" for kind in ("float", "int", "sampler2D", "isampler2D"))
 FLAG = (0, 1)
+AROUND = 0, 1, 2  # no environment, one for matt surfaces, one that highlights show, too
 CONSTANTS = {  # the values that the project builds each with
     "points/view_difference.frag": {"STRIDE": (STRIDE,)},
     "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
@@ -25,29 +26,40 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},
-    "meshes/grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG},
-    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG},
+    "meshes/grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG, "VISIBILITY": FLAG},
+    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG, "ENVIRONMENT": AROUND},
     "meshes/grid_picture.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 2, 3),
         "LINEAR": FLAG,
         "ALONE": FLAG,
         "CERTAINTY": FLAG,
+        "VISIBILITY": FLAG,
+        "ENVIRONMENT": AROUND,
     },
     "meshes/odd_squares.comp": {"WINDOW": FLAG},
     "meshes/mesh.vert": {"COPIES": FLAG},
     "meshes/mesh_lit.vert": {"COPIES": FLAG},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL"), FLAG
-    ),
-    "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
+        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY"), FLAG
+    )
+    | {"ENVIRONMENT": AROUND},
+    "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
+    "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
+    "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG, "VISIBILITY": FLAG},
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},
     "surface/noise_patches.frag": {"COARSE": FLAG},
-    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3)},
-    "points/resolve_lit.frag": {"LOOK_UP": FLAG, "LINEAR": FLAG, "ALONE": FLAG, "CERTAINTY": FLAG},
+    "points/set_accumulate.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "VISIBILITY": FLAG},
+    "points/resolve_lit.frag": dict.fromkeys(("LOOK_UP", "LINEAR", "ALONE", "CERTAINTY", "VISIBILITY"), FLAG)
+    | {"ENVIRONMENT": AROUND},
     "points/resolve_picture.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2), "LINEAR": FLAG},
-    "points/resolve_surfaces.frag": {"LOOK_UP": FLAG, "SHADING": (0, 1, 2, 3), "CERTAINTY": FLAG},
+    "points/resolve_surfaces.frag": {
+        "LOOK_UP": FLAG,
+        "SHADING": (0, 1, 2, 3),
+        "CERTAINTY": FLAG,
+        "VISIBILITY": FLAG,
+    },
     "points/set_shadow.frag": {"LOOK_UP": FLAG},
     "shading/shadow.frag": {"LOOK_UP": FLAG},
     "points/large_splats.comp": {"SET": FLAG, "WINDOW": FLAG},

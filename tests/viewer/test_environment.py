@@ -11,6 +11,7 @@ from pointshade_gl.viewer.controller import Control, Surroundings, controller
 from pointshade_gl.viewer.events import Event, Remember, ShowMessage
 from pointshade_gl.viewer.history import Moment
 from pointshade_gl.viewer.panel_environment import show_environment
+from pointshade_gl.viewer.picture import Picture
 
 from ..support import frames
 from ..support.viewing import drag, press, quiet, shown
@@ -190,3 +191,24 @@ class TestWindow:
         with pytest.raises(Opened):
             cli.app(["view", "vase", "--environment", "studio", "--ao", "no"], standalone_mode=False)
         assert opened == [ps.Finish(environment="studio", ambient_occlusion=False)]
+
+
+class TestRest:
+    """What hides light from all around is found for each frame of a stream, and for each view of a scene."""
+
+    MUCH = ps.Look(ps.Material(ambient=0.8))
+
+    def request(self, content, samples, plays=False, **finish):
+        state = State(look=self.MUCH, finish=ps.Finish(**finish))
+        picture = Picture(Moment(state, STAGE, OWN_LIGHT, ()), content, content.camera, plays=plays)
+        return picture.request(samples).finish.ambient_occlusion
+
+    def test_a_stream_and_a_scene_have_none_until_they_rest(self):
+        frame = frames.sphere()
+        scene = ps.Scene([ps.Node(content=TRIANGLE)]).framed()
+        assert self.request(frame, 1) is None and self.request(frame, 4, plays=True) is None
+        assert self.request(frame, 1, plays=True) is False
+        assert self.request(scene, 1) is False and self.request(scene, 4) is None
+
+    def test_unless_it_is_asked_for(self):
+        assert self.request(frames.sphere(), 1, plays=True, ambient_occlusion=True) is True

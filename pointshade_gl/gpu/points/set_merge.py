@@ -58,7 +58,7 @@ class SetMergePass(FullscreenPasses):
         normals  estimated in the view; None takes the mean of the frames'
         """
         names = "geometry_map", "albedo_map", "visibility_map"
-        maps = dict(zip(names, sums.textures, strict=False))  # the last one only where it is needed
+        maps: dict[str, Any] = dict(zip(names, sums.textures, strict=False))  # the last one only where it is needed
         maps |= {} if normals is None else {"target_map": normals}
         constants = {"AT_TARGET": int(normals is not None), "CERTAINTY": int("others" in inputs)}
         constants["VISIBILITY"] = int("visibility_map" in maps)

@@ -76,7 +76,7 @@ class LightPass(FullscreenPasses):
             visibility is not None,
         )
         constants = dict(zip(KINDS, map(int, kind), strict=True)) | environment_of(inputs)
-        light = self.fullscreen("shading/light.frag", **constants)
+        light = self.fullscreen("shading/light.frag", None, **constants)
         colors = "albedo_map" if points is None else "color_map"
         light.draw(image, {"surface_map": surface, colors: albedo}, **inputs)
 

@@ -27,7 +27,7 @@ CONSTANTS = {  # the values that the project builds each with
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},
     "meshes/grid.frag": {"LOOK_UP": FLAG, "SHADING": (0, 2, 3), "CERTAINTY": FLAG, "VISIBILITY": FLAG},
-    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG, "ENVIRONMENT": AROUND},
+    "meshes/grid_flat.frag": {"LOOK_UP": FLAG, "SHADOWS": FLAG, "VISIBILITY": (0,), "ENVIRONMENT": AROUND},
     "meshes/grid_picture.frag": {
         "LOOK_UP": FLAG,
         "SHADING": (0, 2, 3),

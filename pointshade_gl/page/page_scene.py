@@ -107,6 +107,7 @@ class Showing:
             "intensity": light.intensity,
             "attenuation": list(light.attenuation),
             "cone": list(light.cone),
+            "isArea": light.is_area,
             "shadow": light.shadow,
         }
 

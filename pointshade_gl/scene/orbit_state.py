@@ -201,7 +201,8 @@ class State:
     def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
         """The light in the world, directed at the object's middle.
 
-        kind  says whether it is a point light, a spot or directional, and has its cone, attenuation and shadow switch
+        kind  says whether it is a point light, a spot, an area or directional, and has all else: cone, attenuation,
+              shadow switch, radius, angle, size
         """
         place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
@@ -210,7 +211,7 @@ class State:
         return replace(
             kind,
             position=None if kind.position is None else (x, y, z),
-            direction=(dx, dy, dz) if kind.position is None or kind.is_spot else None,
+            direction=(dx, dy, dz) if kind.position is None or kind.direction is not None else None,
             color=self.light_color,
             intensity=self.light_intensity,
         )

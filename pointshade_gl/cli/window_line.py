@@ -22,6 +22,7 @@ from ..viewer.picture import Picture, SavedPicture
 from ..viewer.views import Shown, Views, camera_of
 from .command_words import light_words, look_words, pose_words, text_of, words_of
 from .look_options import LookOptions
+from .picture_options import EnvironmentOptions
 
 CLOSE = 1e-9  # share of the distance: poses that differ by less are the same
 
@@ -57,11 +58,12 @@ def render_line(typed: Typed, saved: SavedPicture) -> tuple[str, str]:
     clouds = _clouds(picture, saved.dropped.inputs if saved.dropped else typed.inputs)
     look, left_out = _look_words(picture, clouds)
     pose = _pose_words(picture, scene_of(*clouds) if clouds else shown)
-    words = [*source, *look, *_light_words(picture, picture.lights), *pose, *size]
+    around, unsaid = _environment_words(picture)
+    words = [*source, *look, *_light_words(picture, picture.lights), *around, *pose, *size]
     if isinstance(picture.exposure, float) and picture.exposure and picture.now.state.is_lit:
         words += ["--exposure", text_of(picture.exposure)]
     words += ["--samples", str(saved.samples), "-o", saved.name]
-    return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out]))
+    return shlex.join(["pointshade", "render", *words]), "; ".join(filter(None, [missing, left_out, unsaid]))
 
 
 def _as_typed(dropped: Dropped) -> Typed:
@@ -122,6 +124,23 @@ def _light_words(picture: Picture, lights: Sequence[Light]) -> list[str]:
     if not picture.now.state.is_lit or (own is not None and _are_same(lights, own)):
         return []
     return [word for light in lights for word in light_words(light, in_scene=own is not None)]
+
+
+def _environment_words(picture: Picture) -> tuple[list[str], str]:
+    """Nothing where light is not seen; what no words say, in words. A scene's own environment goes without saying."""
+    state, own = picture.now.state, picture.shown.environment if isinstance(picture.shown, Scene) else None
+    finish = state.finish
+    if not state.is_lit:
+        return [], ""
+    options = EnvironmentOptions.of(finish)
+    is_own = finish.environment is own
+    unsaid = {
+        "its environment": finish.environment is not None and not is_own and options.environment is None,
+        "that the scene's environment is switched off": finish.environment is None and not is_own,
+        "how its environment is turned": isinstance(finish.environment_rotation, tuple),
+    }
+    words = words_of(replace(options, environment=None) if is_own else options)
+    return words, "; ".join(text for text, is_so in unsaid.items() if is_so)
 
 
 def _are_same(lights: Sequence[Light], others: Sequence[Light]) -> bool:

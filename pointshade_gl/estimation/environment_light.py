@@ -7,17 +7,20 @@ Each pixel is a patch of the sphere with one radiance.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.appearance import Material
 from ..scene.light import unit
 
 Array = NDArray[np.float64]
 WIDTH, SHARP_WIDTH = 64, 128  # columns of a lobe's map; of a lobe's above this exponent
 SHARP = 100.0
 NARROWEST = 0.6  # columns of its map, the standard deviation of the narrowest lobe that a map shows without gaps
+MOST = 16  # exponents that have maps of their own in a picture
 FINEST = 64  # rows, at least, where a picture is cut off: the edge runs through pixels
 
 
@@ -99,6 +102,22 @@ def lobe_map(picture: NDArray[Any], exponent: float, width: int | None = None) -
     around = np.fft.rfft(weights, axis=2).conj().transpose(2, 0, 1) @ np.fft.rfft(cells, axis=1).transpose(1, 0, 2)
     sums = np.fft.irfft(around, fine, axis=0)[::2].transpose(1, 0, 2)  # one turn of the lobe is a convolution
     return np.maximum(sums / weights.sum((1, 2))[:, None, None], 0).astype(np.float32)
+
+
+def lobe_maps(picture: NDArray[Any], exponents: Sequence[float]) -> NDArray[np.float32]:
+    """Return maps of the lobes of several exponents, one above the other, (n h, w, 3)."""
+    width = SHARP_WIDTH if max(exponents) > SHARP else WIDTH
+    return np.concatenate([lobe_map(picture, exponent, width) for exponent in exponents])
+
+
+def exponents_of(materials: Iterable[Material]) -> tuple[float, ...]:
+    """Return the exponents of highlights of which there are maps, rising."""
+    return tuple(sorted({one.shininess for one in materials if one.specular > 0}))[:MOST]
+
+
+def nearest_lobe(exponents: Sequence[float], shininess: float) -> int:
+    """Return the number of the map for a material."""
+    return min(range(len(exponents)), key=lambda k: abs(math.log(exponents[k] / shininess)))
 
 
 def _elevations(rows: int) -> Array:

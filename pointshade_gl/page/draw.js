@@ -16,9 +16,10 @@ class Drawing {
   constructor(gl, programs, things, data) {
     Object.assign(this, { gl, things, data, size: [0, 0], seen: "", shadowsOf: "" });
     this.painter = new Painter(gl, programs);
+    this.around = new Around(gl, this.painter, data.around);
     this.clouds = new CloudPainter(gl, programs, this.painter);
-    const materials = things.map((thing) => thing.material);
-    this.materials = makeTexture(gl, "rgba32f", 1, materials.length, new Float32Array(materials.flat()));
+    const materials = things.map((thing) => [...thing.material, thing.lobe, 0, 0, 0]);
+    this.materials = makeTexture(gl, "rgba32f", 2, materials.length, new Float32Array(materials.flat()));
     for (const thing of things.filter((one) => one.kind === "points")) {
       thing.lit = makeTexture(gl, "rgba16f", thing.width, thing.height);
       thing.litTarget = makeTarget(gl, [thing.lit]);
@@ -65,11 +66,11 @@ class Drawing {
     if (this.size[0] === width && this.size[1] === height) return;
     for (const texture of this.textures || []) gl.deleteTexture(texture);
     for (const target of [this.splats, this.surfaces, this.picture]) gl.deleteFramebuffer(target || null);
-    const formats = ["r32i", "depth", "rgba32f", "rgba16f", "depth", "rgba8"];
+    const formats = ["r32i", "depth", "rgba32f", "rgba16f", "depth", "rgba8", "rgba32f"];
     this.textures = formats.map((format) => makeTexture(gl, format, width, height));
-    [this.ids, this.depth, this.surface, this.albedo, this.nearest, this.color] = this.textures;
+    [this.ids, this.depth, this.surface, this.albedo, this.nearest, this.color, this.visibility] = this.textures;
     this.splats = makeTarget(gl, [this.ids], this.depth);
-    this.surfaces = makeTarget(gl, [this.surface, this.albedo], this.nearest);
+    this.surfaces = makeTarget(gl, [this.surface, this.albedo, ...(this.around.occlusion ? [this.visibility] : [])], this.nearest);
     this.picture = makeTarget(gl, [this.color]);
     this.size = [width, height];
     this.seen = "";
@@ -154,18 +155,20 @@ class Drawing {
     const early = LIT_EARLY.includes(shading);
     if (early) this.lightPoints(thing, pose, lamps);
     this.painter.drawSplats(this.splats, thing, warp);
+    const visibility_map = shading === "phong" ? this.around.ofPoints(thing) : null;
     const model = SHADINGS.indexOf(shading === "edl" ? "none" : shading);
-    const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0 };
+    const constants = { SHADING: model, CERTAINTY: thing.certainty && shading === "phong" ? 1 : 0, VISIBILITY: visibility_map ? 1 : 0 };
     this.painter.fill(this.surfaces, [0, 0, ...this.size], "points/resolve_surfaces.frag", constants, {
       ...warp, near: warp.near * thing.scale, scale: thing.scale, depth_scale: warp.near, source_ids: this.ids,
       window_depths: this.depth, color_map: thing.colors, light_map: thing.lit, certainty_map: thing.certainty,
+      visibility_map,
     });
   }
 
   addMesh(thing, inputs, shading, pose, lamps) {
-    const early = LIT_EARLY.includes(thing.shading), box = [0, 0, ...this.size];
+    const early = LIT_EARLY.includes(thing.shading), around = this.around.inputs(pose, this.data.exposure), box = [0, 0, ...this.size];
     const own = { picture: thing.colors, base_color: thing.baseColor, normal_view: normalView(inputs.view) };
-    const light = early ? { ...this.lightInputs(lamps, pose, true), material: thing.material } : { is_lit: !NOT_LIT.includes(shading) };
+    const light = early ? { ...this.lightInputs(lamps, pose, true), ...around, material: thing.material } : { is_lit: !NOT_LIT.includes(shading) };
     const names = early && !NOT_LIT.includes(shading) ? ["meshes/mesh_lit.vert", "meshes/mesh_lit.frag"] : ["meshes/mesh.vert", "meshes/mesh.frag"];
     this.painter.drawMesh(this.surfaces, box, ...names, thing, { is_lit: false, ...inputs, ...own, ...light });
   }
@@ -175,7 +178,7 @@ class Drawing {
     const eye = translation(product(inverted(thing.axes), pose));
     const own = {
       surface_map: thing.surface, color_map: thing.colors, intrinsics: thing.source, eye, scale: thing.scale,
-      material: thing.material, certainty_map: thing.certainty,
+      material: thing.material, certainty_map: thing.certainty, visibility_map: this.around.ofPoints(thing),
     };
     const constants = { POINTS: 1, CERTAINTY: thing.certainty ? 1 : 0 };
     this.fillLight(thing.litTarget, [thing.width, thing.height], constants, own, lamps, thing.axes);
@@ -186,6 +189,7 @@ class Drawing {
       surface_map: this.surface, albedo_map: this.albedo, intrinsics: [camera.fx, camera.fy, camera.cx, camera.cy],
       eye: [0, 0, 0], material: this.things[0].material, materials: this.materials,
     };
+    if (this.around.occlusion) own.visibility_map = this.visibilityOf(camera, pose);
     const constants = {
       POINTS: 0, MATERIALS: this.things.length > 1 ? 1 : 0,
       CERTAINTY: this.things.some((thing) => thing.certainty) ? 1 : 0,
@@ -194,10 +198,19 @@ class Drawing {
     this.fillLight(this.picture, this.size, constants, own, lamps, pose);
   }
 
+  // What all that is seen sees of the light from all around.
+  visibilityOf({ fx, fy, cx, cy }, pose) {
+    if (this.things.length === 1 && this.things[0].kind === "points") return this.visibility;
+    const { surface, albedo, visibility, size } = this, distance = this.near(pose) / NEAR;
+    if (this.hiddenIn !== this.seen) this.hiding = this.around.ofView({ surface, albedo, visibility, size, intrinsics: [fx, fy, cx, cy], distance });
+    this.hiddenIn = this.seen;
+    return this.hiding;
+  }
+
   // Lights all pixels of a target: light.frag.
   fillLight(target, size, constants, own, lamps, axes) {
-    const gl = this.gl, inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain) };
-    const variant = { ...constants, SHADOWS: lamps.isPlain ? 0 : 1, ALONE: inputs.only_light ? 1 : 0 };
+    const gl = this.gl, inputs = { ...own, ...this.lightInputs(lamps, axes, !lamps.isPlain), ...this.around.inputs(axes, this.data.exposure) };
+    const variant = { ...constants, ...this.around.constants, SHADOWS: lamps.isPlain ? 0 : 1, ALONE: inputs.only_light ? 1 : 0 };
     this.painter.begin(target, [0, 0, ...size], false);
     gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
     this.painter.fill(target, [0, 0, ...size], "shading/light.frag", variant, inputs, false);
@@ -205,7 +218,7 @@ class Drawing {
 
   // What shaders/common/lights.glsl reads, or shadowed_lights.glsl, for surfaces in these axes.
   lightInputs({ lights, views, spans }, axes, withShadows) {
-    const { exposure } = this.data, ambient = times(this.data.ambient, exposure);
+    const { exposure } = this.data, ambient = times(this.data.ambient, this.around.bands ? 0 : exposure);
     const rows = lightRows(lights.map((one) => ({ ...one, intensity: exposure * one.intensity })), axes, spans);
     if (!withShadows && lights.length === 1)
       return { only_light: transposed([0, 4, 8, 12].map((k) => [...rows.subarray(k, k + 4)])), ambient };

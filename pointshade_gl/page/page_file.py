@@ -28,6 +28,7 @@ from ..rendering.renderer import Renderer
 from ..rendering.request import GROUPS, STRAIGHT, FilePath, RenderRequest, RequestOptions, Scenes, Source
 from ..scene.graph import Scene
 from ..scene.option_fields import takes
+from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud
 from ..scene.point_object import PointObject
 from .cloud_parts import cloud_part
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
 
 FOLDER = Path(__file__).resolve().parent
 SCRIPTS = (
-    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "clouds.js",
-    "draw.js", "controls.js",
+    "state.js", "decode.js", "programs.js", "lights.js", "shadows.js", "upload.js", "paint.js", "around.js",
+    "clouds.js",    "draw.js", "controls.js",
 )  # fmt: skip
 STILL = 85  # quality of the still's WebP
 LARGEST = 2048  # pixels a side: so many have the textures of every browser
@@ -145,7 +146,7 @@ def draw_page(
             count.step(done - count.done)
 
         still = renderer.render(request, progress=drawn if progress else None)
-        gain = 2.0**renderer.exposure
+        gain, showing = 2.0**renderer.exposure, replace(showing, around=renderer.surroundings)
         parts: list[Part] = []
         for part in _parts(renderer, showing, QUALITIES[quality]):
             parts.append(part)
@@ -187,7 +188,13 @@ def _parts(renderer: Renderer, showing: Showing, quality: Quality) -> Iterator[P
         for placed, thing in things.items():
             for head, body in _parts_of(thing, quality):
                 axes = np.linalg.inv(showing.home) @ head["axes"]  # to home axes
-                yield head | look_of(placed) | own | {"axes": axes.tolist()}, body
+                more = {"axes": axes.tolist(), "lobe": showing.lobe_of(placed), "middle": _middle(placed)}
+                yield head | look_of(placed) | own | more, body
+
+
+def _middle(placed: Placed) -> float | None:
+    """How far the points of a frame are, in its unit."""
+    return placed.content.frame.scale if isinstance(placed.content, PointObject) else None
 
 
 def _parts_of(thing: Drawable, quality: Quality) -> Iterator[Part]:

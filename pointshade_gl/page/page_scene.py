@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimation.environment_light import above_horizon, exponents_of, lobe_maps, nearest_lobe, radiance_bands
+from ..estimation.turned_bands import turned_bands
 from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
@@ -18,6 +21,7 @@ from ..scene.orbit_target import Stage
 from ..scene.placed import Placed
 from ..scene.render_settings import Finish
 from ..scene.srgb import linear_to_srgb
+from ..scene.surroundings import NOTHING_AROUND, Surroundings
 from ..scene.visible_scene import is_alone, material_of
 from .unsupported import left_out
 
@@ -42,6 +46,7 @@ class Showing:
     shading: str
     finish: Finish
     points: int = 0
+    around: Surroundings = NOTHING_AROUND
 
     @property
     def stage(self) -> Stage:
@@ -73,6 +78,7 @@ class Showing:
             "held": lights[0],
             "lights": lights[1:],
             "ambient": list(self.scene.ambient),
+            "around": self._around(),
             "bounds": {
                 "corners": [self._at_home(corner).tolist() for corner in extent.corners],
                 "centre": self._at_home(extent.centre).tolist(),
@@ -93,7 +99,7 @@ class Showing:
         return state.with_light(first, stage, self.home)
 
     def _placed(self, pose: Matrix) -> list[Light]:
-        return [at_upper_left(light, self.home @ pose) for light in self.lights]
+        return [at_upper_left(light, self.home @ pose) for light in self.lights or [Light(intensity=0)]]
 
     def _at_home(self, point: Any) -> NDArray[np.float64]:
         return self.home[:3, :3].T @ (np.asarray(point) - self.home[:3, 3])
@@ -110,6 +116,34 @@ class Showing:
             "isArea": light.is_area,
             "shadow": light.shadow,
         }
+
+    def _around(self) -> dict[str, Any]:
+        """The light from all around, in home axes."""
+        around, turn = self.around, np.array(self.around.to_sky) @ self.home[:3, :3]
+        found: dict[str, Any] = {"occlusion": around.occlusion}
+        if around.environment is None:
+            return found
+        picture, up = around.environment.picture, around.floor_in_sky
+        bands = around.intensity * radiance_bands(picture, up)
+        found |= {"bands": turned_bands(bands, turn).tolist(), "toSky": turn.tolist()}
+        if self.exponents:
+            whole = picture if up is None else above_horizon(picture, up)
+            maps = around.intensity * lobe_maps(whole, self.exponents)
+            texels = np.concatenate([maps, np.ones_like(maps[..., :1])], -1).clip(0, 65504).astype("<f2")
+            size = {"width": maps.shape[1], "height": maps.shape[0], "count": len(self.exponents)}
+            found["lobes"] = size | {"texels": base64.b64encode(texels.tobytes()).decode()}
+        return found
+
+    @property
+    def exponents(self) -> tuple[float, ...]:
+        """Those of highlights that show an environment."""
+        if self.around.environment is None:
+            return ()
+        return exponents_of(map(material_of, self.scene.things))
+
+    def lobe_of(self, placed: Placed) -> int:
+        """Which of the maps shows the highlights of a thing."""
+        return nearest_lobe(self.exponents, material_of(placed).shininess) if self.exponents else 0
 
     def _background(self) -> str | None:
         """As CSS writes colours."""

@@ -16,6 +16,9 @@ from ..scene.light import Light, unit
 from ..scene.render_settings import Finish
 from ..scene.surroundings import Row, Surroundings
 
+AS_IN_GLTF = np.diag(
+    [1.0, -1.0, -1.0, 1.0]
+)  # pose of who looks along -z: a scene's own environment has the world's axes
 MUCH = 0.1  # share of the light that comes from all around, above which it is worth looking at what hides it
 
 
@@ -40,7 +43,8 @@ def surroundings_of(
         up, has_floor = steps.run("up", up_and_floor, source)
     floor = _row(up) if has_floor or on_ground else None
     rotation = finish.environment_rotation
-    to_sky = rotation if isinstance(rotation, tuple) else standing(up, rotation, np.asarray(scene.pose))
+    facing = AS_IN_GLTF if environment is scene.environment else np.asarray(scene.pose)
+    to_sky = rotation if isinstance(rotation, tuple) else standing(up, rotation, facing)
     return Surroundings(occlusion, environment, finish.environment_intensity, to_sky, floor, on_ground)
 
 

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 import moderngl
 import numpy as np
 
+from ..estimation.environment_light import exponents_of
 from ..gpu.core.images import empty
 from ..gpu.core.memory import Owner
 from ..gpu.core.steps import Steps
@@ -63,8 +64,7 @@ class LightSetup(Owner):
 
     def _around(self, visible: VisibleScene) -> AroundLookUp | None:
         """Return the environment of a picture, with highlights for its materials."""
-        exponents = [material.shininess for material in visible.materials if material.specular > 0]
-        return self._environments.find(visible.surroundings, exponents)
+        return self._environments.find(visible.surroundings, exponents_of(visible.materials))
 
     def _fill_shadow_map(self, shadow_map: ShadowMap, views: list[ShadowView], shapes: tuple[Shape, ...]) -> None:
         if shadow_map.fit(views):

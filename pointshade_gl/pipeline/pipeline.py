@@ -26,6 +26,7 @@ from ..scene.graph import Scene
 from ..scene.light import Light
 from ..scene.placed import Matrix
 from ..scene.render_settings import SIMPLE, Finish
+from ..scene.surroundings import NOTHING_AROUND
 from ..scene.visible_scene import VisibleScene, compose
 from .accumulation import Accumulator
 from .around import surroundings_of
@@ -59,6 +60,7 @@ class Pipeline:
         self._target: Target | None = None
         self._drawn: Scene | None = None  # the last scene
         self.exposure = 0.0  # of the last picture, stops
+        self.surroundings = NOTHING_AROUND  # of it
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
@@ -71,7 +73,7 @@ class Pipeline:
         """
         visible = compose(scene, lights, camera, pose)
         around = surroundings_of(finish, source or scene, scene, lights, visible.materials, self.steps)
-        visible = visible._replace(surroundings=around)
+        self.surroundings, visible = around, visible._replace(surroundings=around)
         count = self._count(progress, visible, finish.samples)
         drawables = self.gpu_scene.prepare(visible, count)
         if self._drawn is not scene:

@@ -42,6 +42,7 @@ from ..scene.option_fields import takes
 from ..scene.photographs import check_photographs
 from ..scene.placed import Placed
 from ..scene.point_cloud import PointCloud, cloud_of
+from ..scene.surroundings import Surroundings
 from .notebook import Picture
 from .request import (
     GROUPS,
@@ -135,6 +136,11 @@ class Renderer:
     def exposure(self) -> float:
         """Return by how many stops the light of the last picture was multiplied."""
         return self._pipeline.exposure
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """Return what was around the objects of the last picture: its environment, and whether things hid its light."""
+        return self._pipeline.surroundings
 
     @property
     def weights(self) -> dict[Frame, float]:

@@ -51,7 +51,12 @@ class Environment(Value):
         def __init__(self, picture: Numbers, name: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "picture", frozen(_reduced(_checked(self.picture))))
+        object.__setattr__(self, "picture", frozen(reduced(_checked(self.picture))))
+
+    def __repr__(self) -> str:
+        """`Environment(256x128 pixels, 'sky')`."""
+        height, width = self.picture.shape[:2]
+        return f"Environment({width}x{height} pixels{self.name and f', {self.name!r}'})"
 
     @staticmethod
     def of(name: EnvironmentName) -> Environment:
@@ -102,9 +107,9 @@ def _checked(picture: Any) -> NDArray[np.float32]:
     return array
 
 
-def _reduced(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the picture at most WIDEST columns wide: means of whole blocks."""
-    step = math.ceil(picture.shape[1] / WIDEST)
+def reduced(picture: NDArray[np.float32], widest: int = WIDEST) -> NDArray[np.float32]:
+    """Return the picture with at most so many columns: means of whole blocks."""
+    step = math.ceil(picture.shape[1] / widest)
     if step == 1:
         return picture
     return _block_means(_block_means(picture, step, 1), step, 0).astype(np.float32)

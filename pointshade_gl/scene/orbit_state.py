@@ -28,6 +28,7 @@ from .appearance import NOT_LIT, Look
 from .camera import Camera, orbit_pose
 from .light import Light, at_upper_left
 from .orbit_target import VERTICAL, Axis, Stage
+from .render_settings import SIMPLE, Finish, with_environment_turned
 
 RIM = 0.5  # share of the window's smaller side between the object's middle and its rim
 FARTHEST = math.radians(175)  # radians from the viewer's direction: straight behind, left and right would meet
@@ -53,6 +54,7 @@ class State:
     lit           False shows the frame's own colours
     shadows       False switches off the shadows of all lights; True leaves each light its own switch
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
+    finish        of it only light from all around counts: the environment, and whether what is near hides it
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.
@@ -71,6 +73,7 @@ class State:
     lit: bool = True
     shadows: bool = False
     look: Look = Look(missing="complete")
+    finish: Finish = SIMPLE
     help: bool = False
     panel: bool = False
 
@@ -90,6 +93,7 @@ class State:
         for name in ("light_mode", "lit", "shadows", "help", "panel"):
             checked(check_flag, name)
         check_type(self.look, Look, "state look")
+        check_type(self.finish, Finish, "state finish")
         if not self.look.is_uniform:
             raise ValueError(
                 "the viewer's look must have one value for all pixels: no arrays for normals, point_size, noise"
@@ -104,6 +108,16 @@ class State:
     def with_look(self, **changes: Any) -> State:
         """The state with other values of its look: `state.with_look(shading="flat")`."""
         return replace(self, look=replace(self.look, **changes))
+
+    def with_finish(self, **changes: Any) -> State:
+        """The state with other light from all around: `state.with_finish(environment="sky")`."""
+        return replace(self, finish=replace(self.finish, **changes))
+
+    def environment_turned(self, degrees: float) -> State:
+        """Return the state with its environment turned, counterclockwise seen from above; without one it stays."""
+        if self.finish.environment is None:
+            return self
+        return replace(self, finish=with_environment_turned(self.finish, degrees))
 
     def orbited(self, dx: float, dy: float, smaller_side: float, axis: Axis = VERTICAL) -> State:
         """Return the state after a drag by (dx, dy) pixels: the near side of the object follows the mouse.

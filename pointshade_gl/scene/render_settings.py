@@ -33,7 +33,7 @@ STOPS = 32.0  # of exposure, at most
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
 METERINGS: tuple[Metering, ...] = get_args(Metering)
-_OCCLUSION = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
+OCCLUSION: dict[str, bool | None] = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
 
 
 class FinishOptions(TypedDict, total=False):
@@ -52,13 +52,13 @@ class FinishOptions(TypedDict, total=False):
 
 def occlusion_of(text: str) -> bool | float | None:
     """Return the value of `ambient_occlusion` for a text of the command line. Raises ValueError."""
-    if text in _OCCLUSION:
-        return _OCCLUSION[text]
+    if text in OCCLUSION:
+        return OCCLUSION[text]
     try:
         return float(text)
     except ValueError:
         raise ValueError(
-            f"{option('ambient_occlusion')} takes {', '.join(_OCCLUSION)} or metres, got {shown(text)}"
+            f"{option('ambient_occlusion')} takes {', '.join(OCCLUSION)} or metres, got {shown(text)}"
         ) from None
 
 
@@ -159,7 +159,7 @@ class Finish:
         "Whether what is near hides a part of ambient light and environment; M: how far near reaches, metres. Default:"
         " auto, which is yes where they are more than a tenth of the light.",
         metavar="auto|yes|no|M",
-        known=tuple(_OCCLUSION),
+        known=tuple(OCCLUSION),
         read=occlusion_of,
         short="--ao",
         panel=LIGHT,

@@ -1,4 +1,4 @@
-"""Copies a scene with one shading model for all of its objects."""
+"""Copies a scene with one shading model for all of its objects, or without its environment."""
 
 from __future__ import annotations
 
@@ -24,6 +24,12 @@ def shaded(scene: Scene, shading: str | None) -> Scene:
         return {"content": tuple(_part_shaded(part, shading) for part in parts if part is not None)}
 
     return scene.with_every_node(changes)
+
+
+@lru_cache(maxsize=4)
+def without_environment(scene: Scene) -> Scene:
+    """Return the scene without light from all around but the ambient light."""
+    return replace(scene, environment=None)
 
 
 def _part_shaded(part: Any, shading: str) -> Any:

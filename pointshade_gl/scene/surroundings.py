@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from .environment import Environment
 
 Row = tuple[float, float, float]
@@ -28,6 +31,11 @@ class Surroundings(NamedTuple):
     to_sky: tuple[Row, Row, Row] = AS_IT_IS
     floor: Row | None = None
     on_ground: bool = False
+
+    @property
+    def floor_in_sky(self) -> NDArray[np.float64] | None:
+        """The floor's normal in the environment's axes, rounded: turning about it changes nothing."""
+        return None if self.floor is None else np.round(np.array(self.to_sky) @ self.floor, 6)
 
     def radius(self, distance: float) -> float:
         """Return how far things may be that hide light, world units. distance: of what is seen."""

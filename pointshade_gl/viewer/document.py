@@ -102,10 +102,13 @@ class Document:
 
 
 def _moment(shown: Shown, state: State, lights: Sequence[Light]) -> Moment:
-    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes."""
+    """The mouse holds the first of the lights. There are shadows if one of them casts any, and in scenes, whose
+    environment counts unless there is another."""
     stage = Stage.of(home_of(shown))
     if lights:
         state = state.with_light(lights[0], stage, pose_of(shown))
+    if isinstance(shown, Scene) and state.finish.environment is None:
+        state = state.with_finish(environment=shown.environment)
     if isinstance(shown, Scene) or any(light.shadow for light in lights):
         state = replace(state, shadows=True)
     return Moment(state, stage, lights[0] if lights else OWN_LIGHT, tuple(lights[1:]))

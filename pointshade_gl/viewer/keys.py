@@ -7,12 +7,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..scene.appearance import SHADINGS
+from ..scene.environment import NAMES, Environment
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
 from .events import ChangeRate, Command, Effect, PlayCommand, ResizePoints, Seek, ShowMessage, StepFrames, TakeLight
 from .history import Moment
 
 ESTIMATORS = ("auto", "star", "adaptive", "star-borrow", "triangles-8", "central", "one-sided", "plane-fit-5")
+TURN = 15.0  # degrees of the environment
 SMALLEST, LARGEST = 0.25, 8.0  # points, pixels of the frame
 STAYS = "the light stays here: L lets it follow the mouse again"
 LATER = "; seen once lit again (B)"
@@ -142,6 +144,28 @@ def _toggle_shadows(now: Moment, _: str) -> Answer:
     return _say(text, replace(now.state, shadows=on))
 
 
+def _next_environment(now: Moment, _: str) -> Answer:
+    before = now.state.finish.environment
+    order = [None, *map(Environment.of, NAMES)]
+    found = order[(order.index(before) + 1) % len(order)] if before in order else None
+    text = "no light from all around" if found is None else f"light from all around: {found.name}"
+    return _say(text + when_seen(now.state), now.state.with_finish(environment=found))
+
+
+def _turn_environment(now: Moment, name: str) -> Answer:
+    if now.state.finish.environment is None:
+        return _say("there is no environment to turn: E gives one", now.state)
+    return now.state.environment_turned(-TURN if name.endswith("LEFT") else TURN), ()
+
+
+def _next_occlusion(now: Moment, _: str) -> Answer:
+    following = {None: True, True: False, False: None}
+    wanted = following.get(now.state.finish.ambient_occlusion)
+    word = {None: "auto", True: "yes", False: "no"}[wanted]
+    text = f"whether what is near hides light from all around: {word}"
+    return _say(text + when_seen(now.state), now.state.with_finish(ambient_occlusion=wanted))
+
+
 def _next_light(now: Moment, _: str) -> Answer:
     if not now.lights:
         return _say("there is only one light", now.state)
@@ -165,6 +189,9 @@ KEYS = (
     Key(("S",), "S", "shadows on or off", _toggle_shadows),
     Key(("U",), "U", "divide the light in the picture out", _toggle_unlight, of_frame=True),
     Key(("X",), "X", "take the highlights out of merged views", _toggle_highlights, of_frame=True),
+    Key(("E",), "E", "next light from all around: none, sky, studio", _next_environment),
+    Key(("SHIFT+LEFT", "SHIFT+RIGHT"), "Shift+left, right", "turn the environment", _turn_environment),
+    Key(("A",), "A", "ambient occlusion: auto, yes, no", _next_occlusion),
     Key(("TAB",), "Tab", "take the next light", _next_light),
     Key(("R",), "R", "reset view and lights", _ask(Command.RESET, ShowMessage("view and lights are as at the start"))),
     Key(("CTRL+Z",), "Ctrl+Z", "undo a change of view or lights", _ask(Command.UNDO)),

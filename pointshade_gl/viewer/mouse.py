@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from ..scene.camera import Camera
-from ..scene.orbit_state import Pair, State, rims_from
+from ..scene.orbit_state import DEGREES, Pair, State, rims_from
 from ..scene.orbit_target import Stage
 from .events import Event
 
@@ -20,6 +20,7 @@ MOUSE = (
     ("click", "place the light: it stays until L, clicks leave it alone"),
     ("Ctrl+Shift+drag", "move the light (always)"),
     ("Shift+wheel", "move the light nearer or farther"),
+    ("right drag", "turn the environment"),
     ("drag", "orbit"),
     ("Ctrl+drag, middle drag", "pan"),
     ("wheel", "zoom"),
@@ -64,7 +65,7 @@ class Dwell:
 class Mouse:
     """Turns moves, buttons and the wheel into changes of the State. The light never jumps when the mouse takes it.
 
-    drag     "orbit", "pan", "light", or "" when no button is down
+    drag     "orbit", "pan", "light", "environment", or "" when no button is down
     drags    how many there have been
     clicks   1 after an event that ended a click, 2 after one that began a double click, otherwise 0
     button   that began the drag
@@ -113,6 +114,8 @@ class Mouse:
             drag = "pan"
         elif event.key == "left":
             drag = "light" if event.ctrl else "orbit"
+        elif event.key == "right":
+            drag = "environment"
         mouse = replace(self, drag=drag, drags=self.drags + 1, button=event.key, last=(event.x, event.y), clicked=None)
         if drag != "orbit":
             return mouse
@@ -135,6 +138,8 @@ class Mouse:
         dx, dy = now[0] - last[0], now[1] - last[1]
         if self.drag == "orbit":
             return mouse, state.orbited(dx, dy, min(camera.width, camera.height), stage.axis)
+        if self.drag == "environment":
+            return mouse, state.environment_turned(dx / min(camera.width, camera.height) * DEGREES)
         if self.drag == "pan":
             return mouse, state.panned(dx, dy, camera.fx)
         if now == last or (self.drag != "light" and not state.light_mode):

@@ -6,6 +6,7 @@ from typing import Any
 
 from .events import Effect, Event
 from .history import Moment
+from .panel_environment import show_environment
 from .panel_sections import Facts, ViewsList, show_clouds, show_facts, show_light, show_nodes, show_points, show_surface
 from .panel_widgets import Widgets
 from .picture import Picture
@@ -117,7 +118,8 @@ class Panel:
         show_facts(ui, shown, facts, has_room)
         effects = self._views.show(ui, now, shown, facts)
         now, taken = show_light(ui, now, facts)
-        state = show_surface(ui, now.state, shown)
+        state = show_environment(ui, now.state, has_room)
+        state = show_surface(ui, state, shown)
         state = show_points(ui, state, shown, has_room)
         effects += [*taken, *show_clouds(ui, shown, has_room), *show_nodes(ui, shown)]
         ui.note("Ctrl and a click on a number: type it")

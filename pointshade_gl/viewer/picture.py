@@ -14,8 +14,8 @@ from ..scene.camera import Camera
 from ..scene.frame import Frame
 from ..scene.graph import Scene
 from ..scene.light import Light
-from ..scene.render_settings import Finish, Metering
-from ..scene.shading_override import shaded
+from ..scene.render_settings import Metering
+from ..scene.shading_override import shaded, without_environment
 from .document import Dropped
 from .history import Moment
 from .views import Shown, Views, camera_of, pose_of
@@ -54,8 +54,11 @@ class Picture:
 
     def request(self, samples: int = 1) -> RenderRequest:
         """Return what a renderer is asked for."""
-        state, shown, lights, finish = self.now.state, self.shown, self.lights, Finish(samples, exposure=self.exposure)
+        state, shown, lights = self.now.state, self.shown, self.lights
+        plain = {"background": None, "ground": False, "ground_height": None}
+        finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
         if isinstance(shown, Scene):
+            shown = without_environment(shown) if finish.environment is None and shown.environment else shown
             shading = "none" if not state.lit else state.look.shading if state.look.shading != "phong" else None
             return RenderRequest(shaded(shown, shading), lights, camera=self.camera, pose=self.pose, finish=finish)
         look = state.look if state.lit else state.look.as_taken

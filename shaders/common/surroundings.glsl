@@ -4,6 +4,8 @@
 // which is the mean of the directions that it sees, weighted by the cosine to its normal, and as long as these agree, and
 // in w the share that it sees of all that could reach it. See visibility.glsl for how these are found.
 
+const float NARROWEST = 0.8;   // mean cosine of the narrowest lobe that harmonics of order 2 show without ripples
+const float LEAST = 0.3;       // of the mean radiance: harmonics of order 2 go below, and below 0
 const float OPEN = 2.0 / 3.0;  // length of the bent normal where nothing is hidden: it is the normal's mean cosine
 
 // Visibility in the 8 bits of a texel, and back: dark shares are finer.
@@ -27,13 +29,13 @@ vec4 carried_visibility(sampler2D visibility_map, vec2 at, vec2 size, mat3 turn)
 // bands[0][0] + bands[0][1] x + bands[0][2] y + bands[1][0] z + bands[1][1] xy + bands[1][2] yz + bands[2][0] xz
 // + bands[2][1] (3 zz - 1) + bands[2][2] (xx - yy), in the axes of the bent normal.
 vec3 environment_light(vec4 visibility, mat3 first, mat3 second, mat3 third) {
-    float mean = clamp(length(visibility.xyz), 1e-4, 1.0);
-    vec3 d = visibility.xyz / mean;
+    float far = max(length(visibility.xyz), 1e-4), mean = min(far, NARROWEST);
+    vec3 d = visibility.xyz / far;
     float wide = max(1.5 * mean / (2.0 - mean) - 0.5, 0.0);  // mean of the second Legendre polynomial
     vec3 along = first[1] * d.x + first[2] * d.y + second[0] * d.z;
     vec3 across = second[1] * (d.x * d.y) + second[2] * (d.y * d.z) + third[0] * (d.x * d.z)
         + third[1] * (3.0 * d.z * d.z - 1.0) + third[2] * (d.x * d.x - d.y * d.y);
-    return visibility.w * max(first[0] + mean * along + wide * across, 0.0);
+    return visibility.w * max(first[0] + mean * along + wide * across, LEAST * first[0]);
 }
 
 // What a highlight takes of the mean radiance in its lobe: as much as of the light of many lamps, of which Phong's model
@@ -42,10 +44,17 @@ float highlight_strength(vec4 material) {
     return material.z * 2.0 / (material.w + 1.0);
 }
 
-// The share of a highlight's lobe that is not hidden: both it and what a point sees are taken for caps of the sphere. The
-// lobe of exponent s has about the angle of a cap with the same mean cosine, (s + 1)/(s + 2).
-float highlight_visibility(vec4 visibility, vec3 n, vec3 mirrored, float shininess) {
-    return visibility.w;
+// The share of a highlight's lobe that is not hidden. Both the lobe and what a point sees are taken for caps of the sphere,
+// which overlap (Oat, Sander, "Ambient Aperture Lighting", 2007): the lobe for one of its mean cosine, (s + 1)/(s + 2), the
+// other for one round the bent normal with the cosine-weighted share (Jimenez et al., "Practical Realtime Strategies for
+// Accurate Indirect Occlusion", 2016).
+float highlight_visibility(vec4 visibility, vec3 mirrored, float shininess) {
+    float far = max(length(visibility.xyz), 1e-4);
+    float open = sqrt(clamp(1.0 - visibility.w, 0.0, 1.0)), lobe = shininess / (shininess + 2.0);  // cosines
+    float wide = acos(open), narrow = acos(lobe);
+    float apart = acos(clamp(dot(visibility.xyz, mirrored) / far, -1.0, 1.0));
+    float covered = 1.0 - smoothstep(abs(wide - narrow), wide + narrow + 1e-4, apart);
+    return covered * min((1.0 - open) / (1.0 - lobe), 1.0);
 }
 
 // The mean radiance of an environment in a lobe around a direction, in the environment's axes. lobe_map: pictures of the

@@ -6,9 +6,11 @@
 // Indirect Lighting with Visibility Bitmask", 2023); 16 neighbours look along 16 such planes, whose mean is the answer.
 
 const int SECTORS = 32;
-const int STEPS = 8;         // to each side
+const int STEPS = 12;        // to each side
 const int PLANES = 4;        // along a side of the square of pixels that look along different planes
-const float THICK = 0.2;    // of the radius: what is behind a neighbour
+const float THIN = 0.12;     // of the radius: how thick any occluder is
+const float STEEP = 4.0;     // what goes farther back from step to step, by their distance, is another surface
+const float MISSED = 1e15;    // farther than anything
 const float ON_PLANE = 0.01; // share of the depth by which neighbours lie on one surface
 
 // Where a pixel's plane lies, in turns of half a circle, and by how much its steps are shifted.
@@ -43,12 +45,12 @@ struct Plane {
     vec3 across;   // along the surface; the normal's part in the plane is m
     vec3 m;
     float share;   // of the normal that lies in the plane
-    vec2 behind;   // what an occluder hides behind it, as parts along m and across
+    vec2 v;        // towards the eye, as parts along m and across
     vec2 tilt;     // of both towards the side, at right angles to the eye's ray
     uint hidden;
 };
 
-Plane plane_through(ivec2 pixel, vec3 point, vec3 n, vec4 intrinsics, float radius) {
+Plane plane_through(ivec2 pixel, vec3 point, vec3 n, vec4 intrinsics) {
     vec3 v = normalize(-point);
     float angle = plane_of(pixel).x * 3.14159265;
     vec2 way = vec2(cos(angle), sin(angle));
@@ -58,14 +60,14 @@ Plane plane_through(ivec2 pixel, vec3 point, vec3 n, vec4 intrinsics, float radi
     float share = length(normal);
     normal = share > 0.0 ? normal / share : vec2(1.0, 0.0);
     vec3 m = normal.x * v + normal.y * t, across = normal.x * t - normal.y * v;
-    return Plane(way, across, m, share, radius * THICK * vec2(normal.x, -normal.y), vec2(normal.y, normal.x), 0u);
+    return Plane(way, across, m, share, vec2(normal.x, -normal.y), vec2(normal.y, normal.x), 0u);
 }
 
 // Where step k of a plane lies in the picture; reach: the radius there, pixels.
 vec2 step_place(ivec2 pixel, ivec2 texel, Plane plane, int k, float reach) {
-    float i = float(k >> 1), far = (i + plane_of(pixel).y) / float(STEPS);
+    float i = float(k % STEPS), far = (i + plane_of(pixel).y) / float(STEPS);
     float offset = max(far * far * reach, 1.5 + i);
-    return floor(vec2(texel) + ((k & 1) == 0 ? offset : -offset) * plane.way + 0.5);
+    return floor(vec2(texel) + (k < STEPS ? offset : -offset) * plane.way + 0.5);
 }
 
 // What a ray meets of a surface that is seen at a place of the picture, and goes on as a plane beyond its border; far away
@@ -74,14 +76,20 @@ vec3 met_at(vec4 surface, vec2 place, vec2 at, vec4 intrinsics) {
     vec3 ray = pixel_ray(at, intrinsics);
     float z = abs(surface.w);
     if (place != at) z *= dot(surface.xyz, pixel_ray(place, intrinsics)) / dot(surface.xyz, ray);
-    return z > 0.0 ? ray * z : vec3(1e10);
+    return z > 0.0 ? ray * z : vec3(MISSED);
 }
 
-// The sectors that something hides, away from the point, at step k.
-uint hidden_by(vec3 away, Plane plane, int k) {
-    float end = float(1 - (k & 1));
+// The sectors that something hides, away from the point and so thick, at step k.
+uint hidden_by(vec3 away, Plane plane, int k, float thickness) {
+    float end = float(1 - k / STEPS);
     vec2 front = vec2(dot(away, plane.m), dot(away, plane.across));
-    return sector_bits(sector_place(front, end), sector_place(front - plane.behind, end));
+    return sector_bits(sector_place(front, end), sector_place(front - thickness * plane.v, end));
+}
+
+// How wide a surface is along a plane up to a step, if it goes on from the last one; what is wider is thicker, too.
+float run_of(float run, vec3 step, vec3 v) {
+    float deep = dot(step, v), wide = sqrt(max(dot(step, step) - deep * deep, 0.0));
+    return abs(deep) < STEEP * wide && wide < 1e-5 * MISSED ? run + wide : 0.0;
 }
 
 // The sum of some directions of a plane, weighted by the cosine to the normal, and of their weights.
@@ -107,41 +115,36 @@ float weight_of_plane(Plane plane) {
     return sum * plane.share / 4.0;
 }
 
-// What hides light along one plane through a pixel. surface_map: unit normal and depth; own: those of the point at a texel
-// of it; radius: how far occluders may be; pixel decides which plane it is. Surfaces go on beyond the picture.
-Plane look_along(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
-    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
-    Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
+// What hides light along one plane through a pixel, in a view of several objects, of which one may not count: that of this
+// number. surface_map: unit normal and depth; numbers_map: the object's number in w; own: normal and depth of the point at
+// a texel; radius: how far occluders may be; pixel decides which plane it is. Surfaces go on beyond the picture.
+Plane look_among(
+    sampler2D surface_map, sampler2D numbers_map, bool some_count, float number, ivec2 pixel, ivec2 texel, vec4 own,
+    vec4 intrinsics, float radius
+) {
+    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w), v = normalize(-point);
+    Plane plane = plane_through(pixel, point, own.xyz / max(length(own.xyz), 1e-4), intrinsics);
     float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
     vec2 last = vec2(textureSize(surface_map, 0) - 1);
     int steps = own.w != 0.0 ? 2 * STEPS : 0;  // a loop that no pixel takes costs software drivers nothing
+    vec3 before = vec3(0.0);
+    float run = 0.0;
     for (int k = 0; k < steps; ++k) {
         vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
         vec3 away = met_at(texel_at(surface_map, ivec2(place)), place, at, intrinsics) - point;
-        plane.hidden |= dot(away, away) < radius * radius ? hidden_by(away, plane, k) : 0u;
+        bool starts = k == STEPS;  // to the other side
+        run = run_of(starts ? 0.0 : run, starts ? away : away - before, v);
+        before = away;
+        bool counts = dot(away, away) < radius * radius;
+        if (some_count) counts = counts && texel_at(numbers_map, ivec2(place)).w != number;
+        plane.hidden |= counts ? hidden_by(away, plane, k, THIN * radius + run) : 0u;
     }
     return plane;
 }
 
-// The same in a view of several objects, of which one does not count: that of this number; 0 is none. numbers_map: the
-// object's number in w.
-Plane look_among(
-    sampler2D surface_map, sampler2D numbers_map, float number, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics,
-    float radius
-) {
-    own.xyz /= max(length(own.xyz), 1e-4);
-    vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
-    Plane plane = plane_through(pixel, point, own.xyz, intrinsics, radius);
-    float reach = radius * mean_focal_length(intrinsics) / abs(own.w);
-    vec2 last = vec2(textureSize(surface_map, 0) - 1);
-    int steps = own.w != 0.0 ? 2 * STEPS : 0;
-    for (int k = 0; k < steps; ++k) {
-        vec2 at = step_place(pixel, texel, plane, k, reach), place = clamp(at, vec2(0.0), last);
-        vec3 away = met_at(texel_at(surface_map, ivec2(place)), place, at, intrinsics) - point;
-        bool counts = dot(away, away) < radius * radius && texel_at(numbers_map, ivec2(place)).w != number;
-        plane.hidden |= counts ? hidden_by(away, plane, k) : 0u;
-    }
-    return plane;
+// The same where all that is seen counts.
+Plane look_along(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, vec4 intrinsics, float radius) {
+    return look_among(surface_map, surface_map, false, 0.0, pixel, texel, own, intrinsics, radius);
 }
 
 // What is left when a share of the light is hidden that comes from these directions: the bent normal, the share.
@@ -161,7 +164,8 @@ vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, 
 // What is hidden, from the planes of a square of pixels, of those on the same surface: the sum of the directions and of their
 // weights, by the weight of the planes. Of a picture with every `stride`-th pixel.
 vec4 mean_hidden(
-    sampler2D plane_map, sampler2D weight_map, sampler2D surface_map, ivec2 pixel, int stride, vec4 intrinsics
+    sampler2D plane_map, sampler2D weight_map, sampler2D surface_map, ivec2 pixel, int first, int stride,
+    vec4 intrinsics
 ) {
     ivec2 size = textureSize(plane_map, 0), last = textureSize(surface_map, 0) - 1;
     ivec2 texel = min(pixel * stride, last);
@@ -171,13 +175,15 @@ vec4 mean_hidden(
     float total = 0.0;
     int count = own.w != 0.0 ? PLANES * PLANES : 0;
     for (int k = 0; k < count; ++k) {
-        ivec2 place = clamp(pixel + ivec2(k % PLANES, k / PLANES) - PLANES / 2, ivec2(0), size - 1);
+        ivec2 place = clamp(pixel + ivec2(k % PLANES, k / PLANES) + first, ivec2(0), size - 1);
         ivec2 other = min(place * stride, last);
-        float z = abs(texel_at(surface_map, other).w);
+        vec4 there = texel_at(surface_map, other);
+        float z = abs(there.w), alike = max(dot(there.xyz, own.xyz), 0.0);
         float off = dot(own.xyz, pixel_ray(vec2(other), intrinsics) * z - point);
         bool counts = z > 0.0 && abs(off) < ON_PLANE * abs(own.w);
-        sum += counts ? texel_at(plane_map, place) : vec4(0.0);
-        total += counts ? texel_at(weight_map, place).r : 0.0;
+        float weight = counts ? alike * alike * alike * alike : 0.0;
+        sum += counts ? weight * texel_at(plane_map, place) : vec4(0.0);
+        total += counts ? weight * texel_at(weight_map, place).r : 0.0;
     }
     return total > 0.0 ? sum / total : vec4(0.0);
 }
@@ -187,7 +193,7 @@ vec4 visibility_at(sampler2D mean_map, sampler2D surface_map, ivec2 texel, int s
     ivec2 last = textureSize(surface_map, 0) - 1, end = textureSize(mean_map, 0) - 1;
     vec4 own = texel_at(surface_map, texel);
     vec3 point = pixel_ray(vec2(texel), intrinsics) * abs(own.w);
-    vec2 at = vec2(texel) / float(stride) + 0.5;  // a mean's middle is half a pixel before it
+    vec2 at = vec2(texel) / float(stride);
     ivec2 low = ivec2(floor(at));
     vec4 sum = vec4(0.0);
     float total = 0.0;

@@ -27,7 +27,7 @@ vec3 light_from_around(vec4 visibility, vec3 v, vec3 n, vec3 albedo, vec4 materi
     }
     if (ENVIRONMENT == 2) {
         vec3 mirrored = 2.0 * dot(n, v) * n - v;
-        float strength = highlight_strength(material) * highlight_visibility(visibility, n, mirrored, material.w);
+        float strength = highlight_strength(material) * highlight_visibility(visibility, mirrored, material.w);
         light += lobe_gain * strength * texture_of_lobes(lobe_map, to_sky * mirrored, lobe, lobes);
     }
     return light;

@@ -24,7 +24,8 @@ void main() {
     vec4 own = texel_at(surface_map, texel);
 #if OBJECTS
     float known = texelFetch(visibility_map, texel, 0).w < 0.0 ? 0.0 : texel_at(numbers_map, texel).w;
-    Plane plane = look_among(surface_map, numbers_map, known, pixel + shift, texel, own, intrinsics, radius);
+    ivec2 along = pixel + shift;
+    Plane plane = look_among(surface_map, numbers_map, true, known, along, texel, own, intrinsics, radius);
 #else
     Plane plane = look_along(surface_map, pixel, texel, own, intrinsics, radius);
 #endif

@@ -7,9 +7,12 @@ uniform sampler2D plane_map;
 uniform sampler2D weight_map;
 uniform vec4 intrinsics;
 uniform int stride;
+uniform int first;  // of the square, from the pixel
 
-out vec4 hidden;
+layout(location = 0) out vec4 hidden;
+layout(location = 1) out float weight;
 
 void main() {
-    hidden = mean_hidden(plane_map, weight_map, surface_map, ivec2(gl_FragCoord.xy), stride, intrinsics);
+    weight = 1.0;
+    hidden = mean_hidden(plane_map, weight_map, surface_map, ivec2(gl_FragCoord.xy), first, stride, intrinsics);
 }

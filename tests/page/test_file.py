@@ -117,6 +117,11 @@ def test_what_is_left_out_is_said(renderer, capsys):
     assert [word in told for word in ("ground", "hard", "splats")] == [True] * 3
 
 
+def test_beside_an_environment_the_mouse_holds_a_lamp_that_is_dark(renderer):
+    page = draw_page(renderer, frames.sphere(), environment="sky")
+    assert '"intensity":0' in page and '"bands":' in page
+
+
 def test_the_command_line_writes_it(typed, tmp_path):
     code, out, err = typed("render vase -o a.html --picture-size 80x60 --quality small --title Tulips --light -1,-1,0")
     assert (code, err.count("software")) == (0, err.count("note:"))

@@ -136,6 +136,32 @@ def test_what_was_shown_before_does_not_matter(sphere):
     assert np.array_equal(drawn(sphere, state)[0], first)
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"ambient_occlusion": True, "material": ps.Material(0.6, 0.6, 0.2)},
+        {"environment": "studio", "material": ps.Material(0.1, 0.8, 3, 40), "environment_rotation": 30},
+        {"environment": "sky", "ambient_occlusion": False, "environment_intensity": 0.7},
+    ],
+    ids=lambda options: " ".join(options),
+)
+def test_light_from_all_around(browser, points, options):
+    frame = frames.sphere_before_wall()
+    page = draw_page(points, frame, **options)
+    with browser.opened(page) as opened:
+        opened.wait_until_drawn()
+        views = [VIEWS[0], VIEWS[1], (VIEWS[1][0] | {"shading": "flat"}, None)]
+        check(opened, points, frame, views, least=45, **options)
+
+
+def test_meshes_and_frames_hide_light_from_each_other(browser, points):
+    scene = ps.load_scene("demo")
+    page = draw_page(points, scene, ambient_occlusion=True, environment="sky")
+    with browser.opened(page) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, scene, [({}, [320, 240])], least=34, ambient_occlusion=True, environment="sky")
+
+
 LAMP = ps.Light(position=(0.3, -0.4, 0.2), color=(1, 0.5, 0.2), attenuation=(0.5, 0.1, 0.2))
 SUN = ps.Light(direction=(0.5, 0.4, 1))
 LIGHTS = {

@@ -40,9 +40,11 @@ def visibility_map(surface_map: np.ndarray, intrinsics: np.ndarray, radius: floa
     own = surface_map[texel[..., 1], texel[..., 0]]
     plane = look_along(surface_map, pixel, texel, own, intrinsics, radius)
     sums, weights = sum_of_sectors(plane, plane.hidden), weight_of_plane(plane)[..., None]
-    means = mean_hidden(sums, weights, surface_map, pixel, stride, intrinsics)
+    for first in (-2, -1):
+        sums = mean_hidden(sums, weights, surface_map, pixel, first, stride, intrinsics)
+        weights = np.ones_like(weights)
     whole = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1)
-    found = pack_visibility(visibility_at(means, surface_map, whole, stride, intrinsics))
+    found = pack_visibility(visibility_at(sums, surface_map, whole, stride, intrinsics))
     return (np.round(np.clip(found, 0, 1) * 255) / 255).astype(F)
 
 
@@ -74,5 +76,5 @@ def light_from_around(
     if not np.any(material[..., 2] > 0):
         return light
     mirrored = F(2) * dot(n, v) * n - v
-    strength = highlight_strength(material) * highlight_visibility(visibility, n, mirrored, material[..., 3])
+    strength = highlight_strength(material) * highlight_visibility(visibility, mirrored, material[..., 3])
     return light + np.reshape(strength, (-1, 1)) * texture_of_lobes(around.lobes, mirrored @ around.to_sky.T, 0, 1)

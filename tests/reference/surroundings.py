@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .vectors import length
+from .vectors import dot, length
 
 F = np.float32
 OPEN = F(2) / F(3)
+NARROWEST, LEAST = F(0.8), F(0.3)
 
 
 def pack_visibility(visibility: np.ndarray) -> np.ndarray:
@@ -35,24 +36,29 @@ def carried_visibility(visibility_map: np.ndarray, at: np.ndarray, size: np.ndar
 
 def environment_light(visibility: np.ndarray, first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
     """first, second and third: (3, 3), each row a colour."""
-    mean = np.clip(length(visibility[..., :3]), F(1e-4), F(1))
-    d = visibility[..., :3] / mean
+    far = np.maximum(length(visibility[..., :3]), F(1e-4))
+    mean, d = np.minimum(far, NARROWEST), visibility[..., :3] / far
     wide = np.maximum(F(1.5) * mean / (F(2) - mean) - F(0.5), F(0))
     x, y, z = (d[..., k : k + 1] for k in range(3))
     along = first[1] * x + first[2] * y + second[0] * z
     across = second[1] * (x * y) + second[2] * (y * z) + third[0] * (x * z)
     across = across + third[1] * (F(3) * z * z - F(1)) + third[2] * (x * x - y * y)
-    return visibility[..., 3:] * np.maximum(first[0] + mean * along + wide * across, F(0))
+    return visibility[..., 3:] * np.maximum(first[0] + mean * along + wide * across, LEAST * first[0])
 
 
 def highlight_strength(material: np.ndarray) -> np.ndarray:
     return material[..., 2] * F(2) / (material[..., 3] + F(1))
 
 
-def highlight_visibility(
-    visibility: np.ndarray, n: np.ndarray, mirrored: np.ndarray, shininess: np.ndarray
-) -> np.ndarray:
-    return visibility[..., 3]
+def highlight_visibility(visibility: np.ndarray, mirrored: np.ndarray, shininess: np.ndarray) -> np.ndarray:
+    far = np.maximum(length(visibility[..., :3]), F(1e-4))[..., 0]
+    opened = np.sqrt(np.clip(F(1) - visibility[..., 3], F(0), F(1)))
+    lobe = np.asarray(shininess / (shininess + F(2)), F)
+    wide, narrow = np.arccos(opened), np.arccos(lobe)
+    apart = np.arccos(np.clip(dot(visibility[..., :3], mirrored)[..., 0] / far, F(-1), F(1)))
+    low, high = np.abs(wide - narrow), wide + narrow + F(1e-4)
+    t = np.clip((apart - low) / (high - low), F(0), F(1))
+    return (F(1) - t * t * (F(3) - F(2) * t)) * np.minimum((F(1) - opened) / (F(1) - lobe), F(1))
 
 
 def texture_of_lobes(lobe_map: np.ndarray, direction: np.ndarray, lobe: int, lobes: int) -> np.ndarray:

@@ -11,8 +11,8 @@ from .texels import texel_at
 from .vectors import dot, length, normalize
 
 F = np.float32
-SECTORS, STEPS, PLANES = 32, 8, 4
-THICK, ON_PLANE = F(0.2), F(0.01)
+SECTORS, STEPS, PLANES = 32, 12, 4
+THIN, STEEP, ON_PLANE, MISSED = F(0.12), F(4), F(0.01), F(1e15)
 
 
 class Plane(NamedTuple):
@@ -20,7 +20,7 @@ class Plane(NamedTuple):
     across: np.ndarray
     m: np.ndarray
     share: np.ndarray
-    behind: np.ndarray
+    v: np.ndarray
     tilt: np.ndarray
     hidden: np.ndarray
 
@@ -47,7 +47,7 @@ def bits_in_fours(bits: np.ndarray) -> np.ndarray:
     return (pairs & np.uint32(0x33333333)) + ((pairs >> 2) & np.uint32(0x33333333))
 
 
-def plane_through(pixel, point, n, intrinsics, radius) -> Plane:
+def plane_through(pixel, point, n, intrinsics) -> Plane:
     v = normalize(-point)
     angle = plane_of(pixel)[..., :1] * F(3.14159265)
     way = np.concatenate([np.cos(angle), np.sin(angle)], -1)
@@ -57,22 +57,30 @@ def plane_through(pixel, point, n, intrinsics, radius) -> Plane:
     share = length(normal)
     normal = np.where(share > 0, normal / np.where(share > 0, share, F(1)), np.array([1, 0], F))
     c, s = normal[..., :1], normal[..., 1:]
-    behind = radius * THICK * np.concatenate([c, -s], -1)
     hidden = np.zeros(point.shape[:-1], np.uint32)
-    return Plane(way, c * t - s * v, c * v + s * t, share[..., 0], behind, normal[..., ::-1], hidden)
+    return Plane(
+        way, c * t - s * v, c * v + s * t, share[..., 0], np.concatenate([c, -s], -1), normal[..., ::-1], hidden
+    )
 
 
 def step_place(pixel, texel, plane: Plane, k: int, reach) -> np.ndarray:
-    i = F(k >> 1)
+    i = F(k % STEPS)
     far = (i + plane_of(pixel)[..., 1:]) / F(STEPS)
     offset = np.maximum(far * far * np.asarray(reach)[..., None], F(1.5) + i)
-    return np.floor(texel + (offset if k % 2 == 0 else -offset) * plane.way + F(0.5))
+    return np.floor(texel + (offset if k < STEPS else -offset) * plane.way + F(0.5))
 
 
-def hidden_by(away, plane: Plane, k: int) -> np.ndarray:
-    end = 1 - (k & 1)
+def hidden_by(away, plane: Plane, k: int, thickness) -> np.ndarray:
+    end = 1 - k // STEPS
     front = np.concatenate([dot(away, plane.m), dot(away, plane.across)], -1)
-    return sector_bits(sector_place(front, end), sector_place(front - plane.behind, end))
+    behind = front - np.asarray(thickness)[..., None] * plane.v
+    return sector_bits(sector_place(front, end), sector_place(behind, end))
+
+
+def run_of(run, step, v) -> np.ndarray:
+    deep = dot(step, v)[..., 0]
+    wide = np.sqrt(np.maximum((step * step).sum(-1) - deep * deep, F(0)))
+    return np.where((np.abs(deep) < STEEP * wide) & (wide < F(1e-5) * MISSED), run + wide, F(0)).astype(F)
 
 
 def sum_of_sectors(plane: Plane, sectors: np.ndarray) -> np.ndarray:
@@ -96,34 +104,33 @@ def met_at(surface, place, at, intrinsics) -> np.ndarray:
     here, beyond = dot(surface[..., :3], pixel_ray(np.asarray(place, F), intrinsics)), dot(surface[..., :3], ray)
     farther = z * here / np.where(beyond == 0, F(1e-30), beyond)
     z = np.where((place == at).all(-1, keepdims=True), z, farther)
-    return np.where(z > 0, ray * z, F(1e10))
+    return np.where(z > 0, ray * z, MISSED)
 
 
 def look_along(surface_map, pixel, texel, own, intrinsics, radius) -> Plane:
-    return _look(surface_map, None, 0, pixel, texel, own, intrinsics, radius)
+    return look_among(surface_map, surface_map, False, 0, pixel, texel, own, intrinsics, radius)
 
 
-def look_among(surface_map, numbers_map, number, pixel, texel, own, intrinsics, radius) -> Plane:
-    normal = own[..., :3] / np.maximum(length(own[..., :3]), F(1e-4))
-    own = np.concatenate([normal, own[..., 3:]], -1)
-    return _look(surface_map, numbers_map, number, pixel, texel, own, intrinsics, radius)
-
-
-def _look(surface_map, numbers_map, number, pixel, texel, own, intrinsics, radius) -> Plane:
+def look_among(surface_map, numbers_map, some_count, number, pixel, texel, own, intrinsics, radius) -> Plane:
     pixel, texel, last = np.asarray(pixel), np.asarray(texel), np.array(surface_map.shape[1::-1]) - 1
     depth = np.where(own[..., 3:] == 0, F(1), np.abs(own[..., 3:]))
     point = pixel_ray(texel.astype(F), intrinsics) * depth
-    plane = plane_through(pixel, point, own[..., :3], intrinsics, F(radius))
+    v = normalize(-point)
+    plane = plane_through(pixel, point, own[..., :3] / np.maximum(length(own[..., :3]), F(1e-4)), intrinsics)
     reach = (F(radius) * mean_focal_length(intrinsics) / depth)[..., 0]
-    hidden = plane.hidden
+    hidden, before, run = plane.hidden, np.zeros_like(point), np.zeros(point.shape[:-1], F)
     for k in range(2 * STEPS):
+        if k == STEPS:
+            before, run = np.zeros_like(point), np.zeros_like(run)
         at = step_place(pixel, texel, plane, k, reach)
         place = np.clip(at, 0, last)
         away = met_at(texel_at(surface_map, place.astype(np.int64)), place, at, intrinsics) - point
+        run, before = run_of(run, away - before, v), away
         counts = (own[..., 3] != 0) & ((away * away).sum(-1) < F(radius) * F(radius))
-        if numbers_map is not None:
+        if some_count:
             counts &= texel_at(numbers_map, place.astype(np.int64))[..., 3] != number
-        hidden = hidden | np.where(counts, hidden_by(away, plane, k), np.uint32(0))
+        bits = hidden_by(away, plane, k, THIN * F(radius) + run)
+        hidden = hidden | np.where(counts, bits, np.uint32(0))
     return plane._replace(hidden=hidden)
 
 
@@ -141,18 +148,19 @@ def seen_from_plane(surface_map, pixel, texel, own, intrinsics, radius) -> np.nd
     return without(sum_of_sectors(plane, plane.hidden) / weight, own[..., :3])
 
 
-def mean_hidden(plane_map, weight_map, surface_map, pixel, stride, intrinsics) -> np.ndarray:
+def mean_hidden(plane_map, weight_map, surface_map, pixel, first, stride, intrinsics) -> np.ndarray:
     size, last = np.array(plane_map.shape[1::-1]), np.array(surface_map.shape[1::-1]) - 1
     texel = np.minimum(pixel * stride, last)
     own = texel_at(surface_map, texel)
     point = pixel_ray(texel.astype(F), intrinsics) * np.abs(own[..., 3:])
     total, weights = np.zeros_like(own), np.zeros_like(own[..., :1])
     for k in range(PLANES * PLANES):
-        place = np.clip(pixel + np.array([k % PLANES, k // PLANES]) - PLANES // 2, 0, size - 1)
+        place = np.clip(pixel + np.array([k % PLANES, k // PLANES]) + first, 0, size - 1)
         other = np.minimum(place * stride, last)
-        z = np.abs(texel_at(surface_map, other)[..., 3:])
+        there = texel_at(surface_map, other)
+        z, alike = np.abs(there[..., 3:]), np.maximum(dot(there[..., :3], own[..., :3]), F(0))
         off = dot(own[..., :3], pixel_ray(other.astype(F), intrinsics) * z - point)
-        counts = ((z > 0) & (np.abs(off) < ON_PLANE * np.abs(own[..., 3:]))).astype(F)
+        counts = ((z > 0) & (np.abs(off) < ON_PLANE * np.abs(own[..., 3:]))).astype(F) * alike**4
         total, weights = total + counts * texel_at(plane_map, place), weights + counts * texel_at(weight_map, place)
     some = (own[..., 3:] != 0) & (weights > 0)
     return np.where(some, total / np.where(weights > 0, weights, F(1)), F(0))
@@ -162,7 +170,7 @@ def visibility_at(mean_map, surface_map, texel, stride, intrinsics) -> np.ndarra
     last, end = (np.array(map.shape[1::-1]) - 1 for map in (surface_map, mean_map))
     own = texel_at(surface_map, texel)
     point = pixel_ray(texel.astype(F), intrinsics) * np.abs(own[..., 3:])
-    at = texel.astype(F) / F(stride) + F(0.5)
+    at = texel.astype(F) / F(stride)
     low = np.floor(at).astype(np.int64)
     total, weights = np.zeros_like(own), np.zeros_like(own[..., :1])
     for k in range(4):

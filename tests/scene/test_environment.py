@@ -56,6 +56,11 @@ def test_a_name_gives_the_same_object_each_time():
         Environment.of("stduio")
 
 
+def test_it_is_shown_in_one_line():
+    assert repr(Environment.of("sky")) == "Environment(256x128 pixels, 'sky')"
+    assert repr(Environment(np.ones((2, 4, 3)))) == "Environment(4x2 pixels)"
+
+
 def test_a_finish_lists_and_compares_its_environment():
     finish = ps.Finish(environment="sky", environment_rotation=np.eye(3))
     assert finish == ps.Finish(environment="sky", environment_rotation=np.eye(3)) != ps.Finish(environment="studio")

@@ -19,6 +19,7 @@ from pointshade_gl.cli.window_line import Typed, render_line
 from pointshade_gl.files.sources import load_any, open_source
 from pointshade_gl.scene.orbit_state import State
 
+from ..support.radiance_files import mantissas, radiance_file
 from ..support.view_sets import pose_at, seen_from, write_views
 from ..support.viewing import drag, move, press, quiet
 
@@ -119,6 +120,25 @@ class TestVase:
         press(viewer, "5")
         words = again(viewer)
         assert words[words.index("--shading") + 1] == "edl" and "--light" not in words
+
+    def test_under_an_environment(self, open_viewer, again, tmp_path):
+        finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False)
+        viewer = open_vase(open_viewer, state=State(finish=finish))
+        drag(viewer, (100, 100), (160, 100), "right")
+        words = again(viewer)
+        at = words.index("--environment")
+        assert words[at + 1] == "sky" and {"--light", "--environment-intensity"} < set(words)
+        assert words[words.index("--ambient-occlusion") + 1] == "no" and "30" in words
+        (tmp_path / "a.hdr").write_bytes(radiance_file(mantissas(np.full((8, 16, 3), 0.5))))
+        viewer.state = viewer.state.with_finish(environment=ps.load_environment("a.hdr"))
+        words = again(viewer)
+        assert words[words.index("--environment") + 1] == "a.hdr"
+
+    def test_what_no_words_say_about_an_environment_is_told(self, open_viewer, typed):
+        unnamed = ps.Finish(environment=np.ones((4, 8, 3)), environment_rotation=np.eye(3))
+        viewer = open_vase(open_viewer, state=State(finish=unnamed))
+        press(viewer, "P")
+        assert "it leaves out: its environment; how its environment is turned" in viewer.messages.text
 
     def test_with_several_lights_of_all_kinds(self, open_viewer, again):
         lights = [

@@ -13,12 +13,14 @@ from ...messages.formatting import option
 from ...scene.appearance import Look
 from ...scene.frame import Frame
 from ...scene.graph import Scene
+from ...scene.render_settings import Finish
 from ..command_words import words_of
 from ..inputs import are_clouds, as_scene, check_stream, load, load_clouds, load_others
 from ..look_options import LookOptions
 from ..options import FrameOptions, MoreInputs, Quiet, Views, WindowOptions, spread
 from ..output import announce
 from ..parse import rates_from, size_from, views_from
+from ..picture_options import EnvironmentOptions
 from ..usage_errors import check_folders
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 def view(
     frame: FrameOptions,
     look: LookOptions,
+    around: EnvironmentOptions,
     window: WindowOptions,
     more: MoreInputs = None,
     views: Views = None,
@@ -45,7 +48,8 @@ def view(
 
     if window.panel and find_spec("imgui_bundle") is None:
         raise ValueError(MISSING)
-    state, size, inputs = State(look=look.look()), size_from(window.window_size, "window_size"), more or []
+    state = State(look=look.look(), finish=Finish(**around.chosen()))
+    size, inputs = size_from(window.window_size, "window_size"), more or []
     lights = look.lights(shadow=True)
     count = None if views is None else views_from(views) or "all"
     check_folders(inputs)

@@ -24,6 +24,10 @@ Intensities, candela and lux, become `Light.intensity` by a factor of 1/pi: a La
 white. Blender (its exporter's default, "Standard") writes 683 lumens for each of its watts: files that name it as their
 generator are divided by that as well, and look as they do in Blender. So do its spots: Blender blends their edge by
 cosines, but writes an inner cone as if by angles; the one that it draws is computed back.
+
+A scene's EXT_lights_image_based is its environment, in the world's axes: the first level of its images, turned by its
+rotation. Its faces lie as viewers show them (OpenGL's cube maps, whose x is glTF's -x), also where each is mirrored for
+itself, as the extension's text has it. Written are RGBD images, blurred levels (GGX) and the irradiance.
 """
 
 from __future__ import annotations
@@ -62,8 +66,8 @@ def load_scene(
     Notes
     -----
     Reads triangles with base colours, points as clouds with colours and normals, nodes, the first perspective camera,
-    KHR_lights_punctual, and point objects by `extras` (see the module's documentation). Files that the scene names must
-    lie in its folder, also through links. Nothing is fetched or run.
+    KHR_lights_punctual, EXT_lights_image_based, and point objects by `extras` (see the module's documentation). Files
+    that the scene names must lie in its folder, also through links. Nothing is fetched or run.
     """
     from .read import load_scene
 
@@ -80,7 +84,8 @@ def save_scene(path: FilePath, scene: Scene) -> None:
     scene : Scene
         Its frames become folders beside the file, unless `load_scene` read them from where the new file can name them.
         Meshes without a triangle and clouds without a point are left out; a node that two parents share is written
-        twice. Positions of clouds are float32, their origin becomes part of a node's transform.
+        twice. Positions of clouds are float32, their origin becomes part of a node's transform. Its environment becomes
+        the images of a cube map, 8 bits and a divisor for each pixel, with faces of 128 pixels at most.
 
     Raises
     ------

@@ -13,7 +13,8 @@ from ..access.limits import SCENE_BYTES, SCENE_TEXT
 from .decode import decode
 
 LIGHTS, UNLIT, QUANTIZED = "KHR_lights_punctual", "KHR_materials_unlit", "KHR_mesh_quantization"
-KNOWN = (LIGHTS, UNLIT, QUANTIZED)
+IMAGE_BASED = "EXT_lights_image_based"
+KNOWN = (LIGHTS, IMAGE_BASED, UNLIT, QUANTIZED)
 _MAGIC, _JSON, _BIN = b"glTF", b"JSON", b"BIN\0"
 
 

@@ -23,6 +23,7 @@ from .buffers import Parts
 from .cameras_and_lights import FLIP, LUMENS, Matrix, camera_pose, read_camera, read_light
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
+from .environments import read_environment
 from .extras import options, switch
 from .meshes import Meshes
 from .points import KEYS, read_points
@@ -58,7 +59,8 @@ class _Reader:
         check_limit(count, f"has {count} nodes", self.parts.max_pixels, PARTS)
         chosen = pick(gltf.scenes, gltf.scene or 0, "scene") if gltf.scenes or gltf.scene is not None else None
         said = options(chosen.extras if chosen else None, ("ambient", "exposure", "pose"))
-        self.light_factor = self._light_factor(numbers(said.get("exposure", 1), (), "exposure").item())
+        exposure = numbers(said.get("exposure", 1), (), "exposure").item()
+        self.light_factor = self._light_factor(exposure)
         roots = chosen.nodes if chosen else self._roots()
         self._walk(roots or [])
         camera, pose, taken = None, numbers(said.get("pose", FLIP), (4, 4), "pose"), None
@@ -71,7 +73,8 @@ class _Reader:
                     self.note(f"{self._label(index)}: camera {number} is left out, the first perspective one is taken")
         nodes = self._build(roots or [], taken)
         ambient = numbers(said.get("ambient", (1, 1, 1)), (3,), "ambient").tolist()
-        return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]))
+        environment = read_environment(chosen, self.parts, exposure)
+        return Scene(nodes, camera, pose, (ambient[0], ambient[1], ambient[2]), environment)
 
     def _tell_what_is_left_out(self) -> None:
         unread = [str(name) for name in self.gltf.extensionsUsed or () if name not in KNOWN]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +18,21 @@ def local_matrix(node: SimpleNamespace) -> Matrix:
         return numbers(node.matrix, (4, 4), "matrix").T  # glTF writes columns
     result = np.eye(4)
     if node.rotation is not None:
-        quaternion = numbers(node.rotation, (4,), "rotation")  # x, y, z, w of any length but zero
-        length = np.linalg.norm(quaternion)
-        if length < 1e-12:
-            raise ValueError("rotation must be a quaternion of unit length, got (0, 0, 0, 0)")
-        result[:3, :3] = rotation_of(quaternion / length)
+        result[:3, :3] = turn_of(node.rotation)
     if node.scale is not None:
         result[:3, :3] *= numbers(node.scale, (3,), "scale")
     if node.translation is not None:
         result[:3, 3] = numbers(node.translation, (3,), "translation")
     return result
+
+
+def turn_of(rotation: Any) -> Matrix:
+    """(3, 3) of a quaternion x, y, z, w of any length but zero. Raises ValueError."""
+    quaternion = numbers(rotation, (4,), "rotation")
+    length = np.linalg.norm(quaternion)
+    if length < 1e-12:
+        raise ValueError("rotation must be a quaternion of unit length, got (0, 0, 0, 0)")
+    return rotation_of(quaternion / length)
 
 
 def transform_of(matrix: Matrix) -> dict[str, list[float]]:

@@ -28,7 +28,8 @@ from ..access.written_suffixes import SCENES, check_suffix
 from .cameras_and_lights import FLIP, Matrix, light_place, write_camera, write_light
 from .checks import telling
 from .clouds import POINTS, cloud_attributes, cloud_extras, cloud_place
-from .container import LIGHTS, UNLIT, pack
+from .container import IMAGE_BASED, LIGHTS, UNLIT, pack
+from .environments import write_environment
 from .points import write_material, write_points
 from .transforms import transform_of
 
@@ -57,6 +58,7 @@ class _Writer:
         self.is_binary = path.suffix.lower() == ".glb"
         self.blob = bytearray()
         self.lights: list[dict[str, Any]] = []
+        self.around: list[dict[str, Any]] = []  # image-based lights
         self.frames: dict[Frame, dict[str, Any]] = {}
         self.folders: set[str] = set()
         self.known: dict[Any, int] = {}  # numbers of the parts that several nodes share: meshes, materials, pictures
@@ -81,7 +83,10 @@ class _Writer:
             roots.append(self.add_node("camera", pose @ FLIP, camera=0))
         elif not np.array_equal(pose, FLIP):
             said["pose"] = pose.tolist()
-        self.add("scenes", extras=_extras(said), nodes=roots or None)
+        around = None if scene.environment is None else write_environment(scene.environment, self.image)
+        self.around += [] if around is None else [around]
+        extensions = None if around is None else {IMAGE_BASED: {"light": 0}}
+        self.add("scenes", extensions=extensions, extras=_extras(said), nodes=roots or None)
 
     def add(self, kind: str, **values: Any) -> int:
         """Adds a part without the values that are None. Returns its number."""
@@ -207,18 +212,19 @@ class _Writer:
     def texture(self, texture: NDArray[np.uint8]) -> int:
         key = ("texture", id(texture))
         if key not in self.known:
-            from PIL import Image  # only here
-
-            file = BytesIO()
-            Image.fromarray(texture).save(file, "PNG")
-            if self.is_binary:
-                number = self.add("images", mimeType="image/png", bufferView=self.view(file.getvalue(), None))
-            else:
-                name = f"{self.path.stem}_{len(self.gltf['images'])}.png"
-                self.files.stage(name).write_bytes(file.getvalue())
-                number = self.add("images", uri=quote(name))
-            self.known[key] = self.add("textures", source=number)
+            self.known[key] = self.add("textures", source=self.image(texture))
         return self.known[key]
+
+    def image(self, picture: NDArray[np.uint8]) -> int:
+        from PIL import Image  # only here
+
+        file = BytesIO()
+        Image.fromarray(picture).save(file, "PNG")
+        if self.is_binary:
+            return self.add("images", mimeType="image/png", bufferView=self.view(file.getvalue(), None))
+        name = f"{self.path.stem}_{len(self.gltf['images'])}.png"
+        self.files.stage(name).write_bytes(file.getvalue())
+        return self.add("images", uri=quote(name))
 
     def finish(self) -> None:
         """Stages the buffer and, last, the file that names all others."""
@@ -238,11 +244,12 @@ class _Writer:
         for node in self.gltf["nodes"]:
             if not node["children"]:
                 del node["children"]
-        used = {LIGHTS: bool(self.lights), UNLIT: any("extensions" in one for one in self.gltf["materials"])}
+        held = {name: {"lights": some} for name, some in ((LIGHTS, self.lights), (IMAGE_BASED, self.around)) if some}
+        used = {**held, UNLIT: any("extensions" in one for one in self.gltf["materials"])}
         said: dict[str, Any] = {"asset": {"generator": "pointshade_gl", "version": "2.0"}}
         said |= {"extensionsUsed": [name for name, is_used in used.items() if is_used], "scene": 0}
         said |= {kind: self.gltf[kind] for kind in ("scenes", "nodes", "cameras")}
-        said |= {"extensions": {LIGHTS: {"lights": self.lights}}} if self.lights else {}
+        said |= {"extensions": held} if held else {}
         said |= {kind: self.gltf[kind] for kind in ("meshes", "materials")} | self.gltf
         return {key: value for key, value in said.items() if value != []}
 

@@ -7,15 +7,13 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from ...estimation.environment_light import SHARP, SHARP_WIDTH, WIDTH, above_horizon, lobe_map, radiance_bands
+from ...estimation.environment_light import above_horizon, lobe_maps, radiance_bands
 from ...estimation.turned_bands import turned_bands
 from ...scene.environment import Environment
 from ...scene.surroundings import Surroundings
 from ..core.memory import Owner
 from ..core.steps import Steps
 from .light_set import AroundLookUp, Lobes
-
-MOST = 16  # exponents that have maps of their own
 
 
 class EnvironmentMaps(Owner):
@@ -33,8 +31,8 @@ class EnvironmentMaps(Owner):
         """
         if around.environment is None:
             return None
-        to_sky, wanted = np.array(around.to_sky), tuple(sorted(set(exponents)))[:MOST]
-        up = None if around.floor is None else tuple(np.round(to_sky @ around.floor, 6).tolist())
+        to_sky, wanted = np.array(around.to_sky), tuple(exponents)
+        up = None if around.floor_in_sky is None else tuple(around.floor_in_sky.tolist())
         bands = self._steps.run("environment", _bands, around.environment, up)
         lobes = self._steps.run("lobes", self._fill, around.environment, up, wanted) if wanted else None
         if lobes is not None and around.intensity != 1:
@@ -43,8 +41,7 @@ class EnvironmentMaps(Owner):
 
     def _fill(self, environment: Environment, up: tuple[float, ...] | None, exponents: tuple[float, ...]) -> Lobes:
         picture = environment.picture if up is None else above_horizon(environment.picture, np.array(up))
-        width = SHARP_WIDTH if exponents[-1] > SHARP else WIDTH
-        maps = np.concatenate([lobe_map(picture, exponent, width) for exponent in exponents])
+        maps = lobe_maps(picture, exponents)
         texels = np.concatenate([maps, np.ones_like(maps[..., :1])], -1)
         if self._texture is None or self._texture.size != texels.shape[1::-1]:
             self.release()

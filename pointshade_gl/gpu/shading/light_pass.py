@@ -7,6 +7,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
+from ...estimation.environment_light import nearest_lobe
 from ...scene.camera import Camera
 from ..core.passes import FullscreenPasses, data_texture
 from .light_set import Lighting, around_inputs, environment_of
@@ -118,5 +119,5 @@ def _with_lobes(materials: np.ndarray, lighting: Lighting) -> np.ndarray:
     lobes = lighting.around and lighting.around.lobes
     if not lobes:
         return materials[:, None]
-    numbers = [(lobes.nearest(shininess), 0.0, 0.0, 0.0) for *_, shininess in materials]
+    numbers = [(nearest_lobe(lobes.exponents, shininess), 0.0, 0.0, 0.0) for *_, shininess in materials]
     return np.stack([materials, np.array(numbers)], 1)

@@ -29,10 +29,6 @@ class Lobes(NamedTuple):
     exponents: tuple[float, ...]
     intensity: float = 1.0  # factor on the maps
 
-    def nearest(self, shininess: float) -> int:
-        """Return the number of the map for a material."""
-        return min(range(len(self.exponents)), key=lambda k: abs(np.log(self.exponents[k] / shininess)))
-
 
 class AroundLookUp(NamedTuple):
     """The inputs with which shaders look up an environment."""

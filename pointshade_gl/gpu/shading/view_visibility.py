@@ -17,7 +17,7 @@ class ViewVisibilityPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
-        self._means = self._keep(Fitted(context, Image))
+        self._means = self._keep(Fitted(context, Image, RGBA32F, R32F))
         self._whole = self._keep(Fitted(context, Image, RGBA32F))
 
     def find(self, surfaces: SurfaceImage, camera: Camera, radius: float, sample: int) -> moderngl.Texture:
@@ -33,12 +33,15 @@ class ViewVisibilityPass(FullscreenPasses):
         along = self.fullscreen("surface/hidden_in_plane.frag", OBJECTS=1)
         own = {"numbers_map": surfaces.albedo, "visibility_map": surfaces.visibility}
         along.draw(planes.target, own, radius=radius, shift=plane_shift(sample), **common)
-        self.fullscreen("surface/mean_hidden.frag").draw(means.target, plane_maps(planes), **common)
-        maps = {"mean_map": means.texture, "visibility_map": surfaces.visibility}
+        for found, mean, first in ((planes, means, -2), (means, planes, -1)):  # twice: a tent around the pixel
+            self.fullscreen("surface/mean_hidden.frag").draw(mean.target, plane_maps(found), first=first, **common)
+        maps = {"mean_map": planes.texture, "visibility_map": surfaces.visibility}
         self.fullscreen("shading/view_visibility.frag").draw(whole.target, maps, **common)
         return whole.texture
 
 
 def plane_shift(sample: int) -> tuple[int, int]:
-    """Return by how many pixels the planes of shaders/common/visibility.glsl are moved in a sample: 16 see all."""
-    return sample % 4, sample // 4 % 4
+    """Return by how many pixels the planes of shaders/common/visibility.glsl are moved in a sample: 16 see all, and
+    the first 2, 4 and 8 some that are evenly spread."""
+    spread = 0, 2, 1, 3
+    return spread[sample // 4 % 4], spread[sample % 4]

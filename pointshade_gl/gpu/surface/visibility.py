@@ -22,7 +22,7 @@ class VisibilityPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
-        self._means = self._keep(Fitted(context, Image))
+        self._means = self._keep(Fitted(context, Image, RGBA32F, R32F))
 
     def run(self, surface: PointSurface, camera: Camera, radius: float, visibility: Image) -> None:
         """Write the visibility of a frame's points.
@@ -39,9 +39,10 @@ class VisibilityPass(FullscreenPasses):
             confine(image.target, window)
         common = {"surface_map": surface.texture, "intrinsics": camera.intrinsics, "stride": stride}
         self.fullscreen("surface/hidden_in_plane.frag").draw(planes.target, {}, radius=radius, **common)
-        self.fullscreen("surface/mean_hidden.frag").draw(means.target, plane_maps(planes), **common)
+        for found, mean, first in ((planes, means, -2), (means, planes, -1)):  # twice: a tent around the pixel
+            self.fullscreen("surface/mean_hidden.frag").draw(mean.target, plane_maps(found), first=first, **common)
         final = self.fullscreen("surface/visibility.frag")
-        final.draw(visibility.target, {"mean_map": means.texture}, **common)
+        final.draw(visibility.target, {"mean_map": planes.texture}, **common)
         visibility.raise_version()
 
 

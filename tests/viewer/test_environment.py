@@ -1,0 +1,192 @@
+"""Light from all around in the window: keys, the right button and the panel change it, undo and reset bring it back."""
+
+import numpy as np
+import pytest
+
+import pointshade_gl as ps
+from pointshade_gl.cli import main as cli
+from pointshade_gl.scene.orbit_state import OWN_LIGHT, State
+from pointshade_gl.scene.orbit_target import Stage
+from pointshade_gl.viewer.controller import Control, Surroundings, controller
+from pointshade_gl.viewer.events import Event, Remember, ShowMessage
+from pointshade_gl.viewer.history import Moment
+from pointshade_gl.viewer.panel_environment import show_environment
+
+from ..support import frames
+from ..support.viewing import drag, press, quiet, shown
+
+SKY, STUDIO = map(ps.Environment.of, ("sky", "studio"))
+OWN = ps.Environment(np.full((4, 8, 3), 0.5), "a.hdr")
+STAGE = Stage(np.array([0.0, 0.0, 2.0]), 1.0, np.eye(3))
+PLACE = Surroundings(ps.Camera(300, 300, 159.5, 119.5, 320, 240), 320, 240)
+TRIANGLE = ps.Mesh([(-1, -1, 3), (1, -1, 3), (0, 1, 3)], [(0, 1, 2)])
+
+
+def under(**finish):
+    return Control(Moment(State(finish=ps.Finish(**finish)), STAGE, OWN_LIGHT, ()))
+
+
+def after(control, *events):
+    for event in events:
+        control, effects = controller(control, PLACE, event)
+    return control.now.state.finish, effects
+
+
+def key(name, **held):
+    return Event("key", name, **held)
+
+
+class TestKeys:
+    @pytest.mark.parametrize(
+        ("before", "following", "says"),
+        [
+            (None, SKY, "light from all around: sky"),
+            (SKY, STUDIO, "light from all around: studio"),
+            (STUDIO, None, "no light from all around"),
+            (OWN, None, "no light from all around"),
+        ],
+    )
+    def test_e_takes_the_next_environment(self, before, following, says):
+        finish, effects = after(under(environment=before, environment_rotation=20), key("E"))
+        assert finish.environment is following and finish.environment_rotation == 20
+        assert effects == (ShowMessage(says), Remember())
+
+    def test_shift_and_arrows_turn_it(self):
+        turned, _ = after(under(environment="sky"), *[key("RIGHT", shift=True)] * 3)
+        assert turned.environment_rotation == 45
+        turned, _ = after(under(environment="sky"), key("LEFT", shift=True))
+        assert turned.environment_rotation == 345
+        finish, effects = after(under(), key("RIGHT", shift=True))
+        assert finish == ps.Finish() and effects[0] == ShowMessage("there is no environment to turn: E gives one")
+
+    @pytest.mark.parametrize(
+        ("before", "following", "word"),
+        [(None, True, "yes"), (True, False, "no"), (False, None, "auto"), (0.3, None, "auto")],
+    )
+    def test_a_goes_through_ambient_occlusion(self, before, following, word):
+        finish, effects = after(under(ambient_occlusion=before), key("A"))
+        assert finish.ambient_occlusion is following and effects[0].text.endswith(f": {word}")
+
+    def test_while_unlit_a_message_says_when_it_is_seen(self):
+        _, effects = after(under(), key("B"), key("E"))
+        assert effects[0].text == "light from all around: sky; seen once lit again (B)"
+
+
+class TestMouse:
+    def test_the_right_button_turns_it_and_nothing_else(self):
+        press_, move = Event("press", "right", 100, 100), Event("move", x=160, y=130)
+        before = under(environment="sky")
+        control, effects = controller(controller(before, PLACE, press_)[0], PLACE, move)
+        assert control.now.state == before.now.state.environment_turned(60 / 240 * 120) != before.now.state
+        assert control.now.state.finish.environment_rotation == 30 and isinstance(effects[0], Remember)
+        control, _ = controller(control, PLACE, Event("release", "right", 160, 130))
+        control, _ = controller(control, PLACE, Event("move", x=60, y=130))
+        assert control.now.state.finish.environment_rotation == 30
+
+    def test_without_an_environment_nothing_turns(self):
+        before = under()
+        control, _ = controller(before, PLACE, Event("press", "right", 100, 100))
+        control, _ = controller(control, PLACE, Event("move", x=160, y=130))
+        assert control.now.state == before.now.state
+
+
+class Ui:
+    """The panel's widgets, without a window: what a user makes of them, by their names."""
+
+    def __init__(self, **made):
+        self.made, self.seen, self.imgui = made, {}, self
+
+    def section(self, name, opened):
+        return True
+
+    def begin_disabled(self, off):
+        pass
+
+    def end_disabled(self):
+        pass
+
+    def choose(self, name, value, known, why=""):
+        self.seen[name] = value
+        return self.made.get(name, value)
+
+    def slide(self, name, value, low, high, why="", logarithmic=False):
+        self.seen[name] = value
+        return self.made.get(name, value)
+
+
+class TestPanel:
+    def test_it_changes_all_of_it(self):
+        state = State(finish=ps.Finish(environment="sky"))
+        made = {"environment": "studio", "brightness": 0.5, "turned": 90.0, "occlusion": "no"}
+        finish = show_environment(Ui(**made), state, True).finish
+        assert finish == ps.Finish(
+            environment="studio", environment_intensity=0.5, environment_rotation=90, ambient_occlusion=False
+        )
+        assert show_environment(Ui(environment="none"), state, True).finish.environment is None
+
+    @pytest.mark.parametrize(
+        ("finish", "names"),
+        [
+            (ps.Finish(), {"environment": "none", "occlusion": "auto"}),
+            (ps.Finish(environment=OWN, ambient_occlusion=0.25), {"environment": "own", "occlusion": "0.25"}),
+            (ps.Finish(environment="sky", environment_rotation=np.eye(3)), {"environment": "sky"}),
+            (ps.Finish(environment="sky", environment_rotation=-30, environment_intensity=50), {"turned": -30}),
+        ],
+    )
+    def test_untouched_it_changes_nothing(self, finish, names):
+        ui, state = Ui(), State(finish=finish)
+        assert show_environment(ui, state, True) == state
+        assert names.items() <= ui.seen.items() and ("turned" in ui.seen) == (
+            type(finish.environment_rotation) is float
+        )
+
+
+class TestWindow:
+    def test_it_is_drawn_undone_and_reset(self, open_viewer):
+        viewer = quiet(open_viewer(frames.sphere()))
+        plain = shown(viewer)
+        press(viewer, "E")
+        lit = shown(quiet(viewer))
+        assert (lit != plain).mean() > 0.1
+        drag(viewer, (100, 100), (160, 100), "right")
+        assert viewer.state.finish.environment_rotation == 30 and (shown(quiet(viewer)) != lit).any()
+        viewer.handle(Event("key", "Z", ctrl=True))
+        assert viewer.state.finish == ps.Finish(environment="sky")
+        viewer.handle(Event("key", "Z", ctrl=True))
+        assert viewer.state.finish == ps.Finish() and (shown(quiet(viewer)) == plain).all()
+        viewer.handle(Event("key", "Y", ctrl=True))
+        press(viewer, "R")
+        assert viewer.state.finish == ps.Finish()
+
+    def test_a_scenes_own_environment_can_be_switched_off(self, open_viewer):
+        scene = ps.Scene([ps.Node(TRIANGLE)], environment=OWN)
+        viewer = open_viewer(scene)
+        assert viewer.state.finish.environment is OWN and viewer.picture.request().source is viewer.frame
+        press(viewer, "E")
+        dark = viewer.picture.request()
+        assert dark.source.environment is None and dark.environment_of(dark.source) is None
+        assert viewer.picture.request().source is dark.source
+        press(viewer, "R")
+        assert viewer.state.finish.environment is OWN
+
+    def test_the_finish_of_the_window_is_its_own_otherwise(self, open_viewer):
+        finish = ps.Finish(7, "white", True, environment="sky", ambient_occlusion=False)
+        request = open_viewer(state=State(finish=finish)).picture.request(3)
+        assert request.finish == ps.Finish(
+            3, exposure=request.finish.exposure, environment="sky", ambient_occlusion=False
+        )
+
+    def test_the_command_line_opens_it_so(self, typed, monkeypatch, tmp_path):
+        opened = []
+
+        class Opened(Exception):
+            pass
+
+        def open_window(*arguments, **options):
+            opened.append(options["state"].finish)
+            raise Opened
+
+        monkeypatch.setattr("pointshade_gl.viewer.Viewer", open_window)
+        with pytest.raises(Opened):
+            cli.app(["view", "vase", "--environment", "studio", "--ao", "no"], standalone_mode=False)
+        assert opened == [ps.Finish(environment="studio", ambient_occlusion=False)]

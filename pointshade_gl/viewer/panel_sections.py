@@ -16,6 +16,7 @@ from ..scene.noise import SENSORS
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
 from ..scene.point_cloud import CloudLook
+from ..scene.render_settings import TONES
 from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
 from .events import Effect, ShowFrame, TakeLight
 from .history import Moment
@@ -136,7 +137,10 @@ def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Eff
     reach = ui.slide(
         "distance", state.light_reach, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
     )
+    tone = ui.choose("tone", state.finish.tone, TONES, "How light stronger than white is shown. none: cut off. "
+                     "neutral: rolled off, with its hue.")  # fmt: skip
     imgui.end_disabled()
+    state = state if tone == state.finish.tone else state.with_finish(tone=tone)
     state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,

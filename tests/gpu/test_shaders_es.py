@@ -21,7 +21,7 @@ FLAG = (0, 1)
 CONSTANTS = {  # the values that the project builds each with
     "points/view_difference.frag": {"STRIDE": (STRIDE,)},
     "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
-    "output/resolve_samples.frag": {"GROUND": FLAG},
+    "output/resolve_samples.frag": {"GROUND": FLAG, "TONE": FLAG},
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},

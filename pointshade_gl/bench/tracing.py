@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..scene.appearance import Material
 from ..scene.camera import Camera, check_pose
 from ..scene.frame import Frame
-from ..scene.light import Light
+from ..scene.light import Light, unit
 from ..scene.srgb import linear_to_srgb, srgb_to_linear
 
 NEIGHBOURS = (np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])  # of a picture: side by side, one below the other
@@ -132,9 +132,9 @@ def shade(
     glint = material.specular * np.maximum((r * v).sum(-1, keepdims=True), 0) ** material.shininess * (NoL > 0)
     if light.position is not None and light.direction is not None:
         inner, outer = np.cos(np.radians(light.cone))
-        along = -to_light @ (np.array(light.direction) / np.linalg.norm(np.array(light.direction)))
+        along = -to_light @ unit(light.direction)
         inside = np.clip((along - outer) / max(inner - outer, 1e-4), 0, 1)[..., None]
-        strength = strength * inside**2 * (3 - 2 * inside)
+        strength = strength * (np.maximum(along, 0)[..., None] if light.is_area else inside**2 * (3 - 2 * inside))
     if shadow is not None:
         strength = strength * ~shadow[..., None]
     arriving = strength * np.array(light.color) * light.intensity

@@ -1,8 +1,8 @@
-"""`--light`: X,Y,Z, or the fields of a Light as words, such as "position=-.5,-.7,.2 color=#ffcc99 shadow"."""
+"""`--light`: X,Y,Z, or the arguments of a Light as words, such as "position=-.5,-.7,.2 color=#ffcc99 shadow"."""
 
 from __future__ import annotations
 
-from dataclasses import Field, fields
+import inspect
 from typing import Any
 
 from ..messages.formatting import option, shown
@@ -10,14 +10,14 @@ from ..messages.suggestions import did_you_mean
 from ..scene.css_colors import linear_color
 from ..scene.light import Light
 
-FIELDS: dict[str, Field[Any]] = {field.name: field for field in fields(Light)}
+FIELDS = inspect.signature(Light).parameters  # by name
 _SWITCHED = {"yes": True, "true": True, "on": True, "1": True, "no": False, "false": False, "off": False, "0": False}
 
 
 def light_from(text: str, **unless_said: Any) -> Light:
-    """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the fields of Light.
+    """The light of a text: X,Y,Z for a point light, or words `name=value`, whose names are the arguments of Light.
 
-    unless_said  values of fields that the text does not name
+    unless_said  values of those that the text does not name
 
     Numbers of a colour are linear, as in Light; #rrggbb and names are sRGB, as on screens, and converted. A switch
     may stand without a value. Raises ValueError for anything else, and as Light.
@@ -47,8 +47,11 @@ def _joined(text: str, separator: str) -> str:
 
 
 def _value(name: str, value: str, text: str) -> Any:
-    """A number, several, or a switch, as the field has it."""
-    if isinstance(FIELDS[name].default, bool):
+    """A number, several, a switch or a word, as the argument is declared."""
+    kind = FIELDS[name].annotation
+    if kind.startswith("Falloff"):
+        return value
+    if kind == "bool":
         if value.lower() not in ("", *_SWITCHED):
             raise _refusal(text, f"{name} must be yes or no, got {shown(value)}", names=False)
         return _SWITCHED.get(value.lower(), True)
@@ -60,7 +63,7 @@ def _value(name: str, value: str, text: str) -> Any:
                 return linear_color(value)
             except ValueError as error:
                 raise _refusal(text, str(error), names=False) from None
-        wanted = "a number" if isinstance(FIELDS[name].default, float) else "numbers with commas between them"
+        wanted = "a number" if kind.startswith("float") else "numbers with commas between them"
         raise _refusal(text, f"{name} must be {wanted}, got {shown(value)}", names=False) from None
     return numbers[0] if len(numbers) == 1 else tuple(numbers)
 

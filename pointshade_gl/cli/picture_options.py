@@ -1,4 +1,4 @@
-"""The options of `pointshade render` about the finished picture: samples, background, ground; light from all around."""
+"""The options of `pointshade render` about the finished picture: samples, background, ground; its light."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 
 @dataclass(frozen=True)
 class EnvironmentOptions(group_of(typed(Finish, (LIGHT,), None))):
-    """Light from all around."""
+    """Light from all around, and the tone of all light."""
 
     @classmethod
     def of(cls, finish: Finish) -> EnvironmentOptions:

@@ -194,6 +194,7 @@ class Drawing {
       POINTS: 0, MATERIALS: this.things.length > 1 ? 1 : 0,
       CERTAINTY: this.things.some((thing) => thing.certainty) ? 1 : 0,
       EDL: shadings.includes("edl") ? 1 : 0,
+      TONE: this.data.tone === "neutral" && shadings.some((one) => !NOT_LIT.includes(one)) ? 1 : 0,
     };
     this.fillLight(this.picture, this.size, constants, own, lamps, pose);
   }

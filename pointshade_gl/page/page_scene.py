@@ -22,7 +22,7 @@ from ..scene.placed import Placed
 from ..scene.render_settings import Finish
 from ..scene.srgb import linear_to_srgb
 from ..scene.surroundings import FAR_AS_SEEN, NOTHING_AROUND, Surroundings
-from ..scene.visible_scene import is_alone, material_of
+from ..scene.visible_scene import is_alone, material_of, shading_of
 from .unsupported import left_out
 
 Matrix = NDArray[np.float64]
@@ -88,6 +88,7 @@ class Showing:
             "toWorld": self.home[:3, :3].tolist(),
             "distance": self._distance(),
             "background": self._background(),
+            "tone": self.finish.tone,
             "leftOut": list(left_out(self.scene, self.lights, self.finish, self.points)),
         }
 
@@ -113,6 +114,7 @@ class Showing:
             "intensity": light.intensity,
             "attenuation": list(light.attenuation),
             "cone": list(light.cone),
+            "isArea": light.is_area,
             "shadow": light.shadow,
         }
 
@@ -160,6 +162,5 @@ class Showing:
 
 def look_of(placed: Placed) -> dict[str, Any]:
     """How a thing is lit, for the JSON."""
-    content = placed.content
-    shading = content.look.shading if hasattr(content, "look") else content.shading
-    return {"material": list(material_of(placed).strengths), "shading": shading, "shadow": placed.node.shadow}
+    strengths = list(material_of(placed).strengths)
+    return {"material": strengths, "shading": shading_of(placed), "shadow": placed.node.shadow}

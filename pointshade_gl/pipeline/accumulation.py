@@ -45,7 +45,7 @@ class Accumulator(FullscreenPasses):
     def draw(self, target: Target, visible: VisibleScene, drawables: Drawables, finish: Finish, count: Count) -> None:
         """Draw the finished picture: all its samples, averaged and counted."""
         self._add_samples(target, visible, drawables, finish, count)
-        self._develop.develop(target, finish.samples, finish.behind)
+        self._develop.develop(target, finish)
 
     def read_light(self, target: Target, visible: VisibleScene, drawables: Drawables) -> NDArray[np.float32]:
         """Return (h, w, 4), read-only: the light of one sample, linear, not cut off at 1, and its coverage."""

@@ -47,12 +47,13 @@ class LightSetup(Owner):
     def prepare(self, visible: VisibleScene, drawables: Drawables) -> LightSet:
         """Return the lights, with the shadow map of those that cast shadows.
 
-        Spots, corners of meshes and a ground need a map even without shadows: only shaders that look it up know them.
+        Spots, area lights, corners of meshes and a ground need a map even without shadows: only shaders that look it up
+        know them.
         """
         lights, around = visible.lights, self._around(visible)
         early = any(isinstance(p.content, Mesh) and p.content.shading in LIT_EARLY for p in visible.shown)
         lies_under = visible.surroundings.on_ground and visible.surroundings.occlusion
-        if not (early or lies_under or any(light.shadow or light.is_spot for light in lights)):
+        if not (early or lies_under or any(light.shadow or light.is_spot or light.is_area for light in lights)):
             return LightSet(lights, visible.scene.ambient, gain=visible.gain, around=around)
         views, spans = shadow_views(lights, visible.scene.extent)
         if views:

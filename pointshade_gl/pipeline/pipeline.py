@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +87,7 @@ class Pipeline:
         target = self._fit_target(camera)
         if target.samples.content and target.samples.content[0] is not scene:
             self._accumulator.forget(target)
+        finish = finish if visible.is_lit else replace(finish, tone="none")
         if not finish.is_plain:
             self._accumulator.draw(target, visible, drawables, finish, count)
             return target

@@ -1,16 +1,17 @@
-"""Point, directional and spot lights, checked when they are made, and packed into the rows that shaders read."""
+"""Point, directional, spot and area lights, checked when they are made, and packed into the rows that shaders read."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..messages.formatting import shown
 from ..messages.validation import (
+    ABOVE_0,
     Numbers,
     check_color,
     check_direction,
@@ -20,17 +21,19 @@ from ..messages.validation import (
     check_point,
     items_of,
 )
+from .light_units import Falloff, attenuation_of, intensity_of
 
 UPPER_LEFT = (1.0, 1.0, 2.0)  # the default light's direction of travel, target axes
 WIDEST = 120.0  # degrees of a directional light
 Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Light:
     """A point light at `position`, a directional light along `direction`, or a spot light with both; world axes.
 
-    With neither position nor direction, the light is far away at the viewing camera's upper left.
+    With neither position nor direction, the light is far away at the viewing camera's upper left. With both and a size,
+    it is an area light.
 
     Parameters
     ----------
@@ -40,10 +43,12 @@ class Light:
         Which way the light travels, of any length.
     color : (3,) float
         Linear RGB.
-    intensity : float
-        Factor on the colour.
-    attenuation : (3,) float
-        (kc, kl, kq): at distance d, a light with a position is divided by kc + kl*d + kq*d*d.
+    intensity : float, optional
+        Factor on the colour: 1 makes a white matt surface white that faces a light without falloff, or one with
+        inverse-square falloff at a distance of 1. 1 unless one of watts, candela and lux says it.
+    attenuation : (3,) float, optional
+        (kc, kl, kq): at distance d, a light with a position is divided by kc + kl*d + kq*d*d. (1, 0, 0) unless falloff,
+        watts or candela says it.
     cone : (2,) float
         Inner and outer half angle of a spot light in degrees: full light inside, none outside.
     shadow : bool
@@ -52,79 +57,116 @@ class Light:
         Only with a position: radius of a glowing ball, world units (metres).
     angle : float
         Only of a directional light: size of its disc in the sky, full angle in degrees up to 120; the sun has 0.53.
+    size : (2,) float, optional
+        Only with a position and a direction: width and height of an area light, a matt glowing rectangle, world units.
+        It shines from its front only. Its width is level: at right angles to the world's y axis, and along x if the
+        light shines along y.
+    watts : float, optional
+        Power of a light with a position as Blender counts it, with inverse-square falloff: an intensity of
+        watts / (4 pi^2), of an area light watts / pi^2.
+    candela : float, optional
+        Luminous intensity of a light with a position, as in glTF, with inverse-square falloff: an intensity of
+        candela / pi.
+    lux : float, optional
+        Illuminance by a directional light, as in glTF, or W/m2, as the strength of Blender's sun: an intensity of
+        lux / pi.
+    falloff : {"none", "inverse-square"}, optional
+        A word for attenuation (1, 0, 0) or (0, 0, 1).
 
     Raises
     ------
     ValueError
-        For impossible values.
+        For impossible values, and for several of intensity, watts, candela and lux, or of attenuation and falloff.
     TypeError
         For values of another kind.
 
     Notes
     -----
-    A light with a radius or an angle casts soft shadows in pictures of several samples; with one sample it shines from
-    its middle.
+    A light with a radius, an angle or a size casts soft shadows in pictures of several samples; with one sample it
+    shines from its middle.
+
+    Watts, candela, lux and falloff are ways to say intensity and attenuation, which are what a light keeps.
     """
 
-    position: Vector | None = None
-    direction: Vector | None = None
-    color: Vector = (1.0, 1.0, 1.0)
-    intensity: float = 1.0
-    attenuation: Vector = (1.0, 0.0, 0.0)
-    cone: tuple[float, float] = (0.0, 45.0)
-    shadow: bool = False
-    radius: float = 0.0
-    angle: float = 0.0
+    position: Vector | None
+    direction: Vector | None
+    color: Vector
+    intensity: float
+    attenuation: Vector
+    cone: tuple[float, float]
+    shadow: bool
+    radius: float
+    angle: float
+    size: tuple[float, float] | None
 
-    if TYPE_CHECKING:  # what may be passed is more than what is kept
-
-        def __init__(
-            self,
-            position: Numbers | None = None,
-            direction: Numbers | None = None,
-            color: Numbers = ...,
-            intensity: float = ...,
-            attenuation: Numbers = ...,
-            cone: Numbers = ...,
-            shadow: bool = ...,
-            radius: float = ...,
-            angle: float = ...,
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        if self.position is not None:
-            object.__setattr__(self, "position", check_point(self.position, "light position"))
-        if self.direction is not None:
-            object.__setattr__(self, "direction", check_direction(self.direction, "light direction"))
-        object.__setattr__(self, "color", check_color(self.color, "light color"))
-        complaint = "light attenuation must be three numbers, 0 or above and not all 0"
-        attenuation = check_numbers(self.attenuation, 3, complaint, low=0)
-        if not any(attenuation):
-            raise ValueError(f"{complaint}, got {attenuation}")
-        object.__setattr__(self, "attenuation", attenuation)
-        object.__setattr__(self, "intensity", check_number(self.intensity, "light intensity", 0))
-        complaint = "light cone must be two half angles, 0 <= inner <= outer <= 90 degrees"
-        inner, outer = check_numbers(self.cone, 2, complaint)
-        if not 0 <= inner <= outer <= 90 or outer == 0:
-            raise ValueError(f"{complaint}, got {self.cone}")
-        object.__setattr__(self, "cone", (inner, outer))
-        object.__setattr__(self, "shadow", check_flag(self.shadow, "light shadow"))
-        object.__setattr__(self, "radius", check_number(self.radius, "light radius", 0))
-        object.__setattr__(self, "angle", check_number(self.angle, "light angle", 0, WIDEST))
+    def __init__(
+        self,
+        position: Numbers | None = None,
+        direction: Numbers | None = None,
+        color: Numbers = (1.0, 1.0, 1.0),
+        intensity: float | None = None,
+        attenuation: Numbers | None = None,
+        cone: Numbers = (0.0, 45.0),
+        shadow: bool = False,
+        radius: float = 0.0,
+        angle: float = 0.0,
+        size: Numbers | None = None,
+        *,
+        watts: float | None = None,
+        candela: float | None = None,
+        lux: float | None = None,
+        falloff: Falloff | None = None,
+    ) -> None:
+        strengths = {"intensity": intensity, "watts": watts, "candela": candela, "lux": lux}
+        is_real = watts is not None or candela is not None
+        vars(self).update(
+            position=None if position is None else check_point(position, "light position"),
+            direction=None if direction is None else check_direction(direction, "light direction"),
+            color=check_color(color, "light color"),
+            attenuation=attenuation_of(attenuation, falloff, "inverse-square" if is_real else "none"),
+            cone=_cone(cone),
+            shadow=check_flag(shadow, "light shadow"),
+            radius=check_number(radius, "light radius", 0),
+            angle=check_number(angle, "light angle", 0, WIDEST),
+            size=None if size is None else _size(size),
+        )
         if self.radius and self.position is None:
             raise ValueError("light radius is of a light with a position: a directional light has an angle")
         if self.angle and self.position is not None:
             raise ValueError("light angle is of a directional light: a light with a position has a radius")
+        if self.size and (self.position is None or self.direction is None):
+            raise ValueError("light size is of a light with a position and a direction in which it shines")
+        if self.size and self.radius:
+            raise ValueError("light size is of a rectangle, radius of a ball: leave out one of them")
+        vars(self).update(intensity=intensity_of(strengths, self.position is not None, self.size is not None))
 
     @property
     def is_spot(self) -> bool:
-        """Return whether it is a spot light: it has a position and a direction."""
-        return self.position is not None and self.direction is not None
+        """Return whether it is a spot light: it has a position and a direction, and no size."""
+        return self.position is not None and self.direction is not None and self.size is None
+
+    @property
+    def is_area(self) -> bool:
+        """Return whether it is an area light: it has a size."""
+        return self.size is not None
 
     @property
     def is_soft(self) -> bool:
         """Return whether it is larger than a point."""
-        return self.radius > 0 or self.angle > 0
+        return self.radius > 0 or self.angle > 0 or self.is_area
+
+
+def _cone(cone: Numbers) -> tuple[float, float]:
+    complaint = "light cone must be two half angles, 0 <= inner <= outer <= 90 degrees"
+    inner, outer = check_numbers(cone, 2, complaint)
+    if not 0 <= inner <= outer <= 90 or outer == 0:
+        raise ValueError(f"{complaint}, got {shown(cone)}")
+    return inner, outer
+
+
+def _size(size: Numbers) -> tuple[float, float]:
+    width, height = check_numbers(size, 2, "light size must be a width and a height above 0", ABOVE_0)
+    return width, height
 
 
 def check_lights(light: Light | Sequence[Light] | None) -> tuple[Light, ...]:
@@ -166,7 +208,8 @@ def light_rows(
     spans        the number of each light's first shadow view and how many it has, None where it has none
 
     Texel by texel: position, or direction of travel, and whether it is a position; colour times intensity; attenuation;
-    direction of a spot and its first shadow view; cosines of the cone and the number of views.
+    direction of a spot or an area light and its first shadow view; cosines of the cone, the number of views, and 1 of
+    an area light.
     """
     rows = np.zeros((len(lights), 5, 4))
     for row, light, span in zip(rows, lights, spans or [None] * len(lights), strict=True):
@@ -176,10 +219,11 @@ def light_rows(
             row[0, :3] = axes[:3, :3].T @ _shortened(light.direction)
         row[1, :3] = np.array(light.color) * light.intensity
         row[2, :3] = light.attenuation
-        if light.is_spot:
+        if light.is_spot or light.is_area:
             row[3, :3] = axes[:3, :3].T @ unit(light.direction)
             row[4, :2] = np.cos(np.radians(light.cone))
         row[3, 3], row[4, 2] = span or (-1, 0)
+        row[4, 3] = light.is_area
     return rows.astype(np.float32)
 
 

@@ -54,7 +54,7 @@ class State:
     lit           False shows the frame's own colours
     shadows       False switches off the shadows of all lights; True leaves each light its own switch
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
-    finish        of it only light from all around counts: the environment, and whether what is near hides it
+    finish        of it only light counts: the environment, whether what is near hides it, and the tone
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.
@@ -215,7 +215,8 @@ class State:
     def light(self, stage: Stage, frame_pose: NDArray[np.float64], kind: Light = OWN_LIGHT) -> Light:
         """The light in the world, directed at the object's middle.
 
-        kind  says whether it is a point light, a spot or directional, and has its cone, attenuation and shadow switch
+        kind  says whether it is a point light, a spot, an area or directional, and has all else: cone, attenuation,
+              shadow switch, radius, angle, size
         """
         place = self.seen_middle(stage) + self.towards * stage.radius * self.light_reach
         pose = frame_pose @ self.pose(stage)
@@ -224,7 +225,7 @@ class State:
         return replace(
             kind,
             position=None if kind.position is None else (x, y, z),
-            direction=(dx, dy, dz) if kind.position is None or kind.is_spot else None,
+            direction=(dx, dy, dz) if kind.position is None or kind.direction is not None else None,
             color=self.light_color,
             intensity=self.light_intensity,
         )

@@ -15,6 +15,7 @@ from ..messages.validation import (
     LARGEST,
     Numbers,
     as_array,
+    check_choice,
     check_color,
     check_direction,
     check_float,
@@ -33,6 +34,8 @@ STOPS = 32.0  # of exposure, at most
 Vector = tuple[float, float, float]
 Metering = Literal["auto", "sensor"]
 METERINGS: tuple[Metering, ...] = get_args(Metering)
+Tone = Literal["none", "neutral"]
+TONES: tuple[Tone, ...] = get_args(Tone)
 OCCLUSION: dict[str, bool | None] = {"auto": None, "yes": True, "no": False}  # what words of the command line stand for
 
 
@@ -44,6 +47,7 @@ class FinishOptions(TypedDict, total=False):
     ground: bool | Numbers
     ground_height: float | None
     exposure: float | Metering
+    tone: Tone
     environment: Environment | Numbers | str | PathLike[str] | None
     environment_intensity: float
     environment_rotation: float | Numbers
@@ -125,6 +129,16 @@ class Finish:
         read=number_or_text,
         panel=PICTURE,
     )
+    tone: Tone = opt(
+        "none",
+        'how light is shown that is stronger than white: "none" cuts it off, each channel by itself; "neutral" lets it '
+        "roll off towards white, which keeps hues (Khronos PBR Neutral, 2024). Below 0.8 neutral takes off 0.04, less "
+        "of the darkest colours, and nothing else. It leaves backgrounds, shadows on a ground and unlit pictures alone",
+        "How light stronger than white is shown: cut off (none), or rolled off with its hue (neutral).",
+        metavar="|".join(TONES),
+        known=TONES,
+        panel=LIGHT,
+    )
     environment: Environment | Numbers | str | PathLike[str] | None = opt(
         None,
         'light from all around, in place of the ambient light of materials: "sky" or "studio", a file with a picture '
@@ -171,6 +185,7 @@ class Finish:
         object.__setattr__(self, "ground", _check_ground(self.ground))
         object.__setattr__(self, "ground_height", _check_height(self.ground_height, self.ground))
         object.__setattr__(self, "exposure", check_exposure(self.exposure))
+        check_choice(option("tone"), self.tone, TONES)
         object.__setattr__(self, "environment", check_environment(self.environment))
         intensity = check_number(self.environment_intensity, option("environment_intensity"), 0)
         object.__setattr__(self, "environment_intensity", intensity)
@@ -185,7 +200,7 @@ class Finish:
     @property
     def is_plain(self) -> bool:
         """Return whether a single sample over nothing is the picture."""
-        return self.samples == 1 and self.behind is None and self.ground is False
+        return self.samples == 1 and self.behind is None and self.ground is False and self.tone == "none"
 
     @property
     def up(self) -> Vector | None:

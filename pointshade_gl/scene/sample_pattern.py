@@ -18,6 +18,7 @@ from .visible_scene import VisibleScene
 # have nothing to do with each other.
 _IN_PIXEL = 0.7548776662466927, 0.5698402909980532
 _ON_LIGHT = math.sqrt(2) % 1, math.sqrt(3) % 1, math.sqrt(5) % 1
+UPRIGHT = 1e-6  # of a unit vector: what lies farther from the y axis is not along it
 MOST = 4096  # samples of a picture: more cannot be seen
 
 
@@ -30,11 +31,16 @@ def check_samples(samples: int) -> int:
 
 
 def pixel_offset(k: int) -> tuple[float, float]:
-    """Return where sample k lies in its pixel, from -0.5 to 0.5 across and down: the middle first, then pairs that face
-    each other across it (antithetic: Hammersley and Morton 1956), so that a picture stays where it is."""
+    """Return where sample k lies in its pixel, from -0.5 to 0.5 across and down: see `_in_square`."""
+    return _in_square(k, _IN_PIXEL)
+
+
+def _in_square(k: int, steps: tuple[float, float]) -> tuple[float, float]:
+    """Return where sample k lies in a square with sides of 1: the middle first, then pairs that face each other across
+    it (antithetic: Hammersley and Morton 1956), so that the mean of the samples stays in the middle."""
     side, j = (1 if k % 2 else -1), (k + 1) // 2
-    dx, dy = (side * ((0.5 + j * step) % 1 - 0.5) for step in _IN_PIXEL)
-    return dx, dy
+    x, y = (side * ((0.5 + j * step) % 1 - 0.5) for step in steps)
+    return x, y
 
 
 def ball_point(k: int) -> NDArray[np.float64]:
@@ -50,9 +56,12 @@ def ball_point(k: int) -> NDArray[np.float64]:
 
 
 def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
-    """Return the light of sample k: a point of a light with a radius or an angle. centre: (3,) of what it lights."""
+    """Return the light of sample k: a point of a light with a radius, an angle or a size. centre: (3,) of what it
+    lights."""
     if k == 0 or not light.is_soft:
         return light
+    if light.size is not None:
+        return _placed(light, np.array(_in_square(k, _ON_LIGHT[:2])) * light.size @ _level(unit(light.direction)))
     offset = ball_point(k)
     if light.position is None:
         towards = unit(light.direction)
@@ -62,8 +71,7 @@ def moved_light(light: Light, k: int, centre: NDArray[np.float64]) -> Light:
     to_centre = centre - np.array(light.position)
     away = np.linalg.norm(to_centre)
     towards = to_centre / away if away > 0 else np.array([0.0, 0.0, 1.0])
-    place = np.array(light.position) + light.radius * offset @ np.stack([*_across(towards), towards])
-    return replace(light, position=tuple(np.clip(place, -LARGEST, LARGEST).tolist()))
+    return _placed(light, light.radius * offset @ np.stack([*_across(towards), towards]))
 
 
 def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
@@ -76,6 +84,20 @@ def at_sample(visible: VisibleScene, k: int) -> VisibleScene:
     if any(light.is_soft for light in lights):
         lights = [moved_light(light, k, visible.scene.bounds[0]) for light in lights]
     return visible._replace(eye=visible.eye._replace(camera=camera), lights=lights, sample=k)
+
+
+def _placed(light: Light, offset: NDArray[np.float64]) -> Light:
+    """Return the light, moved by (3,)."""
+    place = np.array(light.position) + offset
+    return replace(light, position=tuple(np.clip(place, -LARGEST, LARGEST).tolist()))
+
+
+def _level(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2, 3) unit: which way the width and the height of a rectangle lie that faces a unit direction."""
+    x, _, z = direction
+    across = np.array([z, 0.0, -x]) if math.hypot(x, z) > UPRIGHT else np.array([1.0, 0.0, 0.0])
+    across = unit(across)
+    return np.stack([across, np.cross(direction, across)])
 
 
 def _across(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

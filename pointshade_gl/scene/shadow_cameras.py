@@ -69,7 +69,9 @@ def _sun_if_far(light: Light, extent: Extent) -> Light:
         return light
     to_centre = extent.centre - light.position
     is_far = np.linalg.norm(to_centre) > FAR_AWAY * extent.radius
-    return replace(light, position=None, direction=tuple(to_centre.tolist()), radius=0.0) if is_far else light
+    return (
+        replace(light, position=None, direction=tuple(to_centre.tolist()), radius=0.0, size=None) if is_far else light
+    )
 
 
 def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64], float]]:
@@ -82,7 +84,7 @@ def _directions(light: Light, extent: Extent) -> list[tuple[NDArray[np.float64],
     position = np.array(light.position)
     to_centre = extent.centre - position
     away = float(np.linalg.norm(to_centre))
-    found = [(unit(light.direction), math.radians(light.cone[1]))] if light.direction is not None else []
+    found = [(unit(light.direction), math.radians(light.cone[1]))] if light.is_spot else []
     if away > extent.radius:
         found.append(_narrowest(position, to_centre / away, extent.corners))
     found = [look for look in found if look[1] <= math.radians(WIDEST_VIEW)]

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .appearance import Material
+from .appearance import NOT_LIT, Material
 from .camera import Camera, Eye
 from .graph import Scene
 from .light import Light, at_upper_left
@@ -39,6 +39,17 @@ class VisibleScene(NamedTuple):
         """The materials of all that is shown, each once; never empty."""
         contents = dict.fromkeys(p.content for p in self.shown)  # of many copies of one, one
         return list(dict.fromkeys(map(_material, contents))) or [Material()]
+
+    @property
+    def is_lit(self) -> bool:
+        """Return whether light is seen on anything that is shown."""
+        return any(shading_of(p) not in NOT_LIT for p in self.shown)
+
+
+def shading_of(placed: Placed) -> str:
+    """Return the shading model of an object."""
+    content = placed.content
+    return content.look.shading if isinstance(content, PointObject) else content.shading
 
 
 def material_of(placed: Placed) -> Material:

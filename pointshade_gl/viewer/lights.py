@@ -12,20 +12,26 @@ from numpy.typing import NDArray
 from ..scene.light import Light
 from .history import Moment
 
-KINDS = ("point", "spot", "directional")
+KINDS = ("point", "spot", "directional", "area")
 _SOMEWHERE, _FORWARD = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)  # the State knows where the light is
 
 
 def kind_of(light: Light) -> str:
     """One of KINDS."""
+    if light.is_area:
+        return "area"
     return "spot" if light.is_spot else "directional" if light.position is None else "point"
 
 
-def as_kind(light: Light, kind: str) -> Light:
-    """A light of another kind, as the mouse holds it: its place and direction come from the State."""
+def as_kind(light: Light, kind: str, side: float) -> Light:
+    """A light of another kind, as the mouse holds it: its place and direction come from the State.
+
+    side  width and height of a new area light, world units
+    """
     if kind == "directional":
-        return replace(light, position=None, direction=_FORWARD, radius=0.0)
-    return replace(light, position=_SOMEWHERE, direction=_FORWARD if kind == "spot" else None, angle=0.0)
+        return replace(light, position=None, direction=_FORWARD, radius=0.0, size=None)
+    made = replace(light, position=_SOMEWHERE, direction=None if kind == "point" else _FORWARD, angle=0.0, size=None)
+    return replace(made, radius=0.0, size=(side, side)) if kind == "area" else made
 
 
 def taking(number: int, now: Moment, pose: NDArray[np.float64]) -> Moment:

@@ -16,6 +16,7 @@ from ..scene.noise import SENSORS
 from ..scene.normal_methods import METHODS
 from ..scene.orbit_state import State
 from ..scene.point_cloud import CloudLook
+from ..scene.render_settings import TONES
 from .clouds import UNITS, clouds_of, restyled, size_of, with_unit
 from .events import Effect, ShowFrame, TakeLight
 from .history import Moment
@@ -136,7 +137,10 @@ def show_light(ui: Widgets, now: Moment, facts: Facts) -> tuple[Moment, list[Eff
     reach = ui.slide(
         "distance", state.light_reach, 0.1, 20.0, "From the middle of the object. 1: as far as at the start.", True
     )
+    tone = ui.choose("tone", state.finish.tone, TONES, "How light stronger than white is shown. none: cut off. "
+                     "neutral: rolled off, with its hue.")  # fmt: skip
     imgui.end_disabled()
+    state = state if tone == state.finish.tone else state.with_finish(tone=tone)
     state = replace(
         state, lit=lit, light_mode=follows, shadows=shadows, light_color=color, light_intensity=intensity,
         light_reach=reach,
@@ -154,21 +158,31 @@ def _fill(imgui: Any, color: list[float]) -> None:
 
 def _held(ui: Widgets, held: Light, reach: float, shadows: bool) -> Light:
     """Kind, shadow and size of the light that the mouse holds."""
-    kind = ui.choose("kind", kind_of(held), KINDS, "A point shines to all sides, a spot into a cone, the sun one way.")
-    changed = held if kind == kind_of(held) else as_kind(held, kind)
+    kind = ui.choose("kind", kind_of(held), KINDS, "A point shines to all sides, a spot into a cone, the sun one way, "
+                     "an area as a rectangle does that glows.")  # fmt: skip
+    changed = held if kind == kind_of(held) else as_kind(held, kind, 0.5 * reach)
     if changed.is_spot:
         inner, outer = changed.cone
         cone = ui.slide("cone", outer, 1.0, 90.0, "Half the angle of the spot's cone, in degrees.")
         changed = changed if cone == outer else replace(changed, cone=(min(inner, cone), cone))
-    name, most = ("angle", 45.0) if kind == "directional" else ("radius", 0.5 * reach)
-    of = "in degrees; the sun has 0.53" if kind == "directional" else "in metres"
-    size = ui.slide(name, getattr(changed, name), 0.0, most, f"How large the light is, {of}. Large lights cast soft "
-                    "shadows, once nothing moves. 0 casts sharp ones.")  # fmt: skip
     ui.imgui.begin_disabled(not shadows)
     shadow = ui.tick("casts a shadow", changed.shadow)
     ui.imgui.end_disabled()
-    changed = replace(changed, **{name: size, "shadow": shadow})
+    changed = replace(changed, **_extent(ui, changed, reach), shadow=shadow)
     return held if changed == held else changed
+
+
+def _extent(ui: Widgets, light: Light, reach: float) -> dict[str, Any]:
+    """How large a light is."""
+    why = "How large the light is, {}. Large lights cast soft shadows, once nothing moves.{}"
+    if light.size is not None:
+        sides = zip(("width", "height"), light.size, strict=True)
+        why = why.format("in metres", "")
+        return {"size": tuple(ui.slide(name, side, 0.01 * reach, 2 * reach, why, True) for name, side in sides)}
+    name, most, of = (
+        ("radius", 0.5 * reach, "in metres") if light.position else ("angle", 45.0, "in degrees; the sun has 0.53")
+    )
+    return {name: ui.slide(name, getattr(light, name), 0.0, most, why.format(of, " 0 casts sharp ones."))}
 
 
 def show_surface(ui: Widgets, state: State, shown: Shown) -> State:

@@ -13,9 +13,9 @@ float spot_cone(vec3 direction, vec3 l, vec2 cosines) {
 // texel 0 position, or direction of travel; w is 1 for a position, 0 for a direction
 // texel 1 colour times intensity, linear
 // texel 2 attenuation (constant, linear, quadratic)
-// texel 3 direction of a spot, 0 for other lights; w is the number of its first shadow view, -1 without
-// texel 4 cosines of a spot's inner and outer cone; how many shadow views it has: 0, 1 or 6
-// The last two are for shadowed_lights.glsl: here no light is a spot or casts a shadow.
+// texel 3 direction of a spot or an area light, 0 for other lights; w is the number of its first shadow view, -1 without
+// texel 4 cosines of a spot's inner and outer cone; how many shadow views it has: 0, 1 or 6; w is 1 for an area light
+// The last two are for shadowed_lights.glsl: here no light is a spot or an area light, or casts a shadow.
 
 // What the light of a row adds to a point; the row's texels are its columns.
 vec3 light_of_row(mat4 row, vec3 point, vec3 v, vec3 n, vec3 albedo, vec4 material) {

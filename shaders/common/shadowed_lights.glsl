@@ -11,7 +11,7 @@ vec3 sent_light(
     vec4 place = texelFetch(lights, ivec2(0, i), 0);
     vec3 light = texelFetch(lights, ivec2(1, i), 0).rgb;
     vec4 spot = texelFetch(lights, ivec2(3, i), 0);
-    vec3 kind = texelFetch(lights, ivec2(4, i), 0).xyz;
+    vec4 kind = texelFetch(lights, ivec2(4, i), 0);
     vec3 to_light = place.xyz * (place.w > 0.0 ? 1.0 : -1.0) - point * place.w;
     float distance = length(to_light);
     l = n;
@@ -19,7 +19,8 @@ vec3 sent_light(
     if (distance == 0.0) return vec3(0.0);  // a light inside the surface has no side to shine from
     l = to_light / distance;
     if (place.w > 0.0) light *= attenuation(distance, texelFetch(lights, ivec2(2, i), 0).xyz);
-    if (spot.xyz != vec3(0.0)) light *= spot_cone(spot.xyz, l, kind.xy);
+    if (kind.w > 0.0) light *= max(dot(spot.xyz, -l), 0.0);
+    else if (spot.xyz != vec3(0.0)) light *= spot_cone(spot.xyz, l, kind.xy);
     if (spot.w >= 0.0 && dot(n, l) > 0.0) {
         int face = kind.z > 1.0 ? cube_face(to_world * -l) : 0;
         share = light_share(shadow_map, views, int(spot.w) + face, point, n);

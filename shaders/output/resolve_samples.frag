@@ -2,8 +2,12 @@
 #ifndef GROUND
 #define GROUND 0  // 1: a ground was drawn, too
 #endif
+#ifndef TONE
+#define TONE 0    // 1: light above white rolls off
+#endif
 // The sums of a picture's samples -> the picture.
 #include "common/sample_mean.glsl"
+#include "common/tone.glsl"
 
 uniform sampler2D sums;     // surfaces: linear light, coverage
 uniform sampler2D grounds;  // alpha of the shadows on the ground
@@ -16,5 +20,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float ground = 0.0;
     if (GROUND == 1) ground = texelFetch(grounds, pixel, 0).r;
-    color = developed(texelFetch(sums, pixel, 0), ground, count, background);
+    vec4 surfaces = texelFetch(sums, pixel, 0);
+    if (TONE == 1) surfaces.rgb = surfaces.a * neutral_tone(surfaces.rgb / max(surfaces.a, 1e-6));
+    color = developed(surfaces, ground, count, background);
 }

@@ -21,6 +21,9 @@
 #ifndef EDL
 #define EDL 0        // 1: what has a negative material number keeps its colours, darker beside what is nearer
 #endif
+#ifndef TONE
+#define TONE 0       // 1: light above white rolls off; only where pixels do not stay linear
+#endif
 // Lights every texel in a picture of surfaces. Deferred shading: Deering et al. 1988.
 #include "common/camera.glsl"
 #include "common/color.glsl"
@@ -29,6 +32,7 @@
 #include "common/picture.glsl"
 #include "common/shadowed_lights.glsl"
 #include "common/texels.glsl"
+#include "common/tone.glsl"
 #include "common/toksvig.glsl"
 #include "shading/around.glsl"
 
@@ -98,5 +102,6 @@ void main() {
     if (ENVIRONMENT > 0) lit += light_from_around(around, normalize(eye - point), normal, albedo.rgb, own, lobe);
     if (POINTS == 0 && surface.xyz == vec3(0.0)) lit = albedo.rgb;
     if (EDL == 1 && albedo.a < 0.0) lit *= eye_dome(surface_map, ivec2(pixel), surface.w);
+    if (TONE == 1) lit = neutral_tone(lit);
     color = vec4(POINTS + LINEAR > 0 ? lit : linear_to_srgb(min(lit, 1.0)), 1.0);
 }

@@ -22,7 +22,7 @@ AROUND = 0, 1, 2  # no environment, one for matt surfaces, one that highlights s
 CONSTANTS = {  # the values that the project builds each with
     "points/view_difference.frag": {"STRIDE": (STRIDE,)},
     "surface/depth_average.frag": {"MISPLACED": FLAG, "SNAP": FLAG},
-    "output/resolve_samples.frag": {"GROUND": FLAG},
+    "output/resolve_samples.frag": {"GROUND": FLAG, "TONE": FLAG},
     "surface/flat_cells.frag": {"SPREAD": FLAG},
     "surface/bumpy_windows.frag": {"SPREAD": FLAG, "MEASURE": FLAG},
     "meshes/grid.comp": {"WINDOW": FLAG},

@@ -19,6 +19,7 @@ from .camera import pixel_ray
 from .ground import ground_depth, shadow_alpha
 from .sample_mean import developed
 from .surroundings import OPEN, environment_light
+from .tone import neutral_tone
 from .visibility import seen_from_plane
 
 F = np.float32
@@ -31,6 +32,9 @@ def finished(
     alpha of the ground elsewhere."""
     samples = [draw(at_sample(shot, k)) for k in range(finish.samples)]
     surfaces, ground = (np.asarray(sum(sums), F) for sums in zip(*samples, strict=True))
+    if finish.tone == "neutral":
+        coverage = surfaces[..., 3:]
+        surfaces[..., :3] = coverage * neutral_tone(surfaces[..., :3] / np.maximum(coverage, F(1e-6)))
     background = np.array((0,) * 4 if finish.background is None else (*finish.background, 1), F)
     return np.round(developed(surfaces, ground, finish.samples, background) * 255).astype(np.uint8)
 

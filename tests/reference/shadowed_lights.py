@@ -21,14 +21,16 @@ def sent_light(
     to_world: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The light (..., 3), the unit vector to it, and (..., 1) the share that shadows leave. row (5, 4) of `lights`."""
-    place, light, fading, spot, kind = row[0], row[1, :3], row[2, :3], row[3], row[4, :3]
+    place, light, fading, spot, kind = row[0], row[1, :3], row[2, :3], row[3], row[4]
     to_light = place[:3] * (F(1) if place[3] > 0 else F(-1)) - point * place[3]
     distance = length(to_light)
     lit = distance > 0
     safe = np.where(lit, distance, F(1))
     l = np.where(lit, to_light / safe, n)  # noqa: E741
     arriving = light * attenuation(safe, fading) if place[3] > 0 else light
-    if spot[:3].any():
+    if kind[3] > 0:
+        arriving = arriving * np.maximum(dot(spot[:3], -l), F(0))
+    elif spot[:3].any():
         arriving = arriving * spot_cone(spot[:3], l, kind[:2])
     share = np.ones_like(distance)
     if spot[3] >= 0:

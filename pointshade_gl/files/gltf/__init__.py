@@ -9,7 +9,8 @@ node    "pointshade": "vase", or {"frame": "vase", ...}, makes it a point object
         pose, 4x4 from the frame's camera (OpenCV axes) to the node, changes that.
         {"visible": false}, {"shadow": false} are the switches of any `Node`.
 light   {"shadow": false}, {"attenuation": [kc, kl, kq]}; {"radius": r} of a point or spot light, {"angle": degrees} of
-        a directional one, as in `Light`; {"at": "viewer"} is the light at the viewer's upper left.
+        a directional one, as in `Light`; {"size": [w, h]} makes a spot an area light, which other programs see as a
+        spot of 90 degrees; {"at": "viewer"} is the light at the viewer's upper left.
         Without extras a light casts shadows; point and spot lights fall with the square of the distance.
 material  values of `Material`, and shading of `Mesh` or `PointCloud`.
 primitive  of points, which is a `PointCloud`: {"splat": "ball"}, {"size": 0.02}, {"up": "z"} (without: y, as in glTF)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...messages.formatting import shown
 from ...scene.camera import Camera
 from ...scene.light import Light, unit
+from ...scene.light_units import LUX
 from ..access.limits import check_pixels
 from .checks import numbers
 from .extras import options, switch
@@ -19,11 +20,10 @@ from .extras import options, switch
 Matrix = NDArray[np.float64]
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between the axes of a glTF camera and ours, either way
 LUMENS = 683.0  # that Blender writes for a watt
-INTENSITY = 1 / math.pi  # of ours for a lux or a candela: a white Lambertian surface under pi lux is white
 AHEAD = np.array([0.0, 0.0, -1.0])
 _HEIGHT, _ASPECT = 480, 4 / 3
 _CAMERA_KEYS = ("fx", "fy", "cx", "cy", "width", "height")  # in the order of Camera
-_LIGHT_KEYS = ("shadow", "attenuation", "at", "radius", "angle")
+_LIGHT_KEYS = ("shadow", "attenuation", "at", "radius", "angle", "size")
 _DIRECTIONAL, _FALLING = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -85,7 +85,7 @@ def read_light(light: Any, factor: float, node_casts: bool, is_blenders: bool) -
     said = options(light.get("extras"), _LIGHT_KEYS)
     if said.get("at", "viewer") != "viewer":
         raise ValueError(f"its extras: at must be 'viewer', got {shown(said['at'])}")
-    placed, falls = "at" not in said, kind != "directional"
+    placed, falls, is_area = "at" not in said, kind != "directional", "size" in said
     attenuation = numbers(said.get("attenuation", _FALLING if falls else _DIRECTIONAL), (3,), "attenuation")
     return Light(
         position=(0.0, 0.0, 0.0) if falls and placed else None,
@@ -93,10 +93,11 @@ def read_light(light: Any, factor: float, node_casts: bool, is_blenders: bool) -
         color=_three(numbers(light.get("color", (1, 1, 1)), (3,), "color")),
         intensity=numbers(light.get("intensity", 1), (), "intensity").item() * factor,
         attenuation=_three(attenuation),
-        cone=_read_cone(light.get("spot"), is_blenders) if kind == "spot" else (0.0, 45.0),
+        cone=_read_cone(light.get("spot"), is_blenders) if kind == "spot" and not is_area else (0.0, 45.0),
         shadow=switch(said, "shadow", node_casts),
         radius=numbers(said.get("radius", 0), (), "radius").item(),
         angle=numbers(said.get("angle", 0), (), "angle").item(),
+        size=numbers(said["size"], (2,), "size") if is_area else None,
     )
 
 
@@ -130,23 +131,23 @@ def light_place(light: Light) -> Matrix:
 
 
 def write_light(light: Light, node_casts: bool) -> dict[str, Any]:
-    """A light of KHR_lights_punctual, for a node at `light_place`."""
-    kind = "spot" if light.is_spot else "directional" if light.position is None else "point"
+    """A light of KHR_lights_punctual, for a node at `light_place`: of an area light the widest spot."""
+    kind = "directional" if light.position is None else "point" if light.direction is None else "spot"
     strongest = max(1.0, *light.color)  # glTF's colours end at 1
     values: dict[str, Any] = {
         "type": kind,
         "color": [part / strongest for part in light.color],
-        "intensity": light.intensity * strongest / INTENSITY,
+        "intensity": light.intensity * strongest / LUX,
     }
     if kind == "spot":
-        inner, outer = map(math.radians, light.cone)
+        inner, outer = map(math.radians, (0.0, 90.0) if light.is_area else light.cone)
         values["spot"] = {"innerConeAngle": min(inner, outer * (1 - 1e-9)), "outerConeAngle": outer}
     said: dict[str, Any] = {}
     if light.shadow != node_casts:
         said["shadow"] = light.shadow
     if light.attenuation != (_DIRECTIONAL if kind == "directional" else _FALLING):
         said["attenuation"] = list(light.attenuation)
-    said |= {name: size for name in ("radius", "angle") if (size := getattr(light, name))}
+    said |= {name: size for name in ("radius", "angle", "size") if (size := getattr(light, name))}
     if light.position is None and light.direction is None:
         said["at"] = "viewer"
     if said:

@@ -13,13 +13,14 @@ from ...messages.validation import check_positive
 from ...scene.frame import Frame
 from ...scene.graph import Scene
 from ...scene.light import Light
+from ...scene.light_units import LUX
 from ...scene.node import Node
 from ..access.builtin import builtin_scene
 from ..access.content import FilePath
 from ..access.limits import PARTS, check_limit
 from ..access.safe_paths import Folder
 from .buffers import Parts
-from .cameras_and_lights import FLIP, INTENSITY, LUMENS, Matrix, camera_pose, read_camera, read_light
+from .cameras_and_lights import FLIP, LUMENS, Matrix, camera_pose, read_camera, read_light
 from .checks import label, numbers, pick, telling
 from .container import KNOWN, LIGHTS, read_container
 from .environments import read_environment
@@ -49,7 +50,7 @@ class _Reader:
         self.parents: dict[int, int | None] = {}  # in the order of the walk
         self.places: dict[int, Matrix] = {}  # node-to-parent
         self.cameras: list[tuple[int, Matrix]] = []  # nodes with one, node-to-world
-        self.light_factor = INTENSITY
+        self.light_factor = LUX
 
     def scene(self) -> Scene:
         self._tell_what_is_left_out()
@@ -96,11 +97,11 @@ class _Reader:
 
     def _light_factor(self, exposure: float) -> float:
         if LIGHTS not in (self.gltf.extensions or {}) or not self._is_blenders:
-            return INTENSITY * exposure
+            return LUX * exposure
         self.note(
             f"lights are taken as {LUMENS:g} lumens a watt, as Blender writes them; the scene's exposure is a factor"
         )
-        return INTENSITY / LUMENS * exposure
+        return LUX / LUMENS * exposure
 
     def _node(self, index: Any) -> SimpleNamespace:
         return pick(self.gltf.nodes, index, "node")

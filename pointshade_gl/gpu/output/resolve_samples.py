@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
+from ...scene.render_settings import Finish
 from ..core.additive_blend import AdditiveBlend
 from ..core.canvas import Canvas
 from ..core.images import Image, empty
@@ -22,12 +23,13 @@ class ResolveSamplesPass(FullscreenPasses):
         """What samples are drawn on, to be added up: the surfaces, or the ground, of SampleSums."""
         return Canvas(sums.target, self._adding)
 
-    def develop(self, target: Target, count: int, background: tuple[float, float, float] | None) -> None:
-        """Average `count` samples into the picture. background: linear RGB, None for a transparent one."""
-        behind = (0.0,) * 4 if background is None else (*background, 1.0)
+    def develop(self, target: Target, finish: Finish) -> None:
+        """Average the samples into the picture."""
+        behind = (0.0,) * 4 if finish.behind is None else (*finish.behind, 1.0)
         sums = {"sums": target.samples.surfaces.texture}
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
-        develop = self.fullscreen("output/resolve_samples.frag", GROUND=int(target.samples.has_ground))
-        develop.draw(target.picture, sums, count=float(count), background=behind)
+        constants = {"GROUND": int(target.samples.has_ground), "TONE": int(finish.tone == "neutral")}
+        develop = self.fullscreen("output/resolve_samples.frag", **constants)
+        develop.draw(target.picture, sums, count=float(finish.samples), background=behind)

@@ -137,7 +137,7 @@ with ps.Renderer(device=0, rasterizer="points", merge=0) as renderer:
     oriented = renderer.with_normals(point_cloud, noise=0.01, notes=print)
     hit = renderer.find_surface(320, 240, camera, matrix, reach=2)
     lines, choice, shares = renderer.explain(["a", "b"]), renderer.choice, renderer.weights
-    stops, around, shared = renderer.exposure, renderer.surroundings, renderer.estimate_albedo([frame, plain])
+    stops, nearby, shared = renderer.exposure, renderer.surroundings, renderer.estimate_albedo([frame, plain])
     driver, steps = renderer.context.renderer, renderer.steps
     with renderer.prepared(scene, camera, matrix) as drawables:
         print(drawables)

@@ -31,5 +31,5 @@ class ResolveSamplesPass(FullscreenPasses):
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
         constants = {"GROUND": int(target.samples.has_ground), "TONE": int(finish.tone == "neutral")}
-        develop = self.fullscreen("output/resolve_samples.frag", **constants)
+        develop = self.fullscreen("output/resolve_samples.frag", None, **constants)
         develop.draw(target.picture, sums, count=float(finish.samples), background=behind)

@@ -79,17 +79,16 @@ class Around {
   search(own, width, height, constants) {
     const { gl, painter } = this, stride = Math.max(Math.round(Math.sqrt((width * height) / SEARCHED)), 1);
     const size = [width, height].map((side) => Math.ceil(side / stride)), inputs = { ...own, stride };
-    const images = [0, 1].map(() => ["rgba32f", "r32f"].map((format) => makeTexture(gl, format, ...size)));
-    const targets = images.map((image) => makeTarget(gl, image)), box = [0, 0, ...size];
+    const images = ["rgba32f", "r32f", "rgba32f", "rgba32f"].map((format) => makeTexture(gl, format, ...size));
+    const [plane_map, weight_map, once, again] = images, box = [0, 0, ...size];
+    const targets = [[plane_map, weight_map], [once], [again]].map((image) => makeTarget(gl, image));
     painter.fill(targets[0], box, "surface/hidden_in_plane.frag", constants, inputs, false);
-    for (const [from, to, first] of [[0, 1, -2], [1, 0, -1]]) {
-      const [plane_map, weight_map] = images[from];
-      painter.fill(targets[to], box, "surface/mean_hidden.frag", {}, { ...inputs, plane_map, weight_map, first }, false);
-    }
+    painter.fill(targets[1], box, "surface/mean_hidden.frag", {}, { ...inputs, plane_map, weight_map, first: -2 }, false);
+    painter.fill(targets[2], box, "surface/mean_hidden.frag", { AGAIN: 1 }, { ...inputs, plane_map: once, first: -1 }, false);
     const free = () => {
-      for (const texture of images.flat()) gl.deleteTexture(texture);
+      for (const texture of images) gl.deleteTexture(texture);
       for (const target of targets) gl.deleteFramebuffer(target);
     };
-    return { inputs: { ...inputs, mean_map: images[0][0] }, free };
+    return { inputs: { ...inputs, mean_map: again }, free };
   }
 }

@@ -6,7 +6,7 @@
 // Indirect Lighting with Visibility Bitmask", 2023); 16 neighbours look along 16 such planes, whose mean is the answer.
 
 const int SECTORS = 32;
-const int STEPS = 12;        // to each side
+const int STEPS = 10;        // to each side
 const int PLANES = 4;        // along a side of the square of pixels that look along different planes
 const float THIN = 0.12;     // of the radius: how thick any occluder is
 const float STEEP = 4.0;     // what goes farther back from step to step, by their distance, is another surface
@@ -164,7 +164,7 @@ vec4 seen_from_plane(sampler2D surface_map, ivec2 pixel, ivec2 texel, vec4 own, 
 // What is hidden, from the planes of a square of pixels, of those on the same surface: the sum of the directions and of their
 // weights, by the weight of the planes. Of a picture with every `stride`-th pixel.
 vec4 mean_hidden(
-    sampler2D plane_map, sampler2D weight_map, sampler2D surface_map, ivec2 pixel, int first, int stride,
+    sampler2D plane_map, sampler2D weight_map, bool has_weights, sampler2D surface_map, ivec2 pixel, int first, int stride,
     vec4 intrinsics
 ) {
     ivec2 size = textureSize(plane_map, 0), last = textureSize(surface_map, 0) - 1;
@@ -183,7 +183,8 @@ vec4 mean_hidden(
         bool counts = z > 0.0 && abs(off) < ON_PLANE * abs(own.w);
         float weight = counts ? alike * alike * alike * alike : 0.0;
         sum += counts ? weight * texel_at(plane_map, place) : vec4(0.0);
-        total += counts ? weight * texel_at(weight_map, place).r : 0.0;
+        if (has_weights && counts) weight *= texel_at(weight_map, place).r;
+        total += weight;
     }
     return total > 0.0 ? sum / total : vec4(0.0);
 }

@@ -46,6 +46,7 @@ CONSTANTS = {  # the values that the project builds each with
     | {"ENVIRONMENT": AROUND},
     "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},
     "surface/hidden_in_plane.frag": {"OBJECTS": FLAG},
+    "surface/mean_hidden.frag": {"AGAIN": FLAG},
     "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG, "VISIBILITY": FLAG},
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},
     "surface/noise_blocks.frag": {"MEASURED": (0, 1, 2)},

@@ -40,9 +40,8 @@ def visibility_map(surface_map: np.ndarray, intrinsics: np.ndarray, radius: floa
     own = surface_map[texel[..., 1], texel[..., 0]]
     plane = look_along(surface_map, pixel, texel, own, intrinsics, radius)
     sums, weights = sum_of_sectors(plane, plane.hidden), weight_of_plane(plane)[..., None]
-    for first in (-2, -1):
-        sums = mean_hidden(sums, weights, surface_map, pixel, first, stride, intrinsics)
-        weights = np.ones_like(weights)
+    sums = mean_hidden(sums, weights, True, surface_map, pixel, -2, stride, intrinsics)
+    sums = mean_hidden(sums, sums, False, surface_map, pixel, -1, stride, intrinsics)
     whole = np.stack(np.meshgrid(np.arange(width), np.arange(height)), -1)
     found = pack_visibility(visibility_at(sums, surface_map, whole, stride, intrinsics))
     return (np.round(np.clip(found, 0, 1) * 255) / 255).astype(F)

@@ -11,7 +11,7 @@ from .texels import texel_at
 from .vectors import dot, length, normalize
 
 F = np.float32
-SECTORS, STEPS, PLANES = 32, 12, 4
+SECTORS, STEPS, PLANES = 32, 10, 4
 THIN, STEEP, ON_PLANE, MISSED = F(0.12), F(4), F(0.01), F(1e15)
 
 
@@ -148,7 +148,7 @@ def seen_from_plane(surface_map, pixel, texel, own, intrinsics, radius) -> np.nd
     return without(sum_of_sectors(plane, plane.hidden) / weight, own[..., :3])
 
 
-def mean_hidden(plane_map, weight_map, surface_map, pixel, first, stride, intrinsics) -> np.ndarray:
+def mean_hidden(plane_map, weight_map, has_weights, surface_map, pixel, first, stride, intrinsics) -> np.ndarray:
     size, last = np.array(plane_map.shape[1::-1]), np.array(surface_map.shape[1::-1]) - 1
     texel = np.minimum(pixel * stride, last)
     own = texel_at(surface_map, texel)
@@ -161,7 +161,10 @@ def mean_hidden(plane_map, weight_map, surface_map, pixel, first, stride, intrin
         z, alike = np.abs(there[..., 3:]), np.maximum(dot(there[..., :3], own[..., :3]), F(0))
         off = dot(own[..., :3], pixel_ray(other.astype(F), intrinsics) * z - point)
         counts = ((z > 0) & (np.abs(off) < ON_PLANE * np.abs(own[..., 3:]))).astype(F) * alike**4
-        total, weights = total + counts * texel_at(plane_map, place), weights + counts * texel_at(weight_map, place)
+        total, weights = (
+            total + counts * texel_at(plane_map, place),
+            weights + counts * (texel_at(weight_map, place) if has_weights else F(1)),
+        )
     some = (own[..., 3:] != 0) & (weights > 0)
     return np.where(some, total / np.where(weights > 0, weights, F(1)), F(0))
 

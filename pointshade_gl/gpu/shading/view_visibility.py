@@ -8,7 +8,7 @@ from ...scene.camera import Camera
 from ..core.images import R32F, RGBA32F, Fitted, Image
 from ..core.passes import FullscreenPasses
 from ..core.view_images import SurfaceImage
-from ..surface.visibility import plane_maps, visibility_stride
+from ..surface.visibility import mean_of_planes, visibility_stride
 
 
 class ViewVisibilityPass(FullscreenPasses):
@@ -17,7 +17,7 @@ class ViewVisibilityPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
-        self._means = self._keep(Fitted(context, Image, RGBA32F, R32F))
+        self._means = [self._keep(Fitted(context, Image)) for _ in range(2)]
         self._whole = self._keep(Fitted(context, Image, RGBA32F))
 
     def find(self, surfaces: SurfaceImage, camera: Camera, radius: float, sample: int) -> moderngl.Texture:
@@ -28,14 +28,16 @@ class ViewVisibilityPass(FullscreenPasses):
         """
         stride = visibility_stride(self._context, surfaces.size)
         size = -(-surfaces.size[0] // stride), -(-surfaces.size[1] // stride)
-        planes, means, whole = self._planes.fit(size), self._means.fit(size), self._whole.fit(surfaces.size)
+        planes, means, whole = (
+            self._planes.fit(size),
+            [one.fit(size) for one in self._means],
+            self._whole.fit(surfaces.size),
+        )
         common = {"surface_map": surfaces.surface, "intrinsics": camera.intrinsics, "stride": stride}
         along = self.fullscreen("surface/hidden_in_plane.frag", OBJECTS=1)
         own = {"numbers_map": surfaces.albedo, "visibility_map": surfaces.visibility}
         along.draw(planes.target, own, radius=radius, shift=plane_shift(sample), **common)
-        for found, mean, first in ((planes, means, -2), (means, planes, -1)):  # twice: a tent around the pixel
-            self.fullscreen("surface/mean_hidden.frag").draw(mean.target, plane_maps(found), first=first, **common)
-        maps = {"mean_map": planes.texture, "visibility_map": surfaces.visibility}
+        maps = {"mean_map": mean_of_planes(self, planes, means, common), "visibility_map": surfaces.visibility}
         self.fullscreen("shading/view_visibility.frag").draw(whole.target, maps, **common)
         return whole.texture
 

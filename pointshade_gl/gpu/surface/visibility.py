@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import moderngl
 
@@ -22,7 +24,7 @@ class VisibilityPass(FullscreenPasses):
     def __init__(self, context: moderngl.Context):
         super().__init__(context)
         self._planes = self._keep(Fitted(context, Image, RGBA32F, R32F))
-        self._means = self._keep(Fitted(context, Image, RGBA32F, R32F))
+        self._means = [self._keep(Fitted(context, Image)) for _ in range(2)]
 
     def run(self, surface: PointSurface, camera: Camera, radius: float, visibility: Image) -> None:
         """Write the visibility of a frame's points.
@@ -32,23 +34,27 @@ class VisibilityPass(FullscreenPasses):
         """
         stride = visibility_stride(self._context, surface.size)
         size = -(-surface.size[0] // stride), -(-surface.size[1] // stride)
-        planes, means = self._planes.fit(size), self._means.fit(size)
+        planes, means = self._planes.fit(size), [one.fit(size) for one in self._means]
         left, top, width, height = surface.window
         some = left // stride, top // stride, -(-width // stride) + 1, -(-height // stride) + 1
-        for image, window in ((planes, some), (means, some), (visibility, surface.window)):
+        for image, window in (*((one, some) for one in (planes, *means)), (visibility, surface.window)):
             confine(image.target, window)
         common = {"surface_map": surface.texture, "intrinsics": camera.intrinsics, "stride": stride}
         self.fullscreen("surface/hidden_in_plane.frag").draw(planes.target, {}, radius=radius, **common)
-        for found, mean, first in ((planes, means, -2), (means, planes, -1)):  # twice: a tent around the pixel
-            self.fullscreen("surface/mean_hidden.frag").draw(mean.target, plane_maps(found), first=first, **common)
         final = self.fullscreen("surface/visibility.frag")
-        final.draw(visibility.target, {"mean_map": planes.texture}, **common)
+        final.draw(visibility.target, {"mean_map": mean_of_planes(self, planes, means, common)}, **common)
         visibility.raise_version()
 
 
-def plane_maps(planes: Image) -> dict[str, moderngl.Texture]:
-    """Return what hidden_in_plane.frag found, by the names of the samplers that read it."""
-    return dict(zip(("plane_map", "weight_map"), planes.textures, strict=True))
+def mean_of_planes(
+    passes: FullscreenPasses, planes: Image, means: Sequence[Image], common: dict[str, Any]
+) -> moderngl.Texture:
+    """Return what is hidden from points, of what hidden_in_plane.frag found: the mean of means, a tent round each."""
+    once, again = passes.fullscreen("surface/mean_hidden.frag"), passes.fullscreen("surface/mean_hidden.frag", AGAIN=1)
+    maps: dict[str, moderngl.Texture] = dict(zip(("plane_map", "weight_map"), planes.textures, strict=True))
+    once.draw(means[0].target, maps, first=-2, **common)
+    again.draw(means[1].target, {"plane_map": means[0].texture}, first=-1, **common)
+    return means[1].texture
 
 
 def visibility_stride(context: moderngl.Context, size: tuple[int, int]) -> int:

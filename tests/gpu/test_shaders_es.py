@@ -38,7 +38,7 @@ CONSTANTS = {  # the values that the project builds each with
     "meshes/mesh.vert": {"COPIES": FLAG},
     "meshes/mesh_lit.vert": {"COPIES": FLAG},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL"), FLAG
+        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE"), FLAG
     ),
     "points/set_resolve.frag": {"LOOK_UP": FLAG, "AT_TARGET": FLAG, "CERTAINTY": FLAG},
     "points/set_resolve_depth.frag": {"LOOK_UP": FLAG},

@@ -24,7 +24,7 @@ _OPAQUE = {".jpg": "black", ".jpeg": "black"} | dict.fromkeys(FILMS, "#{:02x}{:0
 
 @dataclass(frozen=True)
 class EnvironmentOptions(group_of(typed(Finish, (LIGHT,), None))):
-    """Light from all around, and the tone of all light."""
+    """Light from all around, and how light above white is shown."""
 
     @classmethod
     def of(cls, finish: Finish) -> EnvironmentOptions:

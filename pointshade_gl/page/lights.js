@@ -18,7 +18,7 @@ function lightRows(lights, pose, spans) {
     }
     row[15] = spans && spans[k] ? spans[k][0] : -1;
     row[18] = spans && spans[k] ? spans[k][1] : 0;
-    row[19] = light.isArea ? 1 : 0;
+    row[19] = light.size ? 1 : 0;
   });
   return rows;
 }

@@ -114,7 +114,7 @@ class Showing:
             "intensity": light.intensity,
             "attenuation": list(light.attenuation),
             "cone": list(light.cone),
-            "isArea": light.is_area,
+            "size": light.size and list(light.size),
             "shadow": light.shadow,
         }
 

@@ -27,10 +27,10 @@ function shadowViews(lights, extent, toWorld) {
 }
 
 // Where a light looks, and half the angle that it must see.
-function shadowDirections({ position, direction, cone, isArea }, { corners, centre, radius }, toWorld) {
+function shadowDirections({ position, direction, cone, size }, { corners, centre, radius }, toWorld) {
   if (!position) return [[unit(direction), 0]];
   const toCentre = minus(centre, position), away = Math.hypot(...toCentre), found = [];
-  if (direction && !isArea) found.push([unit(direction), radians(cone[1])]);
+  if (direction && !size) found.push([unit(direction), radians(cone[1])]);
   if (away > radius) found.push(narrowestView(position, times(toCentre, 1 / away), corners, toWorld));
   const narrow = found.filter(([, half]) => half <= WIDEST_VIEW).sort((a, b) => a[1] - b[1]);
   return narrow.length ? [narrow[0]] : FACES.map((face) => [applied(transposed(toWorld), face), Math.PI / 4]);

@@ -54,7 +54,7 @@ class State:
     lit           False shows the frame's own colours
     shadows       False switches off the shadows of all lights; True leaves each light its own switch
     look          how the frame is drawn; of a scene only a shading other than "phong" counts, for all its objects
-    finish        of it only light counts: the environment, whether what is near hides it, and the tone
+    finish        of it only light counts: the environment, whether what is near hides it, and how it rolls off
 
     Raises TypeError or ValueError for anything else, and for a look with arrays: the next frame of a sequence may have
     another size.

@@ -1,6 +1,6 @@
 """`--light` and `--environment` on the command line: everything that they have in Python, in words."""
 
-import dataclasses
+import inspect
 
 import numpy as np
 import pytest
@@ -29,6 +29,14 @@ AT = (-0.5, -0.7, 0.2)
             "position=-.5,-.7,.2 direction=.5,.7,1 cone=20,32 attenuation=1,0,1e1",
             ps.Light(AT, (0.5, 0.7, 1), cone=(20, 32), attenuation=(1, 0, 10)),
         ),
+        ("watts=100 position=0,-1,1", ps.Light((0, -1, 1), watts=100)),
+        ("0,-1,1 candela=20 falloff=none", ps.Light((0, -1, 1), candela=20, falloff="none")),
+        ("position=0,-1,1 falloff=inverse-square", ps.Light((0, -1, 1), attenuation=(0, 0, 1))),
+        ("direction=0,1,1 lux=3", ps.Light(direction=(0, 1, 1), lux=3)),
+        (
+            "0,-1,1 direction=0,1,0 size=.5,.25 watts=9",
+            ps.Light((0, -1, 1), (0, 1, 0), size=(0.5, 0.25), watts=9),
+        ),
         ("color=1,.8,.6", ps.Light(color=(1, 0.8, 0.6))),
         ("color=#fff", ps.Light()),
         ("color=Black shadow=YES", ps.Light(color=(0, 0, 0), shadow=True)),
@@ -49,14 +57,13 @@ def test_what_is_not_said_is_the_callers():
     assert not light_from("0,0,0 shadow=off", shadow=True).shadow
 
 
-def test_a_new_field_of_a_light_becomes_a_word(monkeypatch):
-    @dataclasses.dataclass(frozen=True)
-    class Round(ps.Light):
-        roundness: float = 0.0
+def test_what_a_light_takes_becomes_a_word(monkeypatch):
+    def tuned(position: "tuple", roundness: "float" = 0.0, glows: "bool" = False):
+        return position, roundness, glows
 
-    monkeypatch.setattr(cli_light, "Light", Round)
-    monkeypatch.setattr(cli_light, "FIELDS", {field.name: field for field in dataclasses.fields(Round)})
-    assert light_from("0,0,0 roundness=.3").roundness == 0.3
+    monkeypatch.setattr(cli_light, "Light", tuned)
+    monkeypatch.setattr(cli_light, "FIELDS", inspect.signature(tuned).parameters)
+    assert light_from("0,0,0 roundness=.3 glows") == ((0, 0, 0), 0.3, True)
 
 
 @pytest.mark.parametrize(
@@ -77,6 +84,11 @@ def test_a_new_field_of_a_light_becomes_a_word(monkeypatch):
         ("intensity=-1", "light intensity must be a number from 0"),
         ("intensity=1,2", "light intensity must be a number from 0"),
         ("cone=40,20", "light cone must be two half angles"),
+        ("0,0,0 watts=much", "watts must be a number, got 'much'"),
+        ("0,0,0 watts=2 intensity=2", "light takes one of intensity, watts, candela, lux, got intensity and watts"),
+        ("lux=2 0,0,0", "light lux is of a directional light: a light with a position has watts or candela"),
+        ("0,0,0 falloff=square", "unknown light falloff 'square': known are none, inverse-square"),
+        ("0,0,0 size=1", "light size must be a width and a height above 0, got 1"),
         ("shadow=maybe", "shadow must be yes or no, got 'maybe'"),
     ],
 )
@@ -84,10 +96,11 @@ def test_a_wrong_light_is_one_sentence_with_the_text_and_the_known_words(typed, 
     code, _, errors = typed(f'render --light "{text}" -o out.png')
     (line,) = errors.splitlines()
     assert code == 2 and line.startswith(f"pointshade: --light {text!r}: {sentence}"), line
-    assert "known are" in line or "must be" in line or "there twice" in line
+    assert any(words in line for words in ("known are", "must be", "there twice", "takes one of", "is of"))
     if "it takes" in line:
         assert line.endswith(
-            "known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle"
+            "known are position, direction, color, intensity, attenuation, cone, shadow, radius, angle, size, "
+            "watts, candela, lux, falloff"
         )
 
 

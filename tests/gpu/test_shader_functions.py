@@ -16,6 +16,7 @@ from ..reference import (
     shadowed_lights,
     splat,
     texels,
+    tone,
 )
 from ..reference import (
     depth_lookup as look_up,
@@ -227,13 +228,13 @@ def test_spot_cone(gpu, draw):
 
 
 def test_shadowed_lights_of_each_kind_of_light(gpu, draw):
-    """Directional, point, spot, and a light inside the surface; the first three with shadows, then without."""
+    """Directional, point, spot, a light inside the surface, area; all but the fourth with shadows, then without."""
     points = camera.pixel_ray(draw.numbers(0, 400, 2), TARGET) * draw.numbers(0.5, 3)
     points[0] = (0.25, 0.5, 1)
     n, albedo = draw.facing(points), draw.numbers(0, 1, 3)
     to_world = turned((40, 10, -20))[:3, :3]
     views, depth = light_views([turned((a, b, 0)) for a in (5, -10) for b in (0, 15, -20, 90)]), occluders(8)
-    rows = np.zeros((4, 5, 4), F)
+    rows = np.zeros((5, 5, 4), F)
     rows[:, 2, 0], rows[:, 3, 3], rows[:, 4, 2] = 1, -1, 1
     rows[0, 0], rows[0, 1, :3], rows[0, 3, 3] = (1, 1, 2, 0), (0.2, 0.2, 0.4), 0
     rows[1, 0], rows[1, 1, :3], rows[1, 2, :3] = (-1, -1, 0, 1), (1, 0.9, 0.8), (1, 0.1, 0.1)
@@ -245,22 +246,33 @@ def test_shadowed_lights_of_each_kind_of_light(gpu, draw):
         (0.9, 0.5, 1, 0),
     )
     rows[3, 0], rows[3, 1, :3] = (0.25, 0.5, 1, 1), (0.5, 0.5, 0.5)
+    rows[4, 0], rows[4, 1, :3], rows[4, 2, :3] = (-0.5, -0.4, 0.5, 1), (0.3, 0.9, 0.5), (0, 0, 1)
+    rows[4, 3], rows[4, 4] = (0.6, 0, 0.8, 1), (1, 0.7, 6, 1)
     m, ambient = np.array([0.1, 0.9, 0.3, 32], F), np.array([0.5, 0.7, 0.9], F)
     eye = np.array([[0.1, -0.2, 0.3]], F)
     turn = "mat3(" + ", ".join(f"{x:.9g}" for x in to_world.T.ravel()) + ")"
-    call = f"light_surface_shadowed(p, e, n, c, m, a, rows_map, 4, shadow_map, views_map, {turn}), 0"
+    call = f"light_surface_shadowed(p, e, n, c, m, a, rows_map, 5, shadow_map, views_map, {turn}), 0"
     found = []
     for _ in range(2):
         inputs = {"m": m[None], "a": ambient[None], "rows_map": rows, "shadow_map": depth, "views_map": views}
         answer = gpu("shadowed_lights.glsl", call, p=points, e=eye, n=n, c=albedo, **inputs)
         found.append(
             shadowed_lights.light_surface_shadowed(
-                points, eye[0], n, albedo, m, ambient, rows, 4, depth, views, to_world
+                points, eye[0], n, albedo, m, ambient, rows, 5, depth, views, to_world
             )
         )
         agree(answer, found[-1], atol=3e-5)
         rows[:, 3, 3] = -1
     assert (found[0] <= found[1]).all() and (found[0] < found[1]).any(-1).mean() > 0.2
+
+
+def test_neutral_tone(gpu, draw):
+    light = draw.numbers(0, 1, 3) * 10 ** draw.numbers(-2, 4)
+    light[:100] = light[:100, :1]
+    light[0], light[1], light[2] = (np.inf, 1, 0), (0.8, 0.04, 0.04), 0
+    answer = gpu("tone.glsl", "neutral_tone(light), 0", light=light)
+    agree(answer, tone.neutral_tone(light))
+    assert (answer >= 0).all() and (answer <= 1).all()
 
 
 def test_depth_outside_the_picture_is_missing(gpu):

@@ -41,7 +41,7 @@ CONSTANTS = {  # the values that the project builds each with
     "meshes/mesh.vert": {"COPIES": FLAG},
     "meshes/mesh_lit.vert": {"COPIES": FLAG},
     "shading/light.frag": dict.fromkeys(
-        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "VISIBILITY"), FLAG
+        ("POINTS", "SHADOWS", "MATERIALS", "LINEAR", "ALONE", "CERTAINTY", "EDL", "TONE", "VISIBILITY"), FLAG
     )
     | {"ENVIRONMENT": AROUND},
     "shading/ground.frag": {"VISIBILITY": FLAG, "ENVIRONMENT": AROUND},

@@ -168,6 +168,7 @@ LIGHTS = {
     "several": [SUN, LAMP],
     "spot": [SUN, ps.Light(position=(0, -0.5, 0), direction=(0, 0.4, 1), cone=(10, 25))],
     "shadow": [replace(SUN, shadow=True), LAMP],
+    "area": [ps.Light((0.6, -0.5, 0.4), (-0.5, 0.4, 1), size=(0.4, 0.1), watts=15, shadow=True), LAMP],
     "all around": [SUN, ps.Light(position=(0, 0, 1.4), shadow=True)],
 }
 
@@ -176,6 +177,14 @@ LIGHTS = {
 def test_every_kind_of_light(sphere, points, name):
     least = PSNR if name == "several" else 45  # at edges of shadows and cones a pixel is lit or not
     check(sphere, points, frames.sphere_before_wall(), [({"yaw": 20, "shadows": True}, None)], least, LIGHTS[name])
+
+
+def test_light_above_white_rolls_off_except_where_none_is_seen(browser, points):
+    frame, light = frames.sphere_before_wall(), ps.Light((-0.5, -0.5, 0), intensity=4)
+    with browser.opened(draw_page(points, frame, light=light, tone="neutral")) as opened:
+        opened.wait_until_drawn()
+        check(opened, points, frame, [({}, None)], tone="neutral")
+        check(opened, points, frame, [({"shading": "none"}, None)])
 
 
 def test_shadows_are_switched_off_and_on(sphere):

@@ -82,6 +82,19 @@ class TestPlaces:
         assert 9.8 < angles.max() <= 10 and np.abs(turned[:, :2].mean(0)).max() < 0.01
         assert moved_light(plain, 5, centre) == plain
 
+    @pytest.mark.parametrize("count", [17, 65])
+    def test_an_area_light_is_a_level_rectangle_across_its_direction(self, count):
+        for direction in ((0.3, 0.5, -0.2), (0, 1, 0), (0, 0, 2), (-1, 0, 0), (1e-9, -1, 0)):
+            light, along = ps.Light((1, 2, 3), direction, size=(0.8, 0.3)), np.array(direction)
+            off = np.array([moved_light(light, k, np.zeros(3)).position for k in range(count)]) - (1, 2, 3)
+            assert not off[0].any() and np.abs(off @ along).max() < 1e-12 and np.abs(off.mean(0)).max() < 1e-12
+            width = np.array([1.0, 0, 0]) if abs(direction[1]) == 1 else np.cross((0, 1.0, 0), along)
+            width /= np.linalg.norm(width)
+            x, y = off @ width, off @ np.cross(along, width) / np.linalg.norm(along)
+            assert 0.36 < np.abs(x).max() <= 0.4 and 0.13 < np.abs(y).max() <= 0.15
+            assert (x**2).mean() == pytest.approx(0.8**2 / 12, rel=3 / count)
+            assert (y**2).mean() == pytest.approx(0.3**2 / 12, rel=3 / count)
+
 
 def test_developed_is_that_of_the_mirror(gpu):
     sums = np.random.default_rng(2).uniform(0, 16, (500, 4)).astype(np.float32)

@@ -13,9 +13,11 @@ from ..truth.measures import occluder
 
 CENTRE, RADIUS = (0, 0.1, 1.6), 0.3
 CAMERA, POSE = ps.Camera.from_fov(50, 160, 120), ps.orbit_pose(None, (0, 0.2, 1.6), 0, 25)
+MATTE = ps.Material(ambient=0, diffuse=1, specular=0)
 FLOOR = (0, 0.4, 1.6), (1.2, 0, 0), (0, 0, 1.2)
 BALL = ps.Light(position=(-0.6, -1.2, 1), radius=0.2, shadow=True)
 SUN = ps.Light(direction=(0.5, 1, 0.3), angle=12, shadow=True)
+AREA = ps.Light((-0.3, -0.7, 1.2), (0.2, 1, 0.3), size=(0.6, 0.2), watts=9, shadow=True)
 
 
 def grey(points):
@@ -45,7 +47,13 @@ def floor_mesh():
 
 
 def points_of(light, count=60):
-    """Lights without size that fill it as a disc that faces the sphere, in a spiral (Vogel 1979)."""
+    """Lights without size that fill it: a rectangle in rows, or a disc to the sphere in a spiral (Vogel 1979)."""
+    if light.is_area:
+        along = np.array(light.direction) / np.linalg.norm(light.direction)
+        x = np.cross((0, 1, 0), along) / np.linalg.norm(np.cross((0, 1, 0), along))
+        a, b = ((np.arange(n) + 0.5) / n - 0.5 for n in (12, 5))
+        places = np.stack(np.meshgrid(a * light.size[0], b * light.size[1]), -1).reshape(-1, 2)
+        return [replace(light, position=light.position + p @ np.stack([x, np.cross(along, x)])) for p in places]
     area, turn = (np.arange(count) + 0.5) / count, np.pi * (3 - 5**0.5) * np.arange(count)
     disc = np.sqrt(area) * np.array([np.cos(turn), np.sin(turn)])
     towards = np.subtract(CENTRE, light.position) if light.position else np.array(light.direction)
@@ -71,15 +79,28 @@ def psnr(image, truth, where):
     return 10 * np.log10(255**2 / ((np.asarray(image[..., :3], float) - truth)[where] ** 2).mean())
 
 
-@pytest.mark.parametrize("light", [BALL, SUN], ids=["ball", "sun"])
+@pytest.mark.parametrize("light", [BALL, SUN, AREA], ids=["ball", "sun", "area"])
 def test_the_shadow_of_a_sphere_on_a_plane_is_that_of_a_light_of_this_size(renderer, light):
     scene = ps.Scene((ps.Node(sphere_mesh()), ps.Node(floor_mesh())), CAMERA, POSE)
     truth, floor = traced(light)
     image = renderer.render(scene, light, samples=32)
     alone = floor & (image[..., 3] == 255)  # beside outlines
     assert psnr(image, truth, alone) >= 38
-    hard = renderer.render(scene, replace(light, radius=0, angle=0), samples=4)
-    assert psnr(hard, truth, alone) < 34
+    assert psnr(renderer.render(scene, light), truth, alone) < 34  # with one sample it is hard
+
+
+@pytest.mark.parametrize("shadow", [False, True])
+def test_an_area_light_shines_by_the_cosine_and_from_its_front_only(renderer, shadow):
+    wall = ps.Mesh([(-9, -3, 2), (9, -3, 2), (9, 3, 2), (-9, 3, 2)], [(0, 1, 2), (0, 2, 3)], material=MATTE)
+    camera, angle = ps.Camera(20, 20, 39.5, 0, 80, 1), np.radians(40)
+    aimed = np.array((np.sin(angle), 0, np.cos(angle)))
+    lamp = ps.Light((0, 0, 1), aimed, size=(0.01, 0.01), intensity=0.9, shadow=shadow)
+    (image,) = renderer.render(ps.Scene((ps.Node(wall),), camera), lamp)
+    ray = np.stack([(np.arange(80) - 39.5) / 20 * 2, np.zeros(80), np.ones(80)], -1)  # from the lamp to the wall
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    expected = encode(0.9 * ray[:, 2] * np.maximum(ray @ aimed, 0))
+    np.testing.assert_allclose(image[:, 0], expected, atol=0.6)
+    assert (image[:8, 0] == 0).all() and (image[:, 3] == 255).all() and image[:, 0].max() > 200
 
 
 def test_points_cast_and_receive_soft_shadows(renderer):

@@ -187,7 +187,7 @@ def has_rims(points: Splatted) -> bool:
 
 def hung_up(lights: Sequence[Light], points: Splatted) -> LightSet:
     """The lights with what those that cast shadows see of the frame, which is all of the scene."""
-    if not any(one.shadow or one.is_spot for one in lights):
+    if not any(one.shadow or one.is_spot or one.is_area for one in lights):
         return LightSet(lights, [None] * len(lights), [], None)
     views, spans = shadow_views(lights, Scene((Node(PointObject(points.frame)),)).extent)
     return LightSet(lights, spans, views, draw_views(points, views))

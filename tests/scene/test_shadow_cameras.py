@@ -62,6 +62,18 @@ def test_from_a_light_among_things_six_views_show_all_corners():
     assert len(views) == 6 and np.any(seen, 0).all()
 
 
+@pytest.mark.parametrize(("away", "count"), [(0.8, 6), (1.5, 1)])
+def test_an_area_light_is_seen_as_a_point_light_of_all_sides(away, count):
+    """Its cone, which no spot says, does not end its views."""
+    position = CENTRE - (0, away * EXTENT.radius, 0)
+    lamp = ps.Light(position, (0, 1, 0), size=(1, 1), cone=(1, 2), shadow=True)
+    views, point = views_of(lamp), views_of(ps.Light(position, shadow=True))
+    assert len(views) == len(point) == count
+    for view, other in zip(views, point, strict=True):
+        np.testing.assert_array_equal(view.eye.pose, other.eye.pose)
+        assert view.eye.camera == other.eye.camera
+
+
 def test_a_contact_is_a_pixel_of_the_frame_wide_and_never_finer_than_the_scene():
     sun = ps.Light(direction=(0, 0, 1), shadow=True)
     for grain, contact in ((0.004, 1.2 * 0.004), (0, 0.0005 * EXTENT.radius)):
@@ -70,10 +82,11 @@ def test_a_contact_is_a_pixel_of_the_frame_wide_and_never_finer_than_the_scene()
 
 
 @pytest.mark.parametrize("away", [1e4, 1e9, 5e17])
-@pytest.mark.parametrize("cone", [None, (10, 30)])
+@pytest.mark.parametrize("cone", [None, (10, 30), (0, 90)])
 def test_a_lamp_far_away_casts_its_shadows_as_the_sun_does(away, cone):
     direction = np.array((0.48, -0.6, 0.64))
     spot = {} if cone is None else {"direction": direction, "cone": cone}
+    spot |= {"size": (1, 1)} if cone == (0, 90) else {}
     (lamp,) = views_of(ps.Light(position=CENTRE - away * direction, shadow=True, **spot))
     (sun,) = views_of(ps.Light(direction=direction, shadow=True))
     assert lamp.eye.camera.fx == pytest.approx(sun.eye.camera.fx, rel=1e-6)

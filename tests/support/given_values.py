@@ -96,6 +96,9 @@ def lights(draw, soft=True, shadows=True):
     place = st.tuples(*[st.sampled_from([-1e6, -2.0, -0.3, 0.0, 0.5, 1.0, 3.0, 1e6])] * 3)
     position, direction = draw(st.one_of(st.none(), place)), draw(st.one_of(st.none(), place.filter(any)))
     size = draw(st.sampled_from([0.0, 0.0, 0.1])) if soft else 0.0
+    glowing = {} if not size else {"angle": 60 * size} if position is None else {"radius": size}
+    if soft and position is not None and direction is not None and draw(st.booleans()):
+        glowing = {"size": (0.5, 1e6)}
     return ps.Light(
         position,
         direction,
@@ -104,7 +107,7 @@ def lights(draw, soft=True, shadows=True):
         attenuation=draw(st.sampled_from([(1, 0, 0), (0, 0, 1), (0, 1e18, 0), (1, 0.1, 2)])),
         cone=draw(st.sampled_from([(0, 45), (0, 0.001), (30, 30), (0, 90), (90, 90)])),
         shadow=shadows and draw(st.booleans()),
-        **({} if not size else {"angle": 60 * size} if position is None else {"radius": size}),
+        **glowing,
     )
 
 

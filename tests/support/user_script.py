@@ -42,8 +42,10 @@ loaded = ps.load_frame(depth="depth.npy", fov=60, depth_kind="disparity", baseli
 # lights, materials, looks, views
 light = ps.Light(position=[0, 0, 1], direction=np.array([0, 0, 1]), color=(1, 0.9, 0.8), shadow=True)
 sun = ps.Light(direction=(0, 1, 0), intensity=2, attenuation=[1, 0, 0], cone=[10, 20], radius=0, angle=0.53)
+lamp = ps.Light([0, 0, 1], watts=100), ps.Light([0, 0, 1], candela=50, falloff="none"), ps.Light(lux=3)
+panel = ps.Light((0, 0, 1), (0, 0, 1), size=[0.5, 0.2], falloff="inverse-square")
 of_light = light.position, light.direction, light.color, light.intensity, light.attenuation, light.cone
-switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft
+switches = light.shadow, light.radius, light.angle, light.is_spot, light.is_soft, light.is_area, light.size
 material = ps.Material(ambient=0.2, diffuse=1, specular=0, shininess=10)
 strengths = material.ambient, material.diffuse, material.specular, material.shininess, material.strengths
 look = ps.Look(material, normals="star", shading="flat", point_size="fill", splat="mesh", max_depth_step="3%")
@@ -59,7 +61,7 @@ finish = ps.Finish(16, "white", ground=True, ground_height=-1.2)
 mixed = ps.Finish(background=(0, 0, 1), ground=[0, 1, 0]), ps.Finish(background=np.ones(3), ground=np.ones(3))
 of_finish = finish.samples, finish.background, finish.ground, finish.ground_height, finish.exposure
 vectors, changed, plainly = (finish.behind, finish.up), finish.options, finish.is_plain
-brighter = ps.Finish(exposure=1.5), ps.Finish(exposure="auto")
+brighter = ps.Finish(exposure=1.5, tone="neutral"), ps.Finish(exposure="auto"), finish.tone
 environment = ps.Environment(np.ones((4, 8, 3)), name="dim")
 environments = [ps.load_environment(folder / "studio.hdr", max_pixels=1e8), ps.Environment([[[1, 1, 1]]])]
 skies = environment.of("studio"), ps.Environment.of("sky"), environment.picture[0, 0], environment.name

@@ -54,7 +54,7 @@ def main() -> None:
         add_camera(FOV).matrix_world = blender_matrix(source @ FLIP)
         found = {}
         for name, lamp in LAMPS.items():
-            bpy.context.scene.cycles.samples = SAMPLES if name == "area" else 1
+            bpy.context.scene.cycles.samples = SAMPLES if "size" in lamp else 1
             hang(lamp, source)
             bpy.ops.render.render(write_still=True)
             layers = {name.partition(".")[2]: values for name, values in read_layers(path).items()}
@@ -97,9 +97,9 @@ def hang(lamp: dict, source: np.ndarray) -> None:
 
 
 def level(direction: tuple[float, float, float]) -> np.ndarray:
-    """Axes (3, 3) whose -z is the direction and whose x, along the width, is at right angles to y."""
+    """Axes (3, 3) whose -z is the direction and whose x, along the width, is at right angles to y; along y it is x."""
     z = -np.array(direction) / np.linalg.norm(direction)
-    x = np.cross((0, 1, 0), z)
+    x = np.cross((0, 1, 0), z) if abs(z[1]) < 1 else np.array([1.0, 0, 0])
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(z, x), z], -1)
 

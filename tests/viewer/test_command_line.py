@@ -145,11 +145,12 @@ class TestVase:
             ps.Light(position=(-0.5, -0.4, 0.2), attenuation=(1, 0.1, 0.2), radius=0.02, shadow=True),
             ps.Light(position=(0.4, -0.5, 0.2), direction=(-0.3, 0.3, 1), cone=(10, 40), color=(0.2, 0.5, 1)),
             ps.Light(direction=(1, 1, 2), angle=2, intensity=0.4),
+            ps.Light((0.4, -0.5, 0.1), (-0.4, 0.5, 1), size=(0.3, 0.1), watts=2, shadow=True),
         ]
         viewer = open_vase(open_viewer, lights=lights)
         press(viewer, "TAB")
         words = again(viewer)
-        assert words.count("--light") == 3
+        assert words.count("--light") == 4
 
 
 class TestScene:

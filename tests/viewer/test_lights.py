@@ -13,6 +13,7 @@ from ..support.viewing import move, press, quiet, shown
 POINT = ps.Light(position=(-1, -0.5, 0.2), color=(1, 0.5, 0.2), attenuation=(1, 0.2, 0.1))
 SPOT = ps.Light(position=(0.3, -0.6, 0.9), direction=(-0.3, 0.6, 0.5), cone=(10, 25), intensity=2, shadow=True)
 SUN = ps.Light(direction=(0.2, 0.5, 1), color=(0.5, 0.6, 1))
+AREA = ps.Light((0.4, -0.3, 0.1), (-0.3, 0.6, 0.9), size=(0.3, 0.1), watts=4)
 LIGHTS = [POINT, SPOT, SUN]
 
 
@@ -58,7 +59,7 @@ def test_tab_takes_one_light_after_the_other_and_changes_none(open_viewer, show,
 
 
 @both
-@pytest.mark.parametrize("light", LIGHTS)
+@pytest.mark.parametrize("light", [*LIGHTS, AREA])
 def test_a_light_that_the_mouse_has_moved_is_still_of_its_kind(open_viewer, show, light):
     viewer = show(open_viewer, [light, POINT])
     move(viewer, (160, 120), (250, 40))

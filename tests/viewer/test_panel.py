@@ -9,7 +9,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.scene.orbit_state import State
 from pointshade_gl.viewer.events import Event, TakeLight
-from pointshade_gl.viewer.lights import kind_of
+from pointshade_gl.viewer.lights import KINDS, kind_of
 
 from ..support import frames
 from ..support.viewing import click_row, press, quiet, rows, settle, shown
@@ -225,12 +225,29 @@ class TestLights:
         click_row(viewer, "casts a shadow")
         assert viewer.held.shadow and viewer.held.angle == 2 and viewer.lights[0].radius == 0.2
 
-    @pytest.mark.parametrize("kind", ["spot", "directional"])
+    def test_an_area_has_a_width_and_a_height(self, open_viewer):
+        lamp = ps.Light((-1, -1, 0), (1, 1, 1), size=(0.4, 0.3), watts=20)
+        viewer = open_viewer(lights=[lamp], window_size=(640, 480), panel=True)
+        click_row(viewer, "height", ctrl=True)
+        write(viewer, "0.2")
+        key(viewer, "ENTER")
+        assert viewer.held == replace(lamp, size=(0.4, 0.2))
+
+    def test_light_above_white_rolls_off_if_it_is_asked_to(self, open_viewer):
+        viewer = open_viewer(lights=[ps.Light((-1, -1, 0), intensity=5)], window_size=(640, 480), panel=True)
+        before = shown(quiet(viewer))
+        click_row(viewer, "tone")
+        for name in ("DOWN", "ENTER"):
+            key(viewer, name)
+        assert viewer.state.finish.tone == "neutral"
+        assert (shown(quiet(viewer)) != before).any()
+
+    @pytest.mark.parametrize("kind", ["spot", "directional", "area"])
     def test_it_becomes_one_of_another_kind(self, open_viewer, kind):
         viewer = open_viewer(window_size=(640, 480), panel=True, lights=[ps.Light(position=(-1, -1, 0), radius=0.1)])
         before = shown(quiet(viewer))
         click_row(viewer, "kind")
-        for name in ["DOWN"] * (1 + (kind == "directional")) + ["ENTER"]:
+        for name in ["DOWN"] * KINDS.index(kind) + ["ENTER"]:
             key(viewer, name)
         assert kind_of(viewer.state.light(viewer.stage, viewer.pose, viewer.held)) == kind
         assert (shown(quiet(viewer)) != before).any()

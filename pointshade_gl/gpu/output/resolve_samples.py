@@ -30,6 +30,6 @@ class ResolveSamplesPass(FullscreenPasses):
         if target.samples.has_ground:
             sums["grounds"] = target.samples.ground.texture
         empty(target.picture)
-        constants = {"GROUND": int(target.samples.has_ground), "TONE": int(finish.tone == "neutral")}
-        develop = self.fullscreen("output/resolve_samples.frag", None, **constants)
+        has_ground, rolls_off = int(target.samples.has_ground), int(finish.tone == "neutral")
+        develop = self.fullscreen("output/resolve_samples.frag", GROUND=has_ground, TONE=rolls_off)
         develop.draw(target.picture, sums, count=float(finish.samples), background=behind)

@@ -94,6 +94,8 @@ def everything():
         ),
         ps.Node(dataclasses.replace(spot, shadow=False), "off", shadow=False),
         ps.Node(ps.Light(**lamp, radius=0.05), "bulb"),
+        ps.Node(ps.Light((0, 0, 0), (0, 0, -1), size=(0.5, 0.25), watts=40, shadow=True), "panel"),
+        ps.Node(ps.Light((0, 0, 0), (0, 0, -1), size=(1, 2), falloff="none"), "even panel"),
         ps.Node(ps.Light(), "default"),
         ps.Node((FLAT, EYE_DOME), "again", shadow=False),
     )

@@ -245,3 +245,14 @@ def test_environments_and_their_options_are_checked():
         ps.Finish(ambient_occlusion=-1)
     with pytest.raises(TypeError, match="ambient_occlusion"):
         ps.Finish(ambient_occlusion="much")
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_several_frames_that_agree_see_as_much_as_one(rasterizer, count):
+    """The mean of equal visibilities is the same: its sums are added up as those of normals are."""
+    frame = crease()
+    options = {"light": [], "material": ps.Material(1, 0, 0), "ambient_occlusion": 1.0, "yaw": 10}
+    alone, several = rasterizer.render(frame, **options), rasterizer.render([frame] * count, **options)
+    seen = (alone[..., 3] == 255) & (several[..., 3] == 255)
+    assert seen.mean() > 0.5 and np.ptp(alone[seen][:, 0]) > 40
+    assert np.abs(alone[seen].astype(float) - several[seen]).mean() < 1

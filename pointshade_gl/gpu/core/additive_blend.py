@@ -13,7 +13,7 @@ from ..context.raw_gl import BLEND, GL
 ADD, ONE = 0x8006, 1
 FACTORS = 0x80C9, 0x80C8, 0x80CB, 0x80CA  # of the source and of the target, for colour, then for alpha
 EQUATIONS = 0x8009, 0x883D  # for colour, for alpha
-BUFFERS = 2  # colours of a target that are added to
+BUFFERS = 3  # colours of a target that are added to
 
 
 class AdditiveBlend:

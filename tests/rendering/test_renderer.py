@@ -182,7 +182,8 @@ def test_normals_of_the_caller_are_used(renderer):
 
 
 def test_no_light_leaves_the_ambient_term(renderer):
-    image = renderer.render(frames.sphere(), light=[], material=ps.Material(ambient=1))
+    material = ps.Material(ambient=1)
+    image = renderer.render(frames.sphere(), light=[], material=material, ambient_occlusion=False)
     known = frames.sphere().depth > 0
     assert np.abs(image[known][:, :3].astype(int) - frames.sphere().color[known]).max() <= 1
 

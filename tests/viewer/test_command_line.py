@@ -122,13 +122,14 @@ class TestVase:
         assert words[words.index("--shading") + 1] == "edl" and "--light" not in words
 
     def test_under_an_environment(self, open_viewer, again, tmp_path):
-        finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False)
+        finish = ps.Finish(environment="sky", environment_intensity=0.7, ambient_occlusion=False, tone="neutral")
         viewer = open_vase(open_viewer, state=State(finish=finish))
         drag(viewer, (100, 100), (160, 100), "right")
         words = again(viewer)
         at = words.index("--environment")
         assert words[at + 1] == "sky" and {"--light", "--environment-intensity"} < set(words)
         assert words[words.index("--ambient-occlusion") + 1] == "no" and "30" in words
+        assert words[words.index("--tone") + 1] == "neutral"
         (tmp_path / "a.hdr").write_bytes(radiance_file(mantissas(np.full((8, 16, 3), 0.5))))
         viewer.state = viewer.state.with_finish(environment=ps.load_environment("a.hdr"))
         words = again(viewer)

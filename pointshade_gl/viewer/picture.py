@@ -54,11 +54,11 @@ class Picture:
         held = self.now.state.light(self.now.stage, pose_of(self.shown), self.now.held)
         return [replace(light, shadow=light.shadow and self.now.state.shadows) for light in (held, *self.now.lights)]
 
-    def request(self, samples: int = 1) -> RenderRequest:
-        """Return what a renderer is asked for."""
+    def request(self, samples: int = 1, rests: bool = True) -> RenderRequest:
+        """Return what a renderer is asked for. rests: it will be refined no more, or is already."""
         state, shown, lights = self.now.state, self.shown, self.lights
         plain: dict[str, Any] = {"background": None, "ground": False, "ground_height": None}
-        if samples == 1 and state.finish.ambient_occlusion is None and (self.plays or isinstance(shown, Scene)):
+        if not rests and state.finish.ambient_occlusion is None and (self.plays or isinstance(shown, Scene)):
             plain["ambient_occlusion"] = False  # until it rests: it is found for each frame, in scenes for each view
         finish = replace(state.finish, samples=samples, exposure=self.exposure, **plain)
         if isinstance(shown, Scene):

@@ -75,7 +75,7 @@ class Screen:
         camera, chosen = picture.camera, (picture.now, [])
         self.renderer.steps.timed = over.panel
         with self.window:
-            drawn = self.renderer.draw(picture.request(facts.samples[0]))
+            drawn = self.renderer.draw(picture.request(facts.samples[0], facts.samples[0] > 1 or facts.samples[1] == 1))
             self.renderer.steps.always("present", self._show, drawn, picture, over)
             if over.panel:
                 self.gl.screen.viewport = (0, 0, camera.width, camera.height)

@@ -254,6 +254,7 @@ def test_a_mirrored_frame_gives_a_mirrored_picture(renderer, data):
     look = {
         "shading": data.draw(SHADINGS),
         "normals": data.draw(st.sampled_from(["star", "triangles-8", "plane-fit-5", "central"])),
+        "ambient_occlusion": False,  # whose planes lie otherwise
     }
     image, mirrored = renderer.render(frame, light, **look), renderer.render(other, replace(light, **places), **look)
     assert not compare_images(mirrored[:, ::-1], image)
@@ -268,6 +269,7 @@ def test_a_negative_fy_is_the_same_view_with_its_rows_upwards(renderer, data):
     look = {
         "shading": data.draw(SHADINGS),
         "normals": data.draw(st.sampled_from(["star", "triangles-8", "plane-fit-5"])),
+        "ambient_occlusion": False,
     }
     image, turned = renderer.render(frame, light, **look), renderer.render(other, light, **look)
     assert not compare_images(turned[::-1], image)

@@ -198,17 +198,17 @@ class TestRest:
 
     MUCH = ps.Look(ps.Material(ambient=0.8))
 
-    def request(self, content, samples, plays=False, **finish):
+    def request(self, content, rests, plays=False, **finish):
         state = State(look=self.MUCH, finish=ps.Finish(**finish))
         picture = Picture(Moment(state, STAGE, OWN_LIGHT, ()), content, content.camera, plays=plays)
-        return picture.request(samples).finish.ambient_occlusion
+        return picture.request(1, rests).finish.ambient_occlusion
 
     def test_a_stream_and_a_scene_have_none_until_they_rest(self):
         frame = frames.sphere()
         scene = ps.Scene([ps.Node(content=TRIANGLE)]).framed()
-        assert self.request(frame, 1) is None and self.request(frame, 4, plays=True) is None
-        assert self.request(frame, 1, plays=True) is False
-        assert self.request(scene, 1) is False and self.request(scene, 4) is None
+        assert self.request(frame, False) is None and self.request(frame, True, plays=True) is None
+        assert self.request(frame, False, plays=True) is False
+        assert self.request(scene, False) is False and self.request(scene, True) is None
 
     def test_unless_it_is_asked_for(self):
-        assert self.request(frames.sphere(), 1, plays=True, ambient_occlusion=True) is True
+        assert self.request(frames.sphere(), False, plays=True, ambient_occlusion=True) is True

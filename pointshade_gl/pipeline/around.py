@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import numpy as np
 
-from ..estimation.ground_plane import up_and_floor
-from ..gpu.core.steps import Steps
 from ..scene.appearance import Material
 from ..scene.environment import Environment
 from ..scene.frame import Frame
@@ -19,16 +17,18 @@ from ..scene.render_settings import Finish
 from ..scene.surroundings import FAR_AS_SEEN, Row, Surroundings
 
 AS_IN_GLTF = np.diag([1.0, -1, -1, 1])  # pose of who looks along -z: a scene's own environment has the world's axes
+Upright = Callable[[Frame | Scene], tuple[np.ndarray, bool]]
 MUCH = 0.1  # share of the light that comes from all around, above which it is worth looking at what hides it
 
 
 def surroundings_of(
     finish: Finish, source: Frame | Scene, scene: Scene, lights: Sequence[Light], materials: Sequence[Material],
-    steps: Steps,
+    upright: Upright,
 ) -> Surroundings:  # fmt: skip
     """Return what is around a scene.
 
-    source  of which the scene was made, which tells where up is
+    source   of which the scene was made, which tells where up is
+    upright  finds where, as `up_and_floor` does
     """
     environment = cast("Environment | None", finish.environment) or scene.environment
     wanted = finish.ambient_occlusion
@@ -41,7 +41,7 @@ def surroundings_of(
     if finish.up is not None:
         up, has_floor = np.array(finish.up), True
     else:
-        up, has_floor = steps.run("up", up_and_floor, source)
+        up, has_floor = upright(source)
     floor = _row(up) if has_floor or on_ground else None
     rotation = cast("float | tuple[Row, Row, Row]", finish.environment_rotation)
     facing = AS_IN_GLTF if environment is scene.environment else np.asarray(scene.pose)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimation.ground_plane import up_and_floor
 from ..gpu.context.context import Context
 from ..gpu.core.canvas import Canvas
 from ..gpu.core.images import Box
@@ -62,6 +63,7 @@ class Pipeline:
         self._drawn: Scene | None = None  # the last scene
         self.exposure = 0.0  # of the last picture, stops
         self.surroundings = NOTHING_AROUND  # of it
+        self._stands: tuple[Hashable, tuple[np.ndarray, bool]] | None = None  # the last stream, and where up is in it
 
     def draw(
         self, scene: Scene, lights: Sequence[Light], camera: Camera, pose: Matrix, finish: Finish = SIMPLE,
@@ -73,7 +75,7 @@ class Pipeline:
         progress  told of each frame of several that is prepared and compared, and of each sample
         """
         visible = compose(scene, lights, camera, pose)
-        around = surroundings_of(finish, source or scene, scene, lights, visible.materials, self.steps)
+        around = surroundings_of(finish, source or scene, scene, lights, visible.materials, self._upright)
         self.surroundings, visible = around, visible._replace(surroundings=around)
         count = self._count(progress, visible, finish.samples)
         drawables = self.gpu_scene.prepare(visible, count)
@@ -97,6 +99,13 @@ class Pipeline:
             self._frame_pass.draw(target, Canvas(target.picture), visible, drawables, light_set)
         count.step()
         return target
+
+    def _upright(self, source: Frame | Scene) -> tuple[np.ndarray, bool]:
+        """Return where up is, and whether a floor says so; of a stream its first frame decides: it would tremble."""
+        stream = source.source if isinstance(source, Frame) else None
+        if stream is None or self._stands is None or self._stands[0] != stream:
+            self._stands = stream, self.steps.run("up", up_and_floor, source)
+        return self._stands[1]
 
     def _count(self, progress: Progress | None, visible: VisibleScene, samples: int = 1) -> Count:
         """Count the steps of a picture. One that is told of is done on the GPU, too."""

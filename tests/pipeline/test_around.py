@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pointshade_gl as ps
+from pointshade_gl.estimation.ground_plane import up_and_floor
 from pointshade_gl.gpu.surface import visibility
 from pointshade_gl.pipeline.around import surroundings_of
 from pointshade_gl.scene.appearance import Look
@@ -43,13 +44,6 @@ def rasterizer(request, renderer):
         yield made
 
 
-class Steps:
-    """Runs every step."""
-
-    def run(self, name, work, *arguments):
-        return work(*arguments)
-
-
 @pytest.mark.parametrize("shading", ["phong", "gouraud", "flat"])
 @pytest.mark.parametrize(
     "options",
@@ -71,7 +65,7 @@ def test_pictures_are_those_of_the_mirror(rasterizer, monkeypatch, shading, opti
     actual = rasterizer.render(frame, SUN, material, pose=pose, normals="triangles-8", shading=shading, **options)
     found = np.nan_to_num(rasterizer.estimate_normals(frame, "triangles-8"))
     scene = Scene((Node(PointObject(frame, look=look)),), frame.camera, frame.pose)
-    around = surroundings_of(finish, frame, scene, check_lights(SUN), [material], Steps())
+    around = surroundings_of(finish, frame, scene, check_lights(SUN), [material], up_and_floor)
     eye = Eye.at_distance(frame.camera, pose, frame.scale)
     more = {"finish": finish, "surroundings": around, "stride": 2}
     mirror = mirror_render(frame, found, [SUN], look, eye, rasterizer.name, **more)
@@ -256,3 +250,17 @@ def test_several_frames_that_agree_see_as_much_as_one(rasterizer, count):
     seen = (alone[..., 3] == 255) & (several[..., 3] == 255)
     assert seen.mean() > 0.5 and np.ptp(alone[seen][:, 0]) > 40
     assert np.abs(alone[seen].astype(float) - several[seen]).mean() < 1
+
+
+def test_an_environment_stands_still_over_a_stream(renderer):
+    """Of noisy frames of a floor each tells another up; the first of a stream decides, another stream begins anew."""
+    rng, rays = np.random.default_rng(2), frames.CAMERA.rays()
+    lean = np.array([0, -np.cos(0.6), -np.sin(0.6)])
+    depth = np.where(rays @ lean < -0.1, 1 / np.maximum(-(rays @ lean), 0.1), 0)
+    found = []
+    for stream in ("a", "a", "a", "b"):
+        noisy = (depth * (1 + rng.normal(0, 0.004, depth.shape))).astype(np.float32)
+        renderer.render(ps.Frame(None, noisy, frames.CAMERA, source=stream), environment="sky", notes=lambda _: None)
+        found.append(renderer.surroundings.to_sky)
+    assert found[0] == found[1] == found[2] != found[3]
+    assert np.array(found[0])[1] @ lean > 0.99, "up is that of the floor"

@@ -6,6 +6,7 @@ import pytest
 import pointshade_gl as ps
 from pointshade_gl.batch.manifest import told
 from pointshade_gl.estimation.ground_plane import LIGHT as GROUND_LIGHT
+from pointshade_gl.estimation.ground_plane import up_and_floor
 from pointshade_gl.pipeline.around import surroundings_of
 from pointshade_gl.rendering.request import RenderRequest
 from pointshade_gl.scene.environment import Environment
@@ -85,21 +86,14 @@ def test_a_manifest_tells_environments_apart():
     assert first != second and first == told(Environment(np.ones((4, 8, 3)), "b.hdr")) and len(first) == 71
 
 
-class Steps:
-    """Runs every step."""
-
-    def run(self, name, work, *arguments):
-        return work(*arguments)
-
-
 @pytest.mark.parametrize("yaw", [0, 70, 200])
 def test_a_scenes_own_environment_stands_in_the_worlds_axes_and_another_behind_its_camera(yaw):
     pose = ps.orbit_pose(np.diag([1.0, -1, -1, 1]), (0, 0, -2), yaw, 20, upright=(0, 1, 0))
     scene = ps.Scene([ps.Node(TRIANGLE)], ps.Camera.from_fov(50, 40, 30), pose, environment="studio")
-    own = surroundings_of(ps.Finish(), scene, scene, (), (), Steps())
+    own = surroundings_of(ps.Finish(), scene, scene, (), (), up_and_floor)
     np.testing.assert_allclose(own.to_sky, np.eye(3), atol=1e-9)
-    turned = surroundings_of(ps.Finish(environment_rotation=90), scene, scene, (), (), Steps())
+    turned = surroundings_of(ps.Finish(environment_rotation=90), scene, scene, (), (), up_and_floor)
     np.testing.assert_allclose(np.array(turned.to_sky) @ (1, 0, 0), (0, 0, 1), atol=1e-9)
-    given = surroundings_of(ps.Finish(environment="sky"), scene, scene, (), (), Steps())
+    given = surroundings_of(ps.Finish(environment="sky"), scene, scene, (), (), up_and_floor)
     away = np.array(given.to_sky) @ pose[:3, 2]
     assert away[0] == pytest.approx(0, abs=1e-9) and away[2] < -0.9

@@ -62,8 +62,7 @@ def standing(up: np.ndarray, degrees: float, pose: np.ndarray) -> tuple[Row, Row
     z = unit(back)
     x = np.cross(up, z)
     sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
-    rows = [cosine * x - sine * z, up, sine * x + cosine * z]
-    return tuple(_row(one) for one in rows)  # type: ignore[return-value]
+    return _row(cosine * x - sine * z), _row(up), _row(sine * x + cosine * z)
 
 
 def _comes_from_around(scene: Scene, lights: Sequence[Light], material: Material) -> bool:

@@ -21,7 +21,6 @@ from pointshade_gl.scene.render_settings import Finish
 
 from ..reference.render import render as mirror_render
 from ..support import frames
-from ..support.drivers import need_compute
 
 WHITE = ps.Material(ambient=1, diffuse=1, specular=0)
 SUN = ps.Light(direction=(0.4, 1, 0.8), shadow=True)
@@ -32,16 +31,6 @@ def gradient(low=0.1):
     rows, columns = np.mgrid[:16, :32]
     sky = np.where(rows < 8, 1.4 - rows / 8, low)[..., None] * np.array([0.9, 1, 1])
     return Environment(sky + 0.3 * np.cos(columns / 32 * 2 * np.pi)[..., None] * np.array([0, 0, 1]) + 0.3)
-
-
-@pytest.fixture(params=["compute", "points"])
-def rasterizer(request, renderer):
-    """A renderer for each rasteriser."""
-    if request.param == "compute":
-        need_compute(renderer)
-    with ps.Renderer(rasterizer=request.param) as made:
-        made.name = request.param
-        yield made
 
 
 @pytest.mark.parametrize("shading", ["phong", "gouraud", "flat"])

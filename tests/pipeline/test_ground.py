@@ -13,7 +13,6 @@ from ..gpu.test_shader_functions import TARGET, light_views, occluders, turned
 from ..reference import camera, ground
 from ..reference.render import render as mirror_render
 from ..support import frames
-from ..support.drivers import need_compute
 
 SUN = ps.Light(direction=(0.5, 1, 0.4), shadow=True)
 ABOVE = ps.orbit_pose(None, (0.05, 0.02, 1.5), 0, 25)
@@ -132,15 +131,6 @@ class TestFormula:
         alpha = self.picture(renderer, 0.7, ground=(0, -2, 0), ground_height=-level)[..., 3]
         inside, outside = bare & around.all(0), bare & ~around.any(0)
         assert inside.sum() > 300 and np.abs(alpha[inside] - 0.7).max() <= 0.02 and not alpha[outside].any()
-
-
-@pytest.fixture(params=["compute", "points"])
-def rasterizer(request, renderer):
-    if request.param == "compute":
-        need_compute(renderer)
-    with ps.Renderer(rasterizer=request.param) as made:
-        made.name = request.param
-        yield made
 
 
 @pytest.mark.parametrize("background", [None, "white"])

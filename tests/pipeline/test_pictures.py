@@ -22,16 +22,6 @@ def vase():
     return ps.Frame(frame.color, frame.depth[2::4, 2::4], small)
 
 
-@pytest.fixture(params=["compute", "points"])
-def rasterizer(request, renderer):
-    """A renderer for each rasteriser."""
-    if request.param == "compute":
-        need_compute(renderer)
-    with ps.Renderer(rasterizer=request.param) as made:
-        made.name = request.param
-        yield made
-
-
 def both(rasterizer, frame, lights=(LIGHT,), pose=None, camera=None, normals="triangles-8", step="5%", **options):
     """The arguments of `golden`. The mirror uses the GPU's normals, which have tests of their own."""
     pose, camera = frame.pose if pose is None else pose, camera or frame.camera

@@ -18,6 +18,7 @@ from ..files.access.limits import MAX_PIXELS
 from ..files.access.written_suffixes import DEPTH, FILMS, IMAGES, NORMALS, POINTS, RENDERED
 from ..files.clouds.found_points import COLOR_BY
 from ..files.depth.depth_kinds import KINDS
+from ..files.depth_models.families import PIXELS
 from ..messages.notes import note_new_name, silence
 from ..scene.appearance import Look
 from ..scene.light import Light
@@ -124,6 +125,22 @@ class ReadingOptions:
     allow_outside: bool = said(
         "Let files name others outside their folder.", "--allow-outside", default=False, panel=FRAME
     )
+    depth_model: str | None = said(
+        "INPUT is a photograph, a video or a folder of photographs: an .onnx network makes its depth (extra 'onnx').",
+        metavar="FILE",
+        panel=FRAME,
+    )
+    model_size: str | None = said(
+        "Pixels of the network's input, or of its shorter side, where its file does not say them.",
+        metavar="WxH|N",
+        panel=FRAME,
+    )
+    model_pixels: str | None = said(
+        f"What the network's pixels are: {', '.join(PIXELS)}.", metavar="KIND", known=PIXELS, panel=FRAME
+    )
+    cache: bool = said(
+        "Keep the network's depth in a folder .pointshade beside the photograph.", "--cache", default=False, panel=FRAME
+    )
     max_pixels: int = said(
         "Pixels a picture may have; scales all limits.", metavar="N", default=MAX_PIXELS, panel=FRAME
     )
@@ -167,7 +184,8 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""
-        check_exist(self.input, color=self.color, depth=self.depth, intrinsics=self.intrinsics)
+        given = {"color": self.color, "depth": self.depth, "intrinsics": self.intrinsics}
+        check_exist(self.input, **given, depth_model=self.depth_model)
 
 
 @dataclass(frozen=True)

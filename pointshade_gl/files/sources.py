@@ -26,6 +26,7 @@ from .access.content import FilePath
 from .clouds.fitting_options import LIMITS, AnyOptions, check_cloud_options, check_fitting, check_frame_options
 from .clouds.load import load_cloud
 from .clouds.recognise import is_cloud
+from .depth_models.model_options import is_model
 from .frames.frame_files import load_frame
 from .frames.frame_parts import LoadOptions, ReadOptions
 from .frames.sequences import FrameSequence, first_readable, open_frames
@@ -65,6 +66,8 @@ def open_source(path: FilePath | None, **load_options: Unpack[LoadOptions]) -> F
     only the first is printed.
     """
     options: dict[str, Any] = {name: value for name, value in load_options.items() if value is not None}
+    if is_model(options.get("depth")):
+        options["depth_model"] = options.pop("depth")
     if path is None or options.keys() & {"depth", "color"}:
         return load_frame(path, **options)
     note = once(options.pop("notes", print_note))

@@ -77,3 +77,13 @@ def npz_arrays(archive: Archive) -> dict[str, Stored]:
             if find_roles([name]):
                 raise
     return arrays
+
+
+class HeldArray:
+    """An array that is in memory."""
+
+    def __init__(self, array: NDArray[Any]):
+        self.shape, self.dtype, self._array = array.shape, array.dtype, array
+
+    def part(self, index: tuple[int, ...]) -> NDArray[Any]:
+        return self._array[index]

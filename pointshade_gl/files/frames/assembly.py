@@ -50,7 +50,7 @@ def assemble(
     source = choose_camera(parts, options, note)
     raw = _read_raw(parts.depth, source, note, options.max_pixels)
     colors = read_colors_of(parts, options.max_pixels)
-    said = _said(source, options, raw, is_from_file=bool(parts.name))
+    said = _said(source, parts, options, raw)
     decoded = decode(raw, parts.name or "depth", said, note, like)
     stored = f"{raw.dtype} {raw.shape[1]}x{raw.shape[0]}"
     del raw
@@ -77,7 +77,7 @@ def assemble(
         raise ValueError(
             f"{where}depth must be known somewhere, got only missing values (0, negative, NaN or infinite)"
         )
-    found = Found(parts.name or None, str(parts.color) if is_path(parts.color) else None)
+    found = Found(parts.name or parts.maker or None, str(parts.color) if is_path(parts.color) else None)
     return Assembled(frame, found, source.name if source else option("fov"), coding, stored)
 
 
@@ -94,7 +94,8 @@ def _unpacked(parts: Parts) -> Parts:
         beside if own is None else own
         for own, beside in ((held.color, parts.color), (held.pose, parts.pose), (held.valid, parts.valid))
     )
-    return parts._replace(depth=held.depth, color=color, filed=filed, pose=pose, valid=valid)
+    coded = held.depth_kind, held.depth_scale
+    return parts._replace(depth=held.depth, color=color, filed=filed, pose=pose, valid=valid, coded=coded)
 
 
 def _read_raw(depth: Any, source: Intrinsics | None, note: Note, max_pixels: float) -> NDArray[Any]:
@@ -121,12 +122,13 @@ def _is_bare(path: Path, source: Intrinsics | None) -> bool:
     return path.is_file() and path.stat().st_size == 4 * width * height and not is_picture(path)
 
 
-def _said(source: Intrinsics | None, options: ReadOptions, raw: NDArray[Any], is_from_file: bool) -> Said:
+def _said(source: Intrinsics | None, parts: Parts, options: ReadOptions, raw: NDArray[Any]) -> Said:
     """Return what is given about the depth. Raises ValueError for impossible values in the camera's file."""
     kind, scale = (source.depth_kind, source.depth_scale) if source else (None, None)
+    kind, scale = kind or parts.coded[0], scale or parts.coded[1]
     if source and kind is not None and options.depth_kind is None:
         check_choice("depth_kind", kind, KINDS, f" in {source.name}")
-    if raw.dtype.kind == "f" and not is_from_file:
+    if raw.dtype.kind == "f" and parts.contents is None and not parts.name:
         scale = None  # the caller's own array of floats is in metres
     if source and scale is not None:
         check_positive(scale, f"{source.name}: depth_scale")

@@ -19,6 +19,8 @@ from ..access.limits import MAX_PIXELS
 from ..access.safe_paths import Folder
 from ..depth.depth_files import one_channel
 from ..depth.depth_kinds import DepthKind
+from ..depth_models.families import PixelsName
+from ..depth_models.model_options import Model, is_model
 from ..index.folders import FrameFiles, check_folder, find_color
 from .assembly import assemble
 from .frame_parts import Assembled, Parts, ReadOptions, is_path
@@ -30,7 +32,7 @@ def load_frame(
     folder: FilePath | Folder | None = None,
     *,
     color: FilePath | ArrayLike | None = None,
-    depth: FilePath | ArrayLike | None = None,
+    depth: Model | FilePath | ArrayLike | None = None,
     intrinsics: FilePath | ArrayLike | Camera | None = None,
     fov: float | None = None,
     depth_scale: float | None = None,
@@ -39,19 +41,25 @@ def load_frame(
     pose: FilePath | ArrayLike | None = None,
     allow_outside: bool = False,
     max_pixels: float = MAX_PIXELS,
+    depth_model: Model | None = None,
+    model_size: str | int | tuple[int, int] | None = None,
+    model_pixels: PixelsName | None = None,
+    cache: bool = False,
     notes: Note | None = None,
 ) -> Frame:
-    """Read a frame from a folder, from a depth file, or from single files and arrays.
+    """Read a frame from a folder, from a depth file, from single files and arrays, or from a photograph and a network.
 
     Parameters
     ----------
     folder : path, optional
         The folder of a frame, in any layout that files/access/file_name_patterns.py lists, or of a sequence, of which
-        the first frame is read; a depth file, with colour and camera possibly beside it; or "vase", a built-in frame.
+        the first frame is read; a depth file, with colour and camera possibly beside it; "vase", a built-in frame; or,
+        with a network, a photograph, a video or a folder of photographs.
     color : path or (h, w, 3|4) uint8, optional
         A picture, in place of the folder's; there may be none.
-    depth : path or (h, w) array, optional
-        A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing.
+    depth : path, (h, w) array or network, optional
+        A picture, .npy, .npz, EXR or array, in place of the folder's. What a masked array hides is missing. An .onnx
+        file or a function is a network, as depth_model.
     intrinsics : path, str, (4,) float or Camera, optional
         A file (see files/cameras/camera_files.py), "fx,fy,cx,cy", four numbers or a camera.
     fov : float, optional
@@ -70,6 +78,17 @@ def load_frame(
     max_pixels : float
         Limit for one picture; the default allows 12 288 x 8 192. Other limits follow from it, see
         files/access/limits.py.
+    depth_model : path or callable, optional
+        A network that makes depth of the photograph: an .onnx file (extra "onnx"), or a function that takes
+        (h, w, 3) uint8 and returns depth, (h, w) or a mapping with depth (or inverse_depth, points) and perhaps mask
+        and intrinsics. The camera is that of EXIF, else of the network, else sees 60 degrees.
+    model_size : str, int or (width, height), optional
+        Pixels of an .onnx file's input, such as "686x518", or its shorter side alone. The default is what the file, the
+        configuration beside it or its family says, see files/depth_models/families.py.
+    model_pixels : {"imagenet", "symmetric", "unit", "bytes"}, optional
+        What its pixels are: normalised by mean and deviation of ImageNet, from -1 to 1, from 0 to 1, from 0 to 255.
+    cache : bool
+        Keep the depth of an .onnx file in a folder .pointshade beside the photograph, named by the bytes of both.
     notes : callable, optional
         Called with one sentence for every guess; the default prints it to stderr.
 
@@ -78,7 +97,10 @@ def load_frame(
     ValueError, TypeError, OSError
         In one sentence, for files that cannot be read right.
     """
-    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels)
+    if is_model(depth) and depth_model is None:
+        depth, depth_model = None, depth
+    network = depth_model, model_size, model_pixels, cache
+    options = ReadOptions(intrinsics, fov, depth_scale, depth_kind, baseline, pose, max_pixels, *network)
     return read_frame(folder, depth, color, options, allow_outside, notes or print_note).frame
 
 
@@ -86,6 +108,8 @@ def read_frame(
     source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
 ) -> Assembled:
     """As `load_frame`, with how the files were understood."""
+    if options.depth_model is not None and (color is not None or depth is not None):
+        return _from_photo(source, depth, color, options, allow_outside, note)
     if source is None:
         if depth is None:
             raise ValueError(f"a frame needs depth: pass a folder with depth.*, or {option('depth', 'FILE')}")
@@ -104,6 +128,20 @@ def read_frame(
         taken = Path(sequence.parts[index].name).name
         note(f"{path} is a sequence of {len(sequence)} frames: {taken} is taken{all_of_them()}")
     return read
+
+
+def _from_photo(
+    source: FilePath | Folder | None, depth: Any, color: Any, options: ReadOptions, allow_outside: bool, note: Note
+) -> Assembled:
+    """A frame of a photograph that the caller gives as the colour."""
+    from .photographs import open_photographs  # only here
+
+    if depth is not None:
+        raise ValueError(f"pass {option('depth')} or {option('depth_model')}, not both")
+    if source is not None:
+        raise ValueError(f"pass the photograph as {option('color')} or as the input, not both")
+    folder = check_path(color).parent if is_path(color) else Path()
+    return open_photographs(Folder(folder, allow_outside), color, options, note).assembled(0)
 
 
 def _parts(depth: Any, color: Any) -> Parts:

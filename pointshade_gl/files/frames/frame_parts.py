@@ -21,6 +21,8 @@ from ..access.limits import MAX_PIXELS
 from ..cameras.intrinsics import Intrinsics
 from ..containers.contents import Contents
 from ..depth.depth_kinds import KINDS, Coding, DepthKind
+from ..depth_models.families import PixelsName
+from ..depth_models.model_options import Model, ModelOptions, checked_options
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,10 @@ class ReadOptions:
     baseline: float | None = None
     pose: FilePath | ArrayLike | None = None
     max_pixels: float = MAX_PIXELS
+    depth_model: Model | None = None
+    model_size: str | int | tuple[int, int] | None = None
+    model_pixels: PixelsName | None = None
+    cache: bool = False
 
     def __post_init__(self) -> None:
         check_positive(self.max_pixels, option("max_pixels", beside_file=True))
@@ -41,13 +47,24 @@ class ReadOptions:
             raise ValueError(f"pass {option('intrinsics')} or {option('fov')}, not both")
         if self.depth_kind is not None:
             check_choice(option("depth_kind"), self.depth_kind, KINDS)
+        self.network  # noqa: B018 - raises
+
+    @property
+    def network(self) -> ModelOptions | None:
+        """The network that makes depth of photographs. Raises ValueError or TypeError for what is none."""
+        if self.depth_model is not None:
+            return checked_options(self.depth_model, self.model_size, self.model_pixels, self.cache)
+        for name in ("model_size", "model_pixels", "cache"):
+            if getattr(self, name):
+                raise ValueError(f"{option(name)} is about a network: pass it as {option('depth_model', 'FILE')}")
+        return None
 
 
 class LoadOptions(TypedDict, total=False):
     """The options of `load_frame`; None counts as not given."""
 
     color: FilePath | ArrayLike | None
-    depth: FilePath | ArrayLike | None
+    depth: Model | FilePath | ArrayLike | None
     intrinsics: FilePath | ArrayLike | Camera | None
     fov: float | None
     depth_scale: float | None
@@ -56,6 +73,10 @@ class LoadOptions(TypedDict, total=False):
     pose: FilePath | ArrayLike | None
     allow_outside: bool | None
     max_pixels: float | None
+    depth_model: Model | None
+    model_size: str | int | tuple[int, int] | None
+    model_pixels: PixelsName | None
+    cache: bool | None
     notes: Note | None
 
 
@@ -67,6 +88,8 @@ class Parts(NamedTuple):
     number   counted from 0: which picture of a video is the colour
     contents reads what a container gives instead of a depth picture
     path     the file that holds the depth; None for the caller's own array
+    coded    kind and scale of the depth, where its maker says them
+    maker    the network that makes the depth; "" for none
     """
 
     depth: FilePath | NDArray[Any] | None
@@ -78,6 +101,8 @@ class Parts(NamedTuple):
     number: int = 0
     contents: Callable[[], Contents] | None = None
     path: Path | None = None
+    coded: tuple[str | None, float | None] = (None, None)
+    maker: str = ""
 
     @property
     def name(self) -> str:

@@ -139,6 +139,11 @@ def _end_video() -> None:
 
 def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder or file. Raises OSError if there are none, ValueError for impossible content."""
+    if options.depth_model is not None:
+        from .photographs import open_photographs  # only here
+
+        folder = source.parent if source.is_file() else check_folder(source)
+        return open_photographs(Folder(folder, allow_outside), source, options, note)
     if not source.is_file():
         return open_folder(Folder(check_folder(source), allow_outside), options, note)
     check_readable(source)
@@ -154,6 +159,8 @@ def open_frames(source: Path, allow_outside: bool, options: ReadOptions, note: N
 
 def open_folder(place: Folder, options: ReadOptions, note: Note) -> FrameSequence:
     """Open the frames of a folder, likewise."""
+    if options.depth_model is not None:
+        return open_frames(place.path, place.allow_outside, options, note)
     files = find_frames(place, note, options.max_pixels)
     if not files and (held := _open_container(place.path, note, options.max_pixels)):
         return _from_container(place, place.path, held, options, note)

@@ -128,6 +128,26 @@ def find_color(place: Folder, depth: Path, note: Note) -> Path | None:
     return None
 
 
+def find_photographs(place: Folder, note: Note) -> list[Path]:
+    """The photographs of a folder in their order, or its video; those of one folder of it if it has none itself.
+
+    Pictures that are named as anything but colours are left out, and those that this package drew.
+    """
+    folder = place.path
+    for levels in range(1, LEVELS + 1):
+        items = [item for item in place.listing.files(folder, levels) if item.role in ("color", "")]
+        photos = [item for item in items if item.suffix in COLOR_SUFFIXES and not is_ours(item.path)]
+        photos = [item for item in photos if place.root is None or place.check(item.path)]
+        if photos:
+            own = sorted({item.path.parent for item in photos}, key=lambda one: (not words_of(one.name) & COLOR, one))
+            if len(own) > 1:
+                note(f"{folder}: the photographs of {own[0].name} are taken, not those of {own[1].name}")
+            return [item.path for item in sorted(photos, key=lambda item: item.order) if item.path.parent == own[0]]
+        if videos := [item.path for item in items if item.suffix in VIDEO_SUFFIXES]:
+            return videos[:1]
+    return []
+
+
 def _colors_in(place: Folder, folder: Path, depth: Item) -> list[Item]:
     """The colour pictures of a folder, for one depth picture of it; in a folder of depth only what is surely none."""
     items = [item for item in place.listing.files(folder, 1) if item.suffix in COLOR_SUFFIXES]

@@ -61,6 +61,16 @@ def read_video_frame(path: FilePath, number: int, max_pixels: float = MAX_PIXELS
         return _last[0].read(number)
 
 
+def count_pictures(path: FilePath, max_pixels: float = MAX_PIXELS) -> int:
+    """How many pictures a video has. Raises ValueError for what is none, and without the extra `video`."""
+    ffmpeg = import_extra("imageio_ffmpeg", "video", f"{path} is a video")
+    read_video_frame(path, 0, max_pixels)
+    try:
+        return max(1, ffmpeg.count_frames_and_secs(str(path))[0])
+    except (OSError, RuntimeError):
+        return 1
+
+
 def close_video() -> None:
     """Ends the decoding of the last video."""
     with _lock:

@@ -178,9 +178,10 @@ class FrameOptions(CloudOptions, ReadingOptions, InputOptions):
 
     @property
     def load_options(self) -> dict[str, Any]:
-        """All about frames but what is read, by name, as arguments of `load_frame`."""
+        """All about frames but what is read, by name, as arguments of `load_frame`; a switch that is off is None."""
         others = "input", "frame", *(field.name for field in fields(CloudOptions))
-        return {field.name: getattr(self, field.name) for field in fields(self) if field.name not in others}
+        found = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in others}
+        return {name: None if value is False else value for name, value in found.items()}
 
     def check_exist(self) -> None:
         """Raises FileNotFoundError if one of the files does not exist."""

@@ -40,7 +40,9 @@ def test_a_folder_with_a_recording_names_it(tmp_path):
 
 def test_a_folder_of_photographs_says_where_a_depth_comes_from(tmp_path):
     Image.new("RGB", (40, 30), "red").save(tmp_path / "holiday.jpg")
-    with pytest.raises(FileNotFoundError, match=r"holiday\.jpg is only a colour picture: a network such as"):
+    with pytest.raises(
+        FileNotFoundError, match=r"holiday\.jpg is a photograph: a network makes its depth: download model"
+    ):
         ps.open_source(tmp_path)
 
 
@@ -52,7 +54,9 @@ def test_an_empty_folder_is_called_empty(tmp_path):
 def test_a_photograph_alone_is_no_depth(tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)
     Image.fromarray(noise).save(tmp_path / "photo.png")
-    with pytest.raises(ValueError, match=r"does not look like depth: pass it as color=FILE"):
+    with pytest.raises(
+        ValueError, match=r"photo\.png is a photograph: a network makes its depth: .*; or pass it as color=FILE"
+    ):
         ps.load_frame(tmp_path / "photo.png", fov=60)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...messages.formatting import option
 from ...messages.notes import Note
+from ..depth_models.model_options import how_to_make_depth
 from . import depth_units as units
 from .colormaps import MAPS, read_levels
 from .depth_bits import Counts
@@ -31,11 +32,10 @@ _FLAT, _BENT, _ROUND = 0.8, 0.5, 0.5  # bending: of inverse depth at most, of de
 def read_colors(image: NDArray[np.uint8], name: str, said: Said, note: Note) -> Decoded:
     """Read a colour-mapped picture (h, w, 3|4). Raises ValueError if its map is not known."""
     levels = read_levels(image)
-    if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()) and what_instead(image.max(axis=2)):
+    if levels is None and not _DEPTH_NAME.search(Path(name).stem.lower()):
         raise ValueError(
-            f"{name} is a colour picture and does not look like depth: "
-            f"pass it as {option('color', 'FILE')} and its depth as {option('depth', 'FILE')}; "
-            "a network such as Depth Anything makes one"
+            f"{name} is a photograph: {how_to_make_depth()}; or pass it as {option('color', 'FILE')} and its depth as "
+            f"{option('depth', 'FILE')}"
         )
     if levels is None:
         raise ValueError(

@@ -1,7 +1,7 @@
 """Points that a network knows up to a shift along the axis (MoGe, Wang et al. 2025) -> depth and focal length.
 
-A pixel (u, v) from the middle of the picture sees the point (x, y, z) where u (z + s) = f x and v (z + s) = f y. Shift s
-and focal length f solve these by least squares, weighed by 1 / (z + s), so that errors count in pixels.
+A pixel (u, v) from the middle of the picture sees the point (x, y, z) where u (z + s) = f x and v (z + s) = f y. Shift
+s and focal length f solve these by least squares, weighed by 1 / (z + s), so that errors count in pixels.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Known families of networks: what each wants as pixels and gives as depth. A new family is a row of FAMILIES.
 
-Read in the sources of MiDaS (Ranftl et al. 2020), DPT (Ranftl et al. 2021), ZoeDepth (Bhat et al. 2023), Depth Anything
-1 to 3 (Yang et al. 2024, Lin et al. 2025), Metric3D (Yin et al. 2023, Hu et al. 2024), UniDepth (Piccinelli et al. 2024,
-2025), Depth Pro (Bochkovskii et al. 2024) and MoGe (Wang et al. 2025), and of their exports to ONNX.
+Read in the sources of MiDaS (Ranftl et al. 2020), DPT (Ranftl et al. 2021), ZoeDepth (Bhat et al. 2023), Depth
+Anything 1 to 3 (Yang et al. 2024, Lin et al. 2025), Metric3D (Yin et al. 2023, Hu et al. 2024), UniDepth (Piccinelli et
+al. 2024, 2025), Depth Pro (Bochkovskii et al. 2024) and MoGe (Wang et al. 2025), and of their exports to ONNX.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ FAMILIES = (
     Family("Depth Anything 3", r"depth[-_ ]?anything[-_ ]?v?3|\bda[-_]?v?3", side=504, output="z"),
     Family(
         "Depth Anything for metres",
-        r"(depth[-_ ]?anything|\bda[-_]?v?2).*(metric|indoor|outdoor|kitti|hypersim|nyu)|metric[-_ ]depth[-_ ]?anything",
+        r"(depth[-_ ]?anything|\bda[-_]?v?2).*(metric|indoor|outdoor|kitti|hypersim|nyu)|metric.*depth[-_ ]?anything",
     ),
     Family("Depth Anything", r"depth[-_ ]?anything|\bda[-_]?v?[12]\b", output="inverse"),
     Family("DPT", r"\bdpt|swin2|beit", "symmetric", 384, 32, "inverse"),

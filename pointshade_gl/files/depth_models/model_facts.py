@@ -22,6 +22,7 @@ _OUTPUTS: dict[str, Output] = {
     "metric": "metres", "metres": "metres", "meters": "metres", "z": "z",
 }  # fmt: skip
 _METRIC_TYPES = ("zoedepth", "depth_pro", "glpn")
+_LARGEST = 1e5  # pixels a side
 _CONFIGURATIONS = "preprocessor_config.json", "config.json"
 
 
@@ -111,8 +112,9 @@ def _side(found: Mapping[str, Any]) -> int | None:
     size = found.get("size", found.get("input_size"))
     if isinstance(size, dict):
         size = [size.get(name) for name in ("height", "width", "shortest_edge")]
-    sides = [one for one in (size if isinstance(size, list) else [size]) if type(one) in (int, float) and 1 <= one < 1e5]
-    return int(min(sides)) if sides else None
+    sides: list[Any] = size if isinstance(size, list) else [size]
+    known = [one for one in sides if type(one) in (int, float) and 1 <= one < _LARGEST]
+    return int(min(known)) if known else None
 
 
 def _number(found: Mapping[str, Any], name: str) -> int | None:
@@ -122,4 +124,5 @@ def _number(found: Mapping[str, Any], name: str) -> int | None:
 
 def _output(found: Mapping[str, Any]) -> Output | None:
     said = str(found.get("depth_kind", found.get("depth_estimation_type", ""))).lower()
-    return _OUTPUTS.get(said, "metres" if found.get("model_type") in _METRIC_TYPES else None)
+    usual: Output | None = "metres" if found.get("model_type") in _METRIC_TYPES else None
+    return _OUTPUTS.get(said, usual)

@@ -46,9 +46,17 @@ class ModelOptions:
         return f"the function {name}" if self.path is None else self.path.name
 
 
+def how_to_make_depth() -> str:
+    """Return what to do with a photograph alone, to end a sentence."""
+    return (
+        "a network makes its depth: download model.onnx of onnx-community/depth-anything-v2-small from "
+        f"huggingface.co, pip install 'pointshade-gl[onnx]', and pass {option('depth_model', 'model.onnx')}"
+    )
+
+
 def is_model(value: Any) -> TypeGuard[Model]:
     """Return whether it is a network: a function, or the name of an .onnx file."""
-    return callable(value) or (hasattr(value, "__fspath__") or isinstance(value, str)) and _is_named_so(value)
+    return callable(value) or ((hasattr(value, "__fspath__") or isinstance(value, str)) and _is_named_so(value))
 
 
 def _is_named_so(value: FilePath) -> bool:

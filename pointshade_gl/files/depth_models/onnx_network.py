@@ -1,4 +1,4 @@
-"""Runs the network of an .onnx file on a photograph: finds its input, prepares the pixels, gives its outputs by name."""
+"""Runs the network of an .onnx file: finds its input, prepares a photograph for it, gives its outputs by name."""
 
 from __future__ import annotations
 
@@ -41,9 +41,10 @@ class Shape(NamedTuple):
 
 
 class Prepared(NamedTuple):
-    """The pixels of an input, and the part of its picture that is the photograph's."""
+    """The pixels of an input, its (width, height), and the part of it that is the photograph's."""
 
     pixels: NDArray[Any]
+    whole: tuple[int, int]
     rows: slice
     columns: slice
 
@@ -105,7 +106,7 @@ class Network:
         pixels = (np.rint(pixels) if self.dtype is np.uint8 else pixels).astype(self.dtype)
         pixels = pixels if self.shape.is_channels_last else np.moveaxis(pixels, 2, 0)
         pixels = np.ascontiguousarray(pixels[(None,) * (self.shape.rank - 3)])
-        return Prepared(pixels, slice(top, top + high), slice(left, left + wide))
+        return Prepared(pixels, (width, height), slice(top, top + high), slice(left, left + wide))
 
     def run(self, prepared: Prepared) -> dict[str, NDArray[Any]]:
         """Return its outputs by name. Raises ValueError if it cannot take the input."""
@@ -168,7 +169,7 @@ def _picture_input(path: Path, inputs: Mapping[str, Any]) -> tuple[str, Shape]:
     if len(found) != 1:
         listed = ", ".join(f"{name} {one.type.removeprefix('tensor')} {one.shape}" for name, one in inputs.items())
         raise ValueError(
-            f"{path} has the inputs {cut(listed) or 'none'}: expected one picture, of shape (1, 3, h, w) or (1, h, w, 3)"
+            f"{path} has the inputs {cut(listed) or 'none'}: expected one picture, (1, 3, h, w) or (1, h, w, 3)"
         )
     return next(iter(found.items()))
 

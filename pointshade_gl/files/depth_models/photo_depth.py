@@ -64,9 +64,7 @@ class PhotoDepth:
         self._tell(network, size)
         prepared = network.prepare(photo, self._options)
         outputs = network.run(prepared)
-        contents = contents_of_network(
-            outputs, Taken(network, prepared, size, focal), self._note, self._max_pixels
-        )
+        contents = contents_of_network(outputs, Taken(network, prepared, size, focal), self._note, self._max_pixels)
         if place is not None:
             keep(place, contents, self._note)
         return contents

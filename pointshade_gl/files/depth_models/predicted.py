@@ -76,7 +76,8 @@ def contents_of_network(arrays: _Arrays, taken: Taken, note: Note, max_pixels: f
         return _of_affine_points(arrays, taken, note, max_pixels)
     camera = _own_camera(arrays, roles, taken)
     left_out = {*_ANGLES, roles.get("focal", "")}
-    contents = _cropped(_assembled(taken.name, {k: v for k, v in arrays.items() if k not in left_out}, note, max_pixels), taken)
+    pictures = {name: array for name, array in arrays.items() if name not in left_out}
+    contents = _cropped(_assembled(taken.name, pictures, note, max_pixels), taken.prepared)
     contents = _with_kind(contents, camera if any(name in arrays for name in _ANGLES) else None, taken)
     contents = _as_photo(contents, taken.prepared.size, taken.size)
     return contents if camera is None else replace(contents, intrinsics=camera)
@@ -156,19 +157,19 @@ def _square(name: str, focal: float, size: Size) -> Intrinsics:
     return Intrinsics(name, (focal, focal, (size[0] - 1) / 2, (size[1] - 1) / 2), size)
 
 
-def _cropped(contents: Contents, taken: Taken) -> Contents:
+def _cropped(contents: Contents, prepared: Prepared) -> Contents:
     """Return what the photograph covers of a picture with a border."""
-    rows, columns = taken.prepared.rows, taken.prepared.columns
-    seen = taken.prepared.pixels.shape[-2:] if not taken.network.shape.is_channels_last else taken.prepared.pixels.shape[-3:-1]
-    if (rows.stop - rows.start, columns.stop - columns.start) == tuple(seen):
+    if prepared.size == prepared.whole:
         return contents
     height, width = contents.depth.shape
-    own = tuple(
-        slice(round(part.start * side / whole), max(round(part.stop * side / whole), round(part.start * side / whole) + 1))
-        for part, side, whole in zip((rows, columns), (height, width), seen, strict=True)
-    )
+    own = _scaled(prepared.rows, height / prepared.whole[1]), _scaled(prepared.columns, width / prepared.whole[0])
     valid = None if contents.valid is None else contents.valid[own]
-    return replace(contents, depth=contents.depth[own], valid=valid, intrinsics=None)
+    return replace(contents, depth=contents.depth[own], valid=valid, intrinsics=None, normals=None)
+
+
+def _scaled(part: slice, scale: float) -> slice:
+    start = round(part.start * scale)
+    return slice(start, max(round(part.stop * scale), start + 1))
 
 
 def _with_kind(contents: Contents, angle: Intrinsics | None, taken: Taken) -> Contents:

@@ -20,6 +20,7 @@ from ..access.folder_listing import Listing
 from ..access.safe_paths import Folder
 from ..containers.contents import Contents
 from ..depth.depth_kinds import Coding
+from ..depth_models.model_options import how_to_make_depth
 from ..index.folder_cameras import Cameras, find_cameras
 from ..index.folder_poses import FoundPoses, find_poses
 from ..index.folders import FrameFiles, check_folder, find_color, find_frames, is_container
@@ -187,8 +188,7 @@ def _instead(place: Folder) -> str:
     photo = next((path for path in files if path.suffix.lower() in COLOR_SUFFIXES), None)
     if photo is None:
         return "; it is empty" if not files else ""
-    network = "a network such as Depth Anything or Depth Pro makes a depth of a photograph"
-    return f"; {photo.relative_to(folder)} is only a colour picture: {network}"
+    return f"; {photo.relative_to(folder)} is a photograph: {how_to_make_depth()}"
 
 
 def _open_container(path: Path, note: Note, max_pixels: float) -> Sequence[Contents] | None:

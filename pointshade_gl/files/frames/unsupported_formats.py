@@ -9,6 +9,8 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from ...messages.formatting import option
+
 
 class _Kind(NamedTuple):
     """A kind of file. head: how its first bytes begin; None: only the suffix shows it."""
@@ -24,6 +26,8 @@ _TOOL = "export colour and 16-bit depth as pictures, then pass their folder; tha
 _MODEL = "it has no pictures: only glTF (.gltf, .glb) is read among models, Blender and MeshLab convert to it"
 _CLOUD = "it has no pictures: `pointshade render` draws it, load_cloud reads it"
 _TENSORS = "save its depth as .npy or .npz and pass that"
+_NETWORK = "depth_model"
+_VIDEO = f"pass the folder of its depth pictures, or a network that makes depth of its pictures as {_NETWORK}"
 _UNPACK = "unpack it and pass the folder"
 _KINDS = (
     _Kind("a ROS bag", "bag", b"#ROSBAG", _TOPICS),
@@ -37,7 +41,7 @@ _KINDS = (
     _Kind("a ScanNet recording", "sens", None, f"{_TOOL} ScanNet's SensReader"),
     _Kind("a point cloud", "ply|las|laz|xyz|pts|e57", None, _CLOUD),
     _Kind("a model", "obj|stl|fbx|usdz?|usd[ac]|dae|off", None, _MODEL),
-    _Kind("a video", "mp4|mov|avi|webm", None, "pass the folder that has its depth pictures beside it"),
+    _Kind("a video", "mp4|mov|avi|webm", None, _VIDEO),
     _Kind("a file of Python objects", "pkl|pickle|pt|pth|joblib", None, _TENSORS),
     _Kind("an archive", "tar|gz|tgz|bz2|xz|7z|rar", None, _UNPACK),
 )
@@ -53,7 +57,7 @@ def what_else(path: Path) -> str | None:
         with path.open("rb") as file:
             if not file.read(len(kind.head)).startswith(kind.head):
                 return None
-    return f"{kind.title}: {kind.way_out}"
+    return f"{kind.title}: {kind.way_out.replace(_NETWORK, option(_NETWORK, 'FILE'))}"
 
 
 def check_readable(path: Path) -> None:
